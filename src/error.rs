@@ -1,0 +1,96 @@
+//! The one error type of the crate: variants carry data, the message says what was expected, what came and what to do.
+
+use std::borrow::Cow;
+
+/// A short text that is usually a literal.
+pub type Text = Cow<'static, str>;
+
+/// The crate's result.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Everything that can go wrong, told so that the reader knows the next step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An argument outside its range, of the wrong size, not finite, or contradicting another.
+    #[error("{name}: expected {expected}, got {got}; {fix}")]
+    InvalidArgument {
+        /// The argument as the caller knows it.
+        name: Text,
+        /// What would have been right.
+        expected: Text,
+        /// What came.
+        got: String,
+        /// What to do.
+        fix: Text,
+    },
+    /// A name that is not in a registry.
+    #[error("unknown {kind} {name:?}: expected one of {}", valid.join(", "))]
+    UnknownName {
+        /// What was looked up: "technique", "scene", "backend"...
+        kind: Text,
+        /// The name that came.
+        name: String,
+        /// The names that exist.
+        valid: Vec<String>,
+    },
+    /// A face that points at a vertex that does not exist.
+    #[error("face {face} uses vertex {index}, but there are {count} vertices (expected 0 to {}); check the face array", count.saturating_sub(1))]
+    FaceIndex {
+        /// Row of the face array.
+        face: usize,
+        /// The index in it.
+        index: i64,
+        /// How many vertices there are.
+        count: usize,
+    },
+    /// A scene without a single usable triangle.
+    #[error("the scene has no usable triangle: {reason}; give at least one triangle with finite vertices")]
+    EmptyScene {
+        /// Where they went.
+        reason: String,
+    },
+    /// A technique that cannot serve this kind of light.
+    #[error("technique {technique:?} does not support a {light} light; it supports {supported}")]
+    UnsupportedLight {
+        /// The technique.
+        technique: String,
+        /// The kind of light that came.
+        light: Text,
+        /// The kinds it serves.
+        supported: Text,
+    },
+    /// No graphics adapter, or none of the wanted name.
+    #[error("no graphics adapter{}: found {}; {fix}", wanted.as_ref().map(|w| format!(" matching {w:?}")).unwrap_or_default(), if found.is_empty() { "none".to_string() } else { found.join(", ") })]
+    NoAdapter {
+        /// The name asked for.
+        wanted: Option<String>,
+        /// The adapters that exist.
+        found: Vec<String>,
+        /// What to do.
+        fix: Text,
+    },
+    /// The graphics device refused or failed.
+    #[error("graphics device: {what}; {fix}")]
+    Device {
+        /// What happened.
+        what: String,
+        /// What to do.
+        fix: Text,
+    },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Error {
+    /// An [`Error::InvalidArgument`].
+    pub fn argument(
+        name: impl Into<Text>,
+        expected: impl Into<Text>,
+        got: impl std::fmt::Display,
+        fix: impl Into<Text>,
+    ) -> Self {
+        Self::InvalidArgument { name: name.into(), expected: expected.into(), got: got.to_string(), fix: fix.into() }
+    }
+}

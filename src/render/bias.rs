@@ -1,0 +1,51 @@
+//! Depth bias, each part in the unit its name says. The parts add up.
+//!
+//! Source: theory.md 13 (constant world bias; receiver-plane bias of a nearest lookup, tight at `slope = 1`).
+
+use crate::error::{Error, Result};
+
+/// How much nearer to the light a receiver is moved before it is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bias {
+    /// World units along the light ray.
+    pub world: f64,
+    /// World size of a shadow texel at the receiver, across the light ray (the longer side of its parallelogram).
+    pub texels: f64,
+    /// NDC depth.
+    pub ndc: f64,
+    /// Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
+    pub slope: f64,
+    /// Upper limit of the slope part, in world units along the light ray; infinity for none.
+    pub slope_limit: f64,
+}
+
+impl Default for Bias {
+    fn default() -> Self {
+        Self { world: 0.0, texels: 0.5, ndc: 1e-6, slope: 1.02, slope_limit: f64::INFINITY }
+    }
+}
+
+impl Bias {
+    /// No bias at all: acne everywhere.
+    pub const NONE: Self = Self { world: 0.0, texels: 0.0, ndc: 0.0, slope: 0.0, slope_limit: f64::INFINITY };
+
+    /// This bias if every part is usable.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a part that is not finite (the limit may be infinite) or a negative slope or limit.
+    pub fn checked(self) -> Result<Self> {
+        for (name, x) in [("bias.world", self.world), ("bias.texels", self.texels), ("bias.ndc", self.ndc)] {
+            if !x.is_finite() {
+                return Err(Error::argument(name, "a finite number", x, "0 switches this part off"));
+            }
+        }
+        if !(self.slope >= 0.0 && self.slope.is_finite()) {
+            return Err(Error::argument("bias.slope", "a finite number, 0 or more", self.slope, "0 switches it off"));
+        }
+        if !(self.slope_limit >= 0.0) {
+            let fix = "infinity switches the limit off";
+            return Err(Error::argument("bias.slope_limit", "a distance, 0 or more", self.slope_limit, fix));
+        }
+        Ok(self)
+    }
+}

@@ -1,0 +1,12 @@
+//! Depth maps, G-buffers and shadow masks: one trait, a CPU and a GPU implementation that agree texel for texel.
+
+mod bias;
+pub mod cpu;
+mod filter;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod renderer;
+
+pub use bias::Bias;
+pub use filter::Filter;
+pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};

@@ -1,0 +1,67 @@
+//! What every renderer does.
+
+use super::{Bias, Filter};
+use crate::error::{Error, Result};
+use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::parameterization::Parameterization;
+use crate::progress::Progress;
+use crate::scene::{Camera, Light, Scene};
+
+/// Largest side of an image: what every graphics device in use offers (WebGPU promises 8192, desktop drivers 16384).
+pub const MAX_IMAGE_SIDE: u32 = 16384;
+
+/// How a shadow mask is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaskSettings {
+    /// Width and height of the shadow map, texels.
+    pub resolution: [u32; 2],
+    /// Width and height of the image, pixels.
+    pub size: [u32; 2],
+    /// Added before the comparison.
+    pub bias: Bias,
+    /// How the map is read.
+    pub filter: Filter,
+}
+
+/// A renderer. Implementations agree: see tests.
+///
+/// Pixel and texel centres at half integers; top-left fill rule on a grid of 1/256; everything with clip `0 <= z <= w`,
+/// both sides of every triangle.
+pub trait Renderer: Send + Sync {
+    /// "cpu" or "gpu".
+    fn backend(&self) -> &'static str;
+    /// The device in words.
+    fn adapter(&self) -> String;
+    /// The shadow maps of all partitions, `resolution` texels (width, height) each.
+    fn depth_maps(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        progress: &Progress,
+    ) -> Result<DepthMaps>;
+    /// What the camera sees in an image of `size` pixels (width, height).
+    fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer>;
+    /// The light that arrives at each pixel, through the shadow map.
+    ///
+    /// In shadow: pixels whose surface faces away from the light (on the side seen by the eye) and those outside a spot's
+    /// cone or range. Lit: receivers outside the map, and nearer to the light than its near plane.
+    fn shadow_mask(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<ShadowMask>;
+}
+
+/// The size if both sides are between 1 and [`MAX_IMAGE_SIDE`].
+pub fn check_size(name: &'static str, size: [u32; 2]) -> Result<[u32; 2]> {
+    if size.iter().all(|&n| (1..=MAX_IMAGE_SIDE).contains(&n)) {
+        return Ok(size);
+    }
+    let expected = format!("sides between 1 and {MAX_IMAGE_SIDE}");
+    Err(Error::argument(name, expected, format!("{} x {}", size[0], size[1]), "choose another size"))
+}

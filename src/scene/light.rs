@@ -1,0 +1,151 @@
+//! The lights.
+
+use glam::{DVec3, DVec4};
+
+use super::camera::unit;
+use crate::error::{Error, Result};
+
+/// A light at infinity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionalLight {
+    direction: DVec3,
+}
+
+/// A light at a point that shines into a circular cone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotLight {
+    position: DVec3,
+    direction: DVec3,
+    cone_angle: f64,
+    range: f64,
+}
+
+/// A light at a point that shines everywhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointLight {
+    position: DVec3,
+    range: f64,
+}
+
+/// Any light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Light {
+    /// See [`DirectionalLight`].
+    Directional(DirectionalLight),
+    /// See [`SpotLight`].
+    Spot(SpotLight),
+    /// See [`PointLight`].
+    Point(PointLight),
+}
+
+impl DirectionalLight {
+    /// A light that travels along `direction` (any length above 0).
+    pub fn new(direction: DVec3) -> Result<Self> {
+        Ok(Self { direction: unit_direction(direction)? })
+    }
+    /// Unit vector, the way the light travels.
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+}
+
+impl SpotLight {
+    /// A light at `position` that shines along `direction` into a cone of full angle `cone_angle` (radians, in (0, pi)) as
+    /// far as `range`.
+    pub fn new(position: DVec3, direction: DVec3, cone_angle: f64, range: f64) -> Result<Self> {
+        if !(cone_angle > 0.0 && cone_angle < std::f64::consts::PI) {
+            let fix = "give the full angle of the cone in radians; a wider light is a point light";
+            return Err(Error::argument("cone_angle", "an angle in (0, pi) radians", cone_angle, fix));
+        }
+        let (position, range) = placed(position, range)?;
+        Ok(Self { position, direction: unit_direction(direction)?, cone_angle, range })
+    }
+    /// Where it is.
+    pub fn position(&self) -> DVec3 {
+        self.position
+    }
+    /// Unit axis of the cone.
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+    /// Full angle of the cone, radians.
+    pub fn cone_angle(&self) -> f64 {
+        self.cone_angle
+    }
+    /// How far it shines.
+    pub fn range(&self) -> f64 {
+        self.range
+    }
+}
+
+impl PointLight {
+    /// A light at `position` that shines as far as `range`.
+    pub fn new(position: DVec3, range: f64) -> Result<Self> {
+        let (position, range) = placed(position, range)?;
+        Ok(Self { position, range })
+    }
+    /// Where it is.
+    pub fn position(&self) -> DVec3 {
+        self.position
+    }
+    /// How far it shines.
+    pub fn range(&self) -> f64 {
+        self.range
+    }
+}
+
+impl Light {
+    /// "directional", "spot" or "point".
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Directional(_) => "directional",
+            Self::Spot(_) => "spot",
+            Self::Point(_) => "point",
+        }
+    }
+    /// The centre of projection as a homogeneous point: (-l, 0) or (p, 1) (theory 0).
+    pub fn point(&self) -> DVec4 {
+        match self {
+            Self::Directional(l) => (-l.direction).extend(0.0),
+            Self::Spot(l) => l.position.extend(1.0),
+            Self::Point(l) => l.position.extend(1.0),
+        }
+    }
+    /// The vector from a world point to the light, with the distance to travel: an occluder lies at `p + s * to_light` with
+    /// `0 < s < 1` for a placed light, `0 < s` for a directional one (whose vector is a unit vector).
+    pub fn to_light(&self, p_world: DVec3) -> DVec3 {
+        match self {
+            Self::Directional(l) => -l.direction,
+            Self::Spot(l) => l.position - p_world,
+            Self::Point(l) => l.position - p_world,
+        }
+    }
+    /// Whether light would arrive at a point if nothing were in the way: inside the cone and the range.
+    pub fn reaches(&self, p_world: DVec3) -> bool {
+        match self {
+            Self::Directional(_) => true,
+            Self::Spot(l) => {
+                let from_light = p_world - l.position;
+                let distance = from_light.length();
+                distance <= l.range && from_light.dot(l.direction) >= distance * (0.5 * l.cone_angle).cos()
+            }
+            Self::Point(l) => (p_world - l.position).length() <= l.range,
+        }
+    }
+}
+
+fn unit_direction(direction: DVec3) -> Result<DVec3> {
+    unit(direction).filter(|_| direction.is_finite()).ok_or_else(|| {
+        Error::argument("direction", "three finite numbers, not all zero", direction, "give the way the light travels")
+    })
+}
+
+fn placed(position: DVec3, range: f64) -> Result<(DVec3, f64)> {
+    if !position.is_finite() {
+        return Err(Error::argument("position", "three finite numbers", position, "check where it comes from"));
+    }
+    if !(range > 0.0 && range.is_finite()) {
+        return Err(Error::argument("range", "a finite distance above 0", range, "give how far the light shines"));
+    }
+    Ok((position, range))
+}

@@ -1,0 +1,173 @@
+//! Triangle meshes, stored once, in a local frame that single precision loves.
+//!
+//! A mesh keeps its vertices as f32 in a *local* frame: moved to the middle of their box and divided by a power of two, so
+//! that the largest coordinate has magnitude in [0.5, 1]. Coordinates in UTM, at 1e-6 or at 1e9 therefore lose nothing
+//! beyond the rounding to 24 bits of the mesh's own extent, and every consumer (both renderers, truth, bounds)
+//! sees exactly the same geometry.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use crate::error::{Error, Result};
+use crate::geometry::Aabb;
+
+/// An indexed triangle mesh. Immutable; shared between instances through `Arc`.
+#[derive(Debug)]
+pub struct Mesh {
+    id: u64,
+    positions_local: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    source_faces: Option<Vec<u32>>,
+    mesh_from_local: DAffine3,
+    bounds_local: Aabb,
+    dropped_faces: usize,
+}
+
+impl Mesh {
+    /// A mesh from vertices in its own frame and triangles of indices into them.
+    ///
+    /// Faces with a non-finite vertex are dropped and counted ([`Mesh::dropped_faces`]). Vertices no face uses are dropped,
+    /// so they have no say in the bounds.
+    ///
+    /// # Errors
+    /// [`Error::FaceIndex`] for an index out of range, [`Error::EmptyScene`] where no face is left.
+    pub fn new(vertices: &[[f64; 3]], faces: &[[i64; 3]]) -> Result<Self> {
+        const UNUSED: u32 = u32::MAX;
+        let count = vertices.len();
+        if count >= UNUSED as usize || faces.len() > i32::MAX as usize {
+            return Err(Error::argument(
+                "mesh",
+                "fewer than 2^32 - 1 vertices and 2^31 faces",
+                format!("{count} vertices and {} faces", faces.len()),
+                "split the mesh",
+            ));
+        }
+        let mut compact = vec![UNUSED; count];
+        let mut order: Vec<u32> = Vec::new();
+        let mut triangles = Vec::with_capacity(faces.len());
+        let mut kept: Vec<u32> = Vec::new();
+        for (face, &indices) in faces.iter().enumerate() {
+            if let Some(&index) = indices.iter().find(|&&i| i < 0 || i as usize >= count) {
+                return Err(Error::FaceIndex { face, index, count });
+            }
+            if indices.iter().any(|&i| vertices[i as usize].iter().any(|x| !x.is_finite())) {
+                continue;
+            }
+            triangles.push(indices.map(|i| {
+                let slot = &mut compact[i as usize];
+                if *slot == UNUSED {
+                    *slot = order.len() as u32;
+                    order.push(i as u32);
+                }
+                *slot
+            }));
+            kept.push(face as u32);
+        }
+        let dropped_faces = faces.len() - triangles.len();
+        if triangles.is_empty() {
+            let reason = if faces.is_empty() {
+                format!("{count} vertices and no face")
+            } else {
+                format!("all {} faces have non-finite vertices", faces.len())
+            };
+            return Err(Error::EmptyScene { reason });
+        }
+        let source = |i: u32| DVec3::from_array(vertices[i as usize]);
+        let bounds = Aabb::from_points(order.iter().map(|&i| source(i)));
+        let center = bounds.center();
+        let half = (0.5 * bounds.max - 0.5 * bounds.min).max_element();
+        let scale = power_of_two_at_least(half);
+        let positions_local: Vec<Vec3> = order.iter().map(|&i| ((source(i) - center) / scale).as_vec3()).collect();
+        let bounds_local = Aabb::from_points(positions_local.iter().map(|p| p.as_dvec3()));
+        Ok(Self {
+            id: next_id(),
+            positions_local,
+            triangles,
+            source_faces: (dropped_faces > 0).then_some(kept),
+            mesh_from_local: DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(scale)), center),
+            bounds_local,
+            dropped_faces,
+        })
+    }
+    /// A number no other mesh of this process has; caches key on it.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+    /// Vertices in the local frame, magnitudes at most 1.
+    pub fn positions_local(&self) -> &[Vec3] {
+        &self.positions_local
+    }
+    /// Indices into [`Mesh::positions_local`].
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+    /// The row of the caller's face array a triangle came from.
+    pub fn source_face(&self, triangle: usize) -> u32 {
+        self.source_faces.as_ref().map_or(triangle as u32, |faces| faces[triangle])
+    }
+    /// Uniform power-of-two scale and translation from the local frame to the mesh's own.
+    pub fn mesh_from_local(&self) -> &DAffine3 {
+        &self.mesh_from_local
+    }
+    /// The box of the vertices, local frame.
+    pub fn bounds_local(&self) -> &Aabb {
+        &self.bounds_local
+    }
+    /// Faces left out because a vertex of theirs is not finite.
+    pub fn dropped_faces(&self) -> usize {
+        self.dropped_faces
+    }
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        self.positions_local.capacity() * size_of::<Vec3>()
+            + self.triangles.capacity() * size_of::<[u32; 3]>()
+            + self.source_faces.as_ref().map_or(0, |f| f.capacity() * 4)
+    }
+}
+
+/// The smallest power of two at least `x`, within the finite range; 1 for zero.
+fn power_of_two_at_least(x: f64) -> f64 {
+    if x == 0.0 {
+        return 1.0;
+    }
+    // Clamped so that the scale and its inverse stay normal numbers.
+    2f64.powi((x.log2().ceil() as i32).clamp(-1000, 1000))
+}
+
+/// Process-wide counter behind the ids of meshes and scenes.
+pub(super) fn next_id() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Relaxed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+
+    #[test]
+    fn local_frame_is_the_same_at_every_scale_and_place() {
+        let near = Mesh::new(&TRIANGLE, &[[0, 1, 2]]).unwrap();
+        for scale in [2f64.powi(-20), 2f64.powi(30), 2f64.powi(200)] {
+            let moved = TRIANGLE.map(|p| [p[0] * scale + 5e5 * scale, p[1] * scale + 4e6 * scale, p[2] * scale]);
+            let far = Mesh::new(&moved, &[[0, 1, 2]]).unwrap();
+            assert_eq!(near.positions_local(), far.positions_local());
+            let back = far.mesh_from_local().transform_point3(far.positions_local()[2].as_dvec3());
+            assert_eq!(back.to_array(), moved[2]);
+        }
+    }
+
+    #[test]
+    fn broken_faces_are_counted_and_unused_vertices_have_no_say() {
+        let vertices = [TRIANGLE[0], TRIANGLE[1], TRIANGLE[2], [f64::NAN, 0.0, 0.0], [1e9, 1e9, 1e9]];
+        let mesh = Mesh::new(&vertices, &[[0, 1, 3], [0, 1, 2]]).unwrap();
+        assert_eq!((mesh.dropped_faces(), mesh.triangles().len(), mesh.source_face(0)), (1, 1, 1));
+        assert_eq!(mesh.positions_local().len(), 3);
+        assert!(matches!(Mesh::new(&vertices, &[[0, 1, 3]]), Err(Error::EmptyScene { .. })));
+        assert!(matches!(Mesh::new(&vertices, &[]), Err(Error::EmptyScene { .. })));
+        assert_eq!(Mesh::new(&vertices, &[[0, 1, 5]]).unwrap_err(), Error::FaceIndex { face: 0, index: 5, count: 5 });
+        assert_eq!(Mesh::new(&vertices, &[[0, 1, -1]]).unwrap_err(), Error::FaceIndex { face: 0, index: -1, count: 5 });
+    }
+}

@@ -1,0 +1,13 @@
+//! What is rendered, who looks at it, and what lights it.
+
+mod camera;
+pub mod library;
+mod light;
+mod mesh;
+#[allow(clippy::module_inception)]
+mod scene;
+
+pub use camera::Camera;
+pub use light::{DirectionalLight, Light, PointLight, SpotLight};
+pub use mesh::Mesh;
+pub use scene::{Instance, Scene};

@@ -1,0 +1,144 @@
+//! Meshes placed by instances.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat4, DVec3};
+use rayon::prelude::*;
+
+use super::Mesh;
+use super::mesh::next_id;
+use crate::error::{Error, Result};
+use crate::geometry::Aabb;
+
+/// One placement of a mesh. Any invertible or flattening affine map: mirrored, sheared, scaled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Index into [`Scene::meshes`].
+    pub mesh: u32,
+    /// From the mesh's frame to the world.
+    pub world_from_mesh: DAffine3,
+}
+
+/// Meshes and their instances. Immutable, cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    id: u64,
+    meshes: Vec<Arc<Mesh>>,
+    instances: Vec<Instance>,
+    world_from_local: Vec<DAffine3>,
+    bounds: Aabb,
+    triangle_count: u64,
+}
+
+impl Scene {
+    /// A scene from meshes and their placements.
+    ///
+    /// # Errors
+    /// [`Error::EmptyScene`] without instances; [`Error::InvalidArgument`] for a transform that is not finite, takes the
+    /// mesh out of the range of f64, or an instance of a mesh that does not exist.
+    pub fn new(meshes: Vec<Arc<Mesh>>, instances: Vec<Instance>) -> Result<Self> {
+        if instances.is_empty() {
+            return Err(Error::EmptyScene { reason: "no instance of any mesh".into() });
+        }
+        for (i, instance) in instances.iter().enumerate() {
+            if instance.mesh as usize >= meshes.len() {
+                return Err(Error::argument(
+                    format!("instances[{i}].mesh"),
+                    format!("an index below {}", meshes.len()),
+                    instance.mesh,
+                    "add the mesh first",
+                ));
+            }
+            if !instance.world_from_mesh.is_finite() {
+                return Err(Error::argument(
+                    format!("instances[{i}].transform"),
+                    "16 finite numbers",
+                    "a NaN or an infinity",
+                    "check the scene graph",
+                ));
+            }
+        }
+        let world_from_local: Vec<DAffine3> =
+            instances.iter().map(|i| i.world_from_mesh * *meshes[i.mesh as usize].mesh_from_local()).collect();
+        let bounds = instances
+            .par_iter()
+            .zip(&world_from_local)
+            .map(|(instance, world_from_local)| {
+                let mesh = &meshes[instance.mesh as usize];
+                let points = mesh.positions_local();
+                Aabb::from_points(points.iter().map(|p| world_from_local.transform_point3(p.as_dvec3())))
+            })
+            .reduce(|| Aabb::EMPTY, Aabb::union);
+        // A map that overflows gives infinite bounds; every later step divides by the extent.
+        if !(bounds.extent().is_finite() && bounds.extent().length_squared().is_finite()) {
+            return Err(Error::argument(
+                "scene",
+                "coordinates whose squares fit into 64-bit floats",
+                format!("bounds from {} to {}", bounds.min, bounds.max),
+                "scale the scene down",
+            ));
+        }
+        let triangle_count = instances.iter().map(|i| meshes[i.mesh as usize].triangles().len() as u64).sum();
+        Ok(Self {
+            inner: Arc::new(Inner { id: next_id(), meshes, instances, world_from_local, bounds, triangle_count }),
+        })
+    }
+    /// A scene of one mesh at its own place.
+    pub fn from_mesh(mesh: Mesh) -> Result<Self> {
+        Self::new(vec![Arc::new(mesh)], vec![Instance { mesh: 0, world_from_mesh: DAffine3::IDENTITY }])
+    }
+    /// Both scenes in one; meshes stay shared.
+    pub fn joined(&self, other: &Self) -> Result<Self> {
+        let offset = self.meshes().len() as u32;
+        let meshes = self.meshes().iter().chain(other.meshes()).cloned().collect();
+        let moved = other.instances().iter().map(|i| Instance { mesh: i.mesh + offset, ..*i });
+        Self::new(meshes, self.instances().iter().copied().chain(moved).collect())
+    }
+    /// The whole scene moved by an affine map of the world.
+    pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
+        let moved = self.instances().iter().map(|i| Instance { world_from_mesh: *map * i.world_from_mesh, ..*i });
+        Self::new(self.meshes().to_vec(), moved.collect())
+    }
+    /// A number no other scene of this process has; caches key on it.
+    pub fn id(&self) -> u64 {
+        self.inner.id
+    }
+    /// The meshes, each stored once.
+    pub fn meshes(&self) -> &[Arc<Mesh>] {
+        &self.inner.meshes
+    }
+    /// The placements.
+    pub fn instances(&self) -> &[Instance] {
+        &self.inner.instances
+    }
+    /// From an instance's mesh-local f32 frame to the world, one per instance.
+    pub fn world_from_local(&self) -> &[DAffine3] {
+        &self.inner.world_from_local
+    }
+    /// The mesh of an instance.
+    pub fn mesh_of(&self, instance: usize) -> &Mesh {
+        &self.inner.meshes[self.inner.instances[instance].mesh as usize]
+    }
+    /// The world box of all vertices that triangles use.
+    pub fn bounds(&self) -> &Aabb {
+        &self.inner.bounds
+    }
+    /// The point positions are told relative to in single precision: the middle of the bounds.
+    pub fn origin(&self) -> DVec3 {
+        self.inner.bounds.center()
+    }
+    /// Triangles, instances counted each time.
+    pub fn triangle_count(&self) -> u64 {
+        self.inner.triangle_count
+    }
+    /// `clip_from_world` taken to an instance's local f32 frame; the product is formed in f64, so the world's
+    /// translation cancels before anything is rounded.
+    pub fn clip_from_local(&self, clip_from_world: &DMat4, instance: usize) -> DMat4 {
+        *clip_from_world * DMat4::from(self.inner.world_from_local[instance])
+    }
+}

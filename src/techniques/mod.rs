@@ -1,0 +1,5 @@
+//! The techniques: each turns a view into a [`Parameterization`](crate::Parameterization), and says so in a [`Spec`].
+
+mod spec;
+
+pub use spec::{Kind, LightSupport, ParamSpec, Spec, Value};

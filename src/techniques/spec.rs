@@ -1,0 +1,100 @@
+//! How a technique declares itself. Python keywords, sliders, the command line and the documentation's table read this.
+
+/// The value of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A real number.
+    Number(f64),
+    /// A whole number.
+    Integer(i64),
+    /// On or off.
+    Flag(bool),
+    /// One of a few words.
+    Choice(String),
+}
+
+/// Which values a parameter takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A number between two, both included.
+    Number {
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+    },
+    /// A whole number between two, both included.
+    Integer {
+        /// Smallest.
+        min: i64,
+        /// Largest.
+        max: i64,
+    },
+    /// On or off.
+    Flag,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// One of these words, or a number between two.
+    ChoiceOrNumber {
+        /// The words.
+        words: &'static [&'static str],
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+    },
+}
+
+/// The default of a parameter; `Value` without the heap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Default {
+    /// See [`Value::Number`].
+    Number(f64),
+    /// See [`Value::Integer`].
+    Integer(i64),
+    /// See [`Value::Flag`].
+    Flag(bool),
+    /// See [`Value::Choice`].
+    Choice(&'static str),
+}
+
+/// One parameter, declared once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParamSpec {
+    /// Keyword.
+    pub name: &'static str,
+    /// Unit, "" for none.
+    pub unit: &'static str,
+    /// Value where none is given.
+    pub default: Default,
+    /// Range.
+    pub kind: Kind,
+    /// One line.
+    pub doc: &'static str,
+}
+
+/// Which lights a technique serves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LightSupport {
+    /// Directional lights.
+    pub directional: bool,
+    /// Spot lights.
+    pub spot: bool,
+    /// Point lights.
+    pub point: bool,
+}
+
+/// A technique's self-description.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spec {
+    /// Name in the registry.
+    pub name: &'static str,
+    /// For people.
+    pub title: &'static str,
+    /// Authors, year, section.
+    pub source: &'static str,
+    /// The lights it serves.
+    pub lights: LightSupport,
+    /// Its parameters.
+    pub params: &'static [ParamSpec],
+}

@@ -2,7 +2,18 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
-use crate::techniques::Value;
+/// The value of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A real number.
+    Number(f64),
+    /// A whole number.
+    Integer(i64),
+    /// On or off.
+    Flag(bool),
+    /// One of a few words.
+    Choice(String),
+}
 
 /// What happens to map coordinates after the projective part.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

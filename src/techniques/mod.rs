@@ -2,4 +2,5 @@
 
 mod spec;
 
-pub use spec::{Kind, LightSupport, ParamSpec, Spec, Value};
+pub use crate::parameterization::Value;
+pub use spec::{Kind, LightSupport, ParamSpec, Spec};

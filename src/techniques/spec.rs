@@ -1,17 +1,7 @@
 //! How a technique declares itself. Python keywords, sliders, the command line and the documentation's table read this.
 
-/// The value of a parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    /// A real number.
-    Number(f64),
-    /// A whole number.
-    Integer(i64),
-    /// On or off.
-    Flag(bool),
-    /// One of a few words.
-    Choice(String),
-}
+#[cfg(doc)]
+use crate::parameterization::Value;
 
 /// Which values a parameter takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +35,7 @@ pub enum Kind {
     },
 }
 
-/// The default of a parameter; `Value` without the heap.
+/// The default of a parameter; [`Value`] without the heap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Default {
     /// See [`Value::Number`].

@@ -1,1 +1,3 @@
-//! To be written.
+//! The rasteriser on the processor: no driver, deterministic, the rules of graphics hardware.
+
+pub mod lookup;

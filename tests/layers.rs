@@ -107,9 +107,11 @@ fn forbidden(module: &[String], source: &str, re_exports: &BTreeMap<String, Stri
         if let Some(home) = path.first().and_then(|first| re_exports.get(first)) {
             path.insert(0, home.clone());
         }
-        let permitted =
-            |rule: &&str| rule.split("::").zip(&path).filter(|(a, b)| a == b).count() == rule.split("::").count();
-        if path.first() != Some(top) && !allowed.iter().any(|rule| permitted(&rule)) {
+        let permits = |rule: &&str| {
+            let rule: Vec<&str> = rule.split("::").collect();
+            path.len() >= rule.len() && path.iter().zip(rule).all(|(part, name)| part == name)
+        };
+        if path.first() != Some(top) && !allowed.iter().any(permits) {
             complaints.push(format!("{} uses crate::{}", module.join("::"), path.join("::")));
         }
     }

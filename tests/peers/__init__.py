@@ -1,0 +1,1 @@
+"""Other programs behind plain numpy arrays, for tests and benches: OpenGL through moderngl, pyrender, embreex."""

@@ -1,1 +1,3 @@
-//! To be written.
+//! Errors as numbers. Sees only data: images, matrices, cameras.
+
+pub mod against_truth;

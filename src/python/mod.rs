@@ -1,1 +1,42 @@
-//! To be written.
+//! The Python extension module: thin wrappers with the same stems as the core.
+
+mod aliasing;
+mod camera;
+mod convert;
+mod library;
+mod light;
+mod parameterization;
+mod render;
+mod scene;
+mod technique;
+mod trace;
+
+/// The private extension module behind the package.
+#[pyo3::pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::aliasing::{PyMisclassified, misclassified};
+    #[pymodule_export]
+    use super::camera::PyCamera;
+    #[pymodule_export]
+    use super::library::{library_build, library_specs};
+    #[pymodule_export]
+    use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
+    #[pymodule_export]
+    use super::parameterization::{PyParameterization, PyPartition};
+    #[pymodule_export]
+    use super::render::{PyBias, PyGBuffer, PyRenderer, adapters};
+    #[pymodule_export]
+    use super::scene::{PyMesh, PyScene};
+    #[pymodule_export]
+    use super::technique::{PyTechnique, technique_specs};
+    #[pymodule_export]
+    use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(m: &Bound<'_, PyModule>) -> PyResult<()> {
+        m.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,83 @@
+"""The laboratory for shadow-map parameterizations.
+
+Importing the package touches no graphics driver.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from . import aliasing, errors, library, trace
+from ._core import (
+    Bias,
+    Camera,
+    DirectionalLight,
+    GBuffer,
+    Parameterization,
+    Partition,
+    PointLight,
+    Renderer,
+    SpotLight,
+    Technique,
+    __version__,
+)
+from .registry import technique, techniques
+from .scenes import Scene, load_scene, turned
+
+if TYPE_CHECKING:
+    from . import plot
+    from .doctor import report
+    from .study import Study, compare
+    from .views import default_view
+
+__all__ = [
+    "Bias",
+    "Camera",
+    "DirectionalLight",
+    "GBuffer",
+    "Parameterization",
+    "Partition",
+    "PointLight",
+    "Renderer",
+    "Scene",
+    "SpotLight",
+    "Study",
+    "Technique",
+    "__version__",
+    "aliasing",
+    "compare",
+    "default_view",
+    "errors",
+    "library",
+    "load_scene",
+    "plot",
+    "report",
+    "technique",
+    "techniques",
+    "trace",
+    "turned",
+]
+
+#: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
+_LAZY = {
+    "Study": "study",
+    "compare": "study",
+    "default_view": "views",
+    "plot": "plot",
+    "report": "doctor",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    module = import_module(f".{_LAZY[name]}", __name__)
+    value = module if name == _LAZY[name] else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

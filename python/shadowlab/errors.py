@@ -1,0 +1,37 @@
+"""Everything that shadowlab raises derives from `ShadowlabError` and from the builtin that fits."""
+
+
+class ShadowlabError(Exception):
+    """Base of all errors of this package."""
+
+
+class ArgumentError(ShadowlabError, ValueError):
+    """An argument of the wrong type, shape or range."""
+
+
+class UnknownNameError(ShadowlabError, ValueError):
+    """A name that is in no registry; the message lists the valid ones."""
+
+
+class SceneError(ShadowlabError, ValueError):
+    """Geometry that cannot be used: no triangle left, a face that points nowhere."""
+
+
+class LoadError(ShadowlabError, OSError):
+    """A file that is missing, broken or not a mesh."""
+
+
+class UnsupportedError(ShadowlabError, ValueError):
+    """A technique asked to serve what it cannot."""
+
+
+class DeviceError(ShadowlabError, RuntimeError):
+    """No graphics adapter, or one that failed."""
+
+
+class InternalError(ShadowlabError, RuntimeError):
+    """A defect in shadowlab itself."""
+
+
+class ShadowlabWarning(UserWarning):
+    """Something was left out or replaced; the message says what and how much."""

@@ -1,0 +1,177 @@
+//! `_core.Technique` and the registry's table.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
+
+use super::camera::PyCamera;
+use super::convert::{OrRaise, argument_error};
+use super::light::light;
+use super::parameterization::PyParameterization;
+use super::scene::PyScene;
+use crate::parameterization::Value;
+use crate::render::MAX_IMAGE_SIDE;
+use crate::techniques::{self, Default, Kind, Technique};
+
+/// A technique with its settings.
+#[pyclass(name = "Technique", frozen, module = "shadowlab")]
+pub struct PyTechnique {
+    technique: Box<dyn Technique>,
+}
+
+#[pymethods]
+impl PyTechnique {
+    /// The technique of that name; parameters by keyword, as `techniques()` lists them.
+    #[new]
+    #[pyo3(signature = (name, **params))]
+    fn new(py: Python<'_>, name: &str, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut given = Vec::new();
+        for (key, value) in params.into_iter().flatten() {
+            let key: String = key.extract()?;
+            let value = value_from_object(&value, &key)?;
+            given.push((key, value));
+        }
+        Ok(Self { technique: techniques::technique(name, &given).or_raise(py)? })
+    }
+    /// Name in the registry.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.technique.spec().name
+    }
+    /// Every parameter with its value.
+    #[getter]
+    fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        settings_dict(py, &self.technique.settings())
+    }
+    /// The maps of this technique for a scene, camera and light.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene : Scene
+    /// camera : Camera
+    /// light : DirectionalLight, SpotLight or PointLight
+    /// resolution : int
+    ///     Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
+    ///
+    /// Returns
+    /// -------
+    /// Parameterization
+    ///
+    /// Raises
+    /// ------
+    /// UnsupportedError
+    ///     The technique does not serve this kind of light.
+    /// ArgumentError
+    ///     An argument of the wrong type or outside its range.
+    #[pyo3(signature = (scene, camera, light, *, resolution=1024))]
+    fn parameterize(
+        &self,
+        py: Python<'_>,
+        scene: PyRef<'_, PyScene>,
+        camera: PyRef<'_, PyCamera>,
+        #[pyo3(from_py_with = light)] light: crate::Light,
+        resolution: i64,
+    ) -> PyResult<PyParameterization> {
+        if !(1..=i64::from(MAX_IMAGE_SIDE)).contains(&resolution) {
+            let expected = format!("a whole number between 1 and {MAX_IMAGE_SIDE}");
+            return Err(argument_error(py, "resolution", expected, resolution, "choose another size"));
+        }
+        let p = self.technique.parameterize(&scene.scene, &camera.camera, &light, resolution as u32);
+        Ok(p.or_raise(py)?.into())
+    }
+    fn __repr__(&self) -> String {
+        let settings = self.technique.settings();
+        let settings: Vec<String> = settings.iter().map(|(k, v)| format!(", {k}={}", value_text(v))).collect();
+        format!("Technique({:?}{})", self.name(), settings.concat())
+    }
+}
+
+/// One dictionary a technique: name, title, source, lights, params.
+#[pyfunction]
+pub fn technique_specs(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for spec in techniques::specs() {
+        let params = PyList::empty(py);
+        for p in spec.params {
+            let d = PyDict::new(py);
+            d.set_item("name", p.name)?;
+            d.set_item("unit", p.unit)?;
+            match p.default {
+                Default::Number(x) => d.set_item("default", x)?,
+                Default::Integer(x) => d.set_item("default", x)?,
+                Default::Flag(x) => d.set_item("default", x)?,
+                Default::Choice(x) => d.set_item("default", x)?,
+            }
+            d.set_item("range", range_text(&p.kind))?;
+            d.set_item("doc", p.doc)?;
+            params.append(d)?;
+        }
+        let lights =
+            [("directional", spec.lights.directional), ("spot", spec.lights.spot), ("point", spec.lights.point)];
+        let d = PyDict::new(py);
+        d.set_item("name", spec.name)?;
+        d.set_item("title", spec.title)?;
+        d.set_item("source", spec.source)?;
+        d.set_item("lights", lights.iter().filter(|l| l.1).map(|l| l.0).collect::<Vec<_>>())?;
+        d.set_item("params", params)?;
+        list.append(d)?;
+    }
+    Ok(list)
+}
+
+/// A dictionary of settings.
+pub fn settings_dict<'py>(py: Python<'py>, settings: &[(&'static str, Value)]) -> PyResult<Bound<'py, PyDict>> {
+    let d = PyDict::new(py);
+    for (name, value) in settings {
+        match value {
+            Value::Number(x) => d.set_item(name, x)?,
+            Value::Integer(x) => d.set_item(name, x)?,
+            Value::Flag(x) => d.set_item(name, x)?,
+            Value::Choice(x) => d.set_item(name, x)?,
+        }
+    }
+    Ok(d)
+}
+
+/// A setting as Python would write it.
+pub fn value_text(value: &Value) -> String {
+    match value {
+        Value::Number(x) => format!("{x}"),
+        Value::Integer(x) => format!("{x}"),
+        Value::Flag(x) => if *x { "True" } else { "False" }.to_string(),
+        Value::Choice(x) => format!("{x:?}"),
+    }
+}
+
+fn range_text(kind: &Kind) -> String {
+    match kind {
+        Kind::Number { min, max } => format!("{min} to {max}"),
+        Kind::Integer { min, max } => format!("{min} to {max}"),
+        Kind::Flag => "True or False".into(),
+        Kind::Choice(words) => words.join(", "),
+        Kind::ChoiceOrNumber { words, min, max } => format!("{}, or {min} to {max}", words.join(", ")),
+    }
+}
+
+fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    // bool first: it is an int to Python.
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Flag(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(Value::Integer(value.extract()?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Number(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::Choice(value.extract()?));
+    }
+    if let Ok(item) = value.call_method0("item")
+        && !item.get_type().is(value.get_type())
+    {
+        // A numpy scalar.
+        return value_from_object(&item, name);
+    }
+    let got = value.repr()?.to_string();
+    Err(argument_error(value.py(), name, "a number, a bool or a word", got, "see shadowlab.techniques()"))
+}

@@ -171,7 +171,10 @@ fn mod_files_hold_lists_only() {
     for path in files(&root().join("python"), &["py"]) {
         if path.file_name().is_some_and(|name| name == "__init__.py") {
             let source = read(&path);
-            let bodies = source.lines().filter(|line| line.starts_with("class ") || line.starts_with("def "));
+            // Python asks `__getattr__` and `__dir__` of a module that loads its parts on demand: they serve the list.
+            let is_body =
+                |line: &&str| line.starts_with("class ") || line.starts_with("def ") && !line.starts_with("def __");
+            let bodies = source.lines().filter(is_body);
             complaints.extend(bodies.map(|line| format!("{}: `{line}`", path.strip_prefix(root()).unwrap().display())));
         }
     }

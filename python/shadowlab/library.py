@@ -61,8 +61,11 @@ def scene(name: str, *, seed: int = 1, **params: float) -> LibraryScene:
             raise ArgumentError(f"{key}: expected a number, got {value!r}; see shadowlab.library.table()") from None
     meshes, mesh_index, transforms, camera, light = _core.library_build(name, seed, given)
     built = LibraryScene(meshes, mesh_index, transforms)
-    settings = ",".join(f"{k}={v:g}" for k, v in given)
+    shown = [f"seed={seed}"] * (seed != 1) + [f"{k}={v:.12g}" for k, v in given]
+    settings = ",".join(shown)
     built.source = f"@{name}" + (f":{settings}" if settings else "")
+    keywords = "".join(f", {k}={v!r}" for k, v in [("seed", seed), *params.items()])
+    built.recipe = f"sl.library.scene({name!r}{keywords})"
     built.camera, built.light = camera, light
     return built
 

@@ -36,9 +36,12 @@ class Scene(_core.Scene):
         Where it came from: a path, "@name" of a library scene, or "" for arrays.
     world_from_source : (4, 4) float64
         How the source's coordinates were turned; the identity unless it was loaded with ``up="z"``.
+    recipe : str
+        The Python that makes it again (``sl`` is shadowlab), or "" where arrays went into it.
     """
 
     source: str = ""
+    recipe: str = ""
     world_from_source: npt.NDArray[np.float64] = np.eye(4)
 
     @classmethod
@@ -149,7 +152,10 @@ class Scene(_core.Scene):
         corners[:, across] = ((low + high) / 2)[across] + size / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         # Counter-clockwise as seen from above.
         faces = [[0, 2, 1], [0, 3, 2]] if axis == 1 else [[0, 1, 2], [0, 2, 3]]
-        return self + Scene.from_arrays(corners, faces)
+        grounded = self + Scene.from_arrays(corners, faces)
+        if self.recipe:
+            grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{', up=' + repr(up) if up != 'y' else ''})"
+        return grounded
 
     def transformed(self, matrix: npt.ArrayLike) -> Scene:
         """This scene moved by an affine map.
@@ -164,6 +170,7 @@ class Scene(_core.Scene):
             raise ArgumentError(f"matrix: expected shape (4, 4), got {m.shape}; give one affine map")
         moved = type(self)._assemble(self.meshes, self.mesh_index, m @ self.transforms)
         moved.source, moved.world_from_source = self.source, m @ self.world_from_source
+        moved.recipe = f"{self.recipe}.transformed({m.tolist()})" if self.recipe else ""
         return moved
 
     def __add__(self, other: object) -> Scene:
@@ -173,6 +180,8 @@ class Scene(_core.Scene):
         transforms = np.concatenate([self.transforms, other.transforms])
         joined = Scene._assemble(self.meshes + other.meshes, index, transforms)
         joined.source, joined.world_from_source = self.source, self.world_from_source
+        recipes = self.recipe, getattr(other, "recipe", "")
+        joined.recipe = f"({recipes[0]} + {recipes[1]})" if all(recipes) else ""
         return joined
 
     @staticmethod
@@ -245,6 +254,7 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
     if axis == 2:
         scene = scene.transformed(_Y_UP_FROM_Z_UP)
     scene.source = path
+    scene.recipe = f"sl.load_scene({path!r}{', up=' + repr(up) if up != 'y' else ''})"
     return scene
 
 

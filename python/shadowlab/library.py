@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _core
 from .errors import ArgumentError
@@ -74,11 +74,16 @@ def table() -> pd.DataFrame:
     """One row a scene: name, title, what it shows, parameters."""
     import pandas as pd
 
-    def describe(p: dict) -> str:
+    def describe(p: dict[str, Any]) -> str:
         return f"{p['name']}={p['default']:g} ({p['min']:g} to {p['max']:g}: {p['doc']})"
 
     rows = [
-        {"name": s["name"], "title": s["title"], "shows": s["shows"], "parameters": "; ".join(map(describe, s["params"]))}
+        {
+            "name": s["name"],
+            "title": s["title"],
+            "shows": s["shows"],
+            "parameters": "; ".join(map(describe, s["params"])),
+        }
         for s in _core.library_specs()
     ]
     return pd.DataFrame(rows, columns=["name", "title", "shows", "parameters"])

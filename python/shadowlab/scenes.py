@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
@@ -21,7 +22,7 @@ Up = Literal["y", "z"]
 #: Turns z-up coordinates (x, y, z) into y-up ones (x, z, -y): a rotation, so handedness stays.
 _Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
-#: Full side of the default ground, in units of the scene's largest extent: wide enough that no ordinary view sees its edge.
+#: Full side of the default ground in largest extents of the scene: so wide that no ordinary view sees its edge.
 _GROUND_SIDE = 12.0
 
 
@@ -116,7 +117,9 @@ class Scene(_core.Scene):
         _warn_dropped(dropped, left_out)
         if not index:
             what = f"left out: {', '.join(left_out)}" if left_out else "the scene graph places no mesh"
-            raise SceneError(f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices")
+            raise SceneError(
+                f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
+            )
         return cls(list(meshes.values()), index, np.asarray(transforms, dtype=np.float64))
 
     def with_ground(self, height: float | None = None, size: float | None = None, *, up: Up = "y") -> Scene:
@@ -154,7 +157,7 @@ class Scene(_core.Scene):
         faces = [[0, 2, 1], [0, 3, 2]] if axis == 1 else [[0, 1, 2], [0, 2, 3]]
         grounded = self + Scene.from_arrays(corners, faces)
         if self.recipe:
-            grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{', up=' + repr(up) if up != 'y' else ''})"
+            grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{_up_keyword(up)})"
         return grounded
 
     def transformed(self, matrix: npt.ArrayLike) -> Scene:
@@ -229,21 +232,21 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
         No triangle is left, or a face points at a vertex that does not exist.
     """
     axis = _up_axis(up)
-    path = os.fspath(path)
-    if not os.path.exists(path):
+    path = Path(path)
+    if not path.exists():
         raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")
-    if os.path.isdir(path):
+    if path.is_dir():
         raise LoadError(f"{path}: expected a mesh file, found a directory; name a file in it")
     import trimesh
 
     known = trimesh.available_formats()
-    kind = os.path.splitext(path)[1].lower().lstrip(".")
+    kind = path.suffix.lower().lstrip(".")
     if kind not in known:
         listed = ", ".join(sorted(known))
         raise LoadError(f"{path}: expected a file of a kind that trimesh loads ({listed}), got {kind or 'no ending'!r}")
     try:
         # process=False: no merging, no reordering, so face numbers stay the file's.
-        loaded = trimesh.load_scene(path, process=False)
+        loaded = trimesh.load_scene(str(path), process=False)
     except KeyboardInterrupt:
         raise
     except Exception as e:
@@ -253,8 +256,8 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
     scene = Scene.from_trimesh(loaded)
     if axis == 2:
         scene = scene.transformed(_Y_UP_FROM_Z_UP)
-    scene.source = path
-    scene.recipe = f"sl.load_scene({path!r}{', up=' + repr(up) if up != 'y' else ''})"
+    scene.source = str(path)
+    scene.recipe = f"sl.load_scene({str(path)!r}{_up_keyword(up)})"
     return scene
 
 
@@ -267,14 +270,18 @@ def turned(vectors: npt.ArrayLike, *, up: Up) -> npt.NDArray[np.float64]:
     up : {"y", "z"}
         The file's up axis, as given to `load_scene`.
     """
-    v = np.asarray(vectors, dtype=np.float64)
-    return v @ _Y_UP_FROM_Z_UP[:3, :3].T if _up_axis(up) == 2 else v.copy()
+    v = np.array(vectors, dtype=np.float64)
+    return np.einsum("ij,...j->...i", _Y_UP_FROM_Z_UP[:3, :3], v) if _up_axis(up) == 2 else v
 
 
 def _up_axis(up: str) -> int:
     if up not in ("y", "z"):
         raise ArgumentError(f"up: expected 'y' or 'z', got {up!r}; name the axis that points up")
     return 1 if up == "y" else 2
+
+
+def _up_keyword(up: Up) -> str:
+    return f", up={up!r}" if up != "y" else ""
 
 
 def _indices_in_range(geometry: Any) -> bool:
@@ -293,5 +300,5 @@ def _warn_dropped(faces: int, left_out: list[str]) -> None:
         warnings.warn(f"left out: {' and '.join(parts)}", ShadowlabWarning, stacklevel=3)
 
 
-def _broken(path: str, why: str, cause: Exception | None) -> NoReturn:
+def _broken(path: Path, why: str, cause: Exception | None) -> NoReturn:
     raise LoadError(f"{path}: expected a readable mesh, could not load it ({why}); check the file") from cause

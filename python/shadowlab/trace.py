@@ -35,8 +35,8 @@ def shadow_mask(
     Returns
     -------
     (H, W) int8
-        1 lit; 0 in shadow (also what faces away from the light); -1 undecided: the answer changes with the numerical offset
-        of the ray; -2 nothing there.
+        1 lit; 0 in shadow (also what faces away from the light); -1 undecided: the answer changes with the
+        numerical offset of the ray; -2 nothing there.
     """
     if not progress:
         return _core.trace_shadow_mask(scene, camera, light, size=size)

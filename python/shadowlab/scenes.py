@@ -123,7 +123,7 @@ class Scene(_core.Scene):
         return cls(list(meshes.values()), index, np.asarray(transforms, dtype=np.float64))
 
     def with_ground(self, height: float | None = None, size: float | None = None, *, up: Up = "y") -> Scene:
-        """This scene with a square horizontal floor under it.
+        """The scene with a square horizontal floor under it.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class Scene(_core.Scene):
         return grounded
 
     def transformed(self, matrix: npt.ArrayLike) -> Scene:
-        """This scene moved by an affine map.
+        """The scene moved by an affine map.
 
         Parameters
         ----------
@@ -247,9 +247,7 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
     try:
         # process=False: no merging, no reordering, so face numbers stay the file's.
         loaded = trimesh.load_scene(str(path), process=False)
-    except KeyboardInterrupt:
-        raise
-    except Exception as e:
+    except Exception as e:  # noqa: BLE001 - each of trimesh's loaders raises what its own parser raises
         _broken(path, f"{type(e).__name__}: {e}", e)
     if not loaded.geometry:
         _broken(path, "no geometry in it", None)

@@ -21,8 +21,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .moderngl_peer import homogeneous
-
 DEPTH_TOLERANCE = 1e-5
 """Depths closer than this agree; 84 units of the last place of a float32 near 1."""
 
@@ -117,6 +115,12 @@ def assert_agree(
     assert difference.share <= share, f"more than {100 * share} %: {difference}"
     assert difference.of("unexplained") == 0, str(difference)
     return difference
+
+
+def homogeneous(vertices) -> np.ndarray:
+    """(V, 4) float64 points from (V, 3)."""
+    vertices = np.asarray(vertices, np.float64)
+    return np.concatenate([vertices, np.ones((len(vertices), 1))], axis=1)
 
 
 def _pieces_near(differs, vertices, faces, clip_from_world):

@@ -45,19 +45,3 @@ class EmbreexScene:
         """(N,) bool: something lies between 0 and t_max lengths of the direction (float32)."""
         reach = np.minimum(np.asarray(t_max, np.float64), 1e37).astype(np.float32)
         return self._scene.run(origins_local, directions, dists=reach, query="OCCLUDED") == 0
-
-
-def edge_distance(origins, directions, triangles) -> np.ndarray:
-    """(N,) how far each ray passes inside its triangle's outline, as a share of the triangle's size; negative outside.
-
-    `triangles` is (N, 3, 3). The smallest barycentric coordinate of the point where the ray meets the triangle's plane.
-    """
-    o, d = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
-    a, b, c = np.moveaxis(np.asarray(triangles, np.float64) - o[:, None], 1, 0)
-    u = np.einsum("ij,ij->i", d, np.cross(c, b))
-    v = np.einsum("ij,ij->i", d, np.cross(a, c))
-    w = np.einsum("ij,ij->i", d, np.cross(b, a))
-    total = u + v + w
-    with np.errstate(divide="ignore", invalid="ignore"):
-        smallest = np.stack([u, v, w], axis=1) / total[:, None]
-    return np.where(total == 0, 0.0, smallest.min(axis=1))

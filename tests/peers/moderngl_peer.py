@@ -18,6 +18,8 @@ import ctypes
 import moderngl
 import numpy as np
 
+from .compare import homogeneous
+
 _GL_LOWER_LEFT = 0x8CA1
 _GL_ZERO_TO_ONE = 0x935F
 _GL_TEXTURE_2D = 0x0DE1
@@ -130,12 +132,6 @@ class ModernGL:
 
 
 _TO_SYMMETRIC_Z = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, -1], [0, 0, 0, 1]])
-
-
-def homogeneous(vertices) -> np.ndarray:
-    """(V, 4) float64 points from (V, 3)."""
-    vertices = np.asarray(vertices, np.float64)
-    return np.concatenate([vertices, np.ones((len(vertices), 1))], axis=1)
 
 
 def moderngl_depth(vertices, faces, clip_matrix, size: tuple[int, int]) -> np.ndarray:

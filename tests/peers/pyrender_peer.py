@@ -48,12 +48,16 @@ class Pyrender:
         # Other programs of this process have contexts too; pyrender never lets go of its own.
         self._renderer._platform.make_current()
 
-    def camera_depth(self, vertices, faces, camera, world_from_camera, size: tuple[int, int]) -> np.ndarray:
-        """(H, W) float64 depth in [0, 1] of a triangle soup seen by a pyrender camera, from pyrender's own `render`."""
+    def camera_distance(self, vertices, faces, camera, world_from_camera, size: tuple[int, int]) -> np.ndarray:
+        """(H, W) float32: what pyrender's own `render` calls depth, of triangles seen by a pyrender camera."""
         scene = _scene(vertices, faces)
         scene.add(camera, pose=world_from_camera)
         self._renderer.viewport_width, self._renderer.viewport_height = size
-        distance = self._renderer.render(scene, pyrender.RenderFlags.DEPTH_ONLY)
+        return self._renderer.render(scene, pyrender.RenderFlags.DEPTH_ONLY)
+
+    def camera_depth(self, vertices, faces, camera, world_from_camera, size: tuple[int, int]) -> np.ndarray:
+        """(H, W) float64 depth in [0, 1]: the same, undone to the depth buffer's values."""
+        distance = self.camera_distance(vertices, faces, camera, world_from_camera, size)
         return depth_from_pyrender_distance(distance, camera.znear, camera.zfar)
 
     def shadow_texture(self, vertices, faces, light, world_from_light) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,197 @@
+"""The border between Python and Rust: types, errors, the GIL, Ctrl-C, and arrays that are not copied."""
+
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import shadowlab as sl
+from shadowlab import errors
+from shadowlab.errors import ArgumentError, DeviceError, ShadowlabError, UnknownNameError
+
+SCENE = sl.Scene.from_arrays([[-1, -1, 0.5], [1, -1, 0.5], [0, 1, 0.5]], [[0, 1, 2]])
+
+
+def test_importing_the_package_touches_no_driver_and_no_heavy_library():
+    code = (
+        "import sys, shadowlab\n"
+        "heavy = {'matplotlib', 'pandas', 'trimesh', 'tqdm'} & set(sys.modules)\n"
+        "maps = open('/proc/self/maps').read() if sys.platform == 'linux' else ''\n"
+        "drivers = [n for n in ('libvulkan', 'libGL', 'libEGL', 'libnvidia') if n in maps]\n"
+        "assert not heavy and not drivers, (heavy, drivers)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_every_public_name_resolves_and_is_documented():
+    for name in sl.__all__:
+        value = getattr(sl, name)
+        assert name.startswith("__") or value.__doc__, name
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = sl.nonsense
+
+
+def test_every_error_has_the_base_and_a_builtin():
+    for name in dir(errors):
+        value = getattr(errors, name)
+        if isinstance(value, type) and name.endswith("Error") and value is not ShadowlabError:
+            assert issubclass(value, ShadowlabError)
+            assert len([b for b in value.__mro__ if b.__module__ == "builtins"]) > 3
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "match"),
+    [
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 0)), ArgumentError, "target"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 1, 0)), ArgumentError, "parallel"),
+        (lambda: sl.Camera.look_at((0, 0, np.nan), (0, 0, 1)), ArgumentError, "eye.*finite"),
+        (lambda: sl.Camera.look_at((0, 0), (0, 0, 1)), ArgumentError, r"eye.*\(3,\)"),
+        (lambda: sl.Camera.look_at((0, 0, "a"), (0, 0, 1)), ArgumentError, "eye"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), near=2, far=1), ArgumentError, "far.*near = 2"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), near=1, far=1), ArgumentError, "far"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), near=0), ArgumentError, "near"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), fov_y=0), ArgumentError, "fov_y.*radians"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), fov_y=60), ArgumentError, "np.radians"),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), aspect=0), ArgumentError, "aspect"),
+        (lambda: sl.DirectionalLight((0, 0, 0)), ArgumentError, "direction"),
+        (lambda: sl.DirectionalLight((np.inf, 0, 0)), ArgumentError, "direction"),
+        (lambda: sl.SpotLight((0, 0, 0), (0, 1, 0), cone_angle=4, range=1), ArgumentError, "cone_angle"),
+        (lambda: sl.SpotLight((0, 0, 0), (0, 1, 0), cone_angle=1, range=0), ArgumentError, "range"),
+        (lambda: sl.PointLight((0, 0, np.nan), range=1), ArgumentError, "position"),
+        (lambda: sl.Renderer("cuda"), UnknownNameError, "auto, cpu, gpu"),
+        (lambda: sl.Renderer("gpu", adapter="no such card"), DeviceError, "no such card"),
+        (lambda: sl.technique("nonsense"), UnknownNameError, "lispsm"),
+        (lambda: sl.technique("lispsm", nonsense=1), UnknownNameError, "near"),
+        (lambda: sl.technique("lispsm", near="nonsense"), ArgumentError, "near"),
+        (lambda: sl.technique("lispsm", near_factor=-1), ArgumentError, "near_factor"),
+        (lambda: sl.technique("uniform", focus=[1]), ArgumentError, "focus"),
+        (lambda: sl.library.scene("nonsense"), UnknownNameError, "courtyard"),
+        (lambda: sl.library.scene("forest", nonsense=1), UnknownNameError, "trees"),
+        (lambda: sl.library.scene("forest", trees=-1), ArgumentError, "trees"),
+        (lambda: sl.library.scene("forest", trees="many"), ArgumentError, "trees"),
+        (lambda: sl.library.scene("robots", seed=-1), ArgumentError, "seed"),
+        (lambda: sl.Parameterization.from_matrix(np.eye(3)), ArgumentError, r"\(4, 4\)"),
+        (lambda: sl.Parameterization.from_matrix(np.full((4, 4), np.nan)), ArgumentError, "finite"),
+        (lambda: sl.Parameterization.from_matrix(np.zeros((0, 4, 4))), ArgumentError, "at least one"),
+        (lambda: sl.Bias(slope=-1), ArgumentError, "slope"),
+        (lambda: sl.Bias(world=np.nan), ArgumentError, "world"),
+        (lambda: sl.trace.first_hit(SCENE, [[0, 0, 0]], [[0, 0, 0]]), ArgumentError, "direction"),
+        (lambda: sl.trace.first_hit(SCENE, [[0, 0, 0]], [[0, 0, 1], [0, 0, 1]]), ArgumentError, r"\(1, 3\)"),
+        (lambda: sl.trace.first_hit(SCENE, [[0, 0, np.nan]], [[0, 0, 1]]), ArgumentError, "finite"),
+        (lambda: sl.trace.occluded(SCENE, [[0, 0, 0]], [[0, 0, 1]], np.nan), ArgumentError, "t_max"),
+        (lambda: sl.aliasing.misclassified(np.ones((2, 2)), np.ones((2, 3))), ArgumentError, "truth"),
+        (lambda: sl.aliasing.misclassified(np.ones((0, 0)), np.ones((0, 0), np.int8)), ArgumentError, "pixel"),
+    ],
+)
+def test_bad_input_is_a_typed_error_that_helps(call, error, match):
+    with pytest.raises(error, match=match) as caught:
+        call()
+    assert isinstance(caught.value, ShadowlabError)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("bad", [0, -1, 16385, (4, 0), (1, 2, 3), 1.5, "big", None])
+def test_bad_sizes(bad):
+    camera, light = sl.Camera.look_at((0, 0, -3), (0, 0, 1)), sl.DirectionalLight((0, 0, 1))
+    r = sl.Renderer("cpu")
+    with pytest.raises(ArgumentError, match=r"size.*16384"):
+        r.gbuffer(SCENE, camera, size=bad)
+    with pytest.raises(ArgumentError, match=r"size.*16384"):
+        sl.trace.shadow_mask(SCENE, camera, light, size=bad)
+    if bad is not None:
+        with pytest.raises(ArgumentError, match=r"resolution.*16384"):
+            r.shadow_map(SCENE, np.eye(4), resolution=bad)
+
+
+def test_shadow_map_of_a_bare_matrix_and_of_several():
+    r = sl.Renderer("cpu")
+    one = r.shadow_map(SCENE, np.eye(4), resolution=(8, 4))
+    assert (one.shape, one.dtype) == ((4, 8), np.float32)
+    assert one.flags.owndata or one.base is not None
+    np.testing.assert_allclose(one[one < 1], 0.5, atol=1e-6)
+    several = r.shadow_map(SCENE, np.stack([np.eye(4)] * 3), resolution=4)
+    assert several.shape == (3, 4, 4)
+
+
+def test_gbuffer_arrays_are_handed_over_once():
+    camera = sl.Camera.look_at((0, 0, -3), (0, 0, 1))
+    g = sl.Renderer("cpu").gbuffer(SCENE, camera, size=(16, 9))
+    assert g.depth.shape == (9, 16)
+    assert g.position.shape == g.normal.shape == (9, 16, 3)
+    assert np.shares_memory(g.depth, g.depth)
+    assert np.shares_memory(g.position, g.position)
+    hit = g.triangle >= 0
+    np.testing.assert_allclose(g.position[hit][:, 2], 0.5, atol=1e-6)
+    np.testing.assert_allclose(g.normal[hit], [[0, 0, -1]] * hit.sum(), atol=1e-6)
+
+
+def test_triangle_numbers_are_the_callers_rows_even_where_faces_were_dropped():
+    vertices = [[-1, -1, 0.5], [1, -1, 0.5], [0, 1, 0.5], [np.nan, 0, 0]]
+    with pytest.warns(errors.ShadowlabWarning):
+        scene = sl.Scene.from_arrays(vertices, [[0, 1, 3], [3, 1, 2], [0, 1, 2]])
+    camera = sl.Camera.look_at((0, 0, -3), (0, 0, 1))
+    g = sl.Renderer("cpu").gbuffer(scene, camera, size=32)
+    assert set(np.unique(g.triangle)) == {-1, 2}
+    t, triangle, instance = sl.trace.first_hit(scene, [[0, 0, -3]], [[0, 0, 1]])
+    assert (t[0], triangle[0], instance[0]) == (pytest.approx(3.5), 2, 0)
+
+
+def test_long_work_releases_the_gil():
+    scene = sl.library.scene("courtyard")
+    r, ticks = sl.Renderer("cpu"), []
+    stop = threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    before = len(ticks)
+    for _ in range(5):
+        r.gbuffer(scene, scene.camera, size=2048)
+    inside = len(ticks) - before
+    stop.set()
+    thread.join()
+    assert inside > 10
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to a process work differently there")
+def test_ctrl_c_stops_long_work():
+    code = (
+        "import os, signal, threading, time, shadowlab as sl\n"
+        "scene = sl.library.scene('forest')\n"
+        "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n"
+        "    for _ in range(1000): sl.trace.shadow_mask(scene, scene.camera, scene.light, size=4096)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('stopped')\n"
+    )
+    start = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.strip() == "stopped", done.stderr
+    assert time.monotonic() - start < 60
+
+
+def test_progress_is_reported():
+    scene = sl.library.scene("robots")
+    seen = []
+    sl._core.trace_shadow_mask(
+        scene, scene.camera, scene.light, size=256, progress=lambda done, total: seen.append((done, total))
+    )
+    assert seen
+    assert seen[-1][0] == seen[-1][1] > 0
+
+
+def test_an_exception_in_the_progress_callback_comes_back():
+    scene = sl.library.scene("robots")
+
+    def fail(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        sl._core.trace_shadow_mask(scene, scene.camera, scene.light, size=64, progress=fail)

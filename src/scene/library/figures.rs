@@ -1,0 +1,196 @@
+//! Draped figures, about 2.1 m, that stand on y = 0 and look along +z: statues for plinths and for long shadows.
+//!
+//! The robe is a stack of elliptical rings whose radius is folded by a wave that fades from hem to waist; arms are tubes; the
+//! attribute in the hand gives each its outline.
+
+use std::f64::consts::TAU;
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::builder::{Shape, circle};
+
+/// What a figure holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pose {
+    /// A torch held high.
+    Torch,
+    /// A spear and a round shield.
+    Guard,
+    /// Wings spread, a wreath in the hand.
+    Winged,
+}
+
+/// Height, half width, half depth, depth of the folds relative to the radius; metres.
+const BODY: [[f64; 4]; 13] = [
+    [0.00, 0.37, 0.31, 0.13],
+    [0.08, 0.34, 0.29, 0.13],
+    [0.45, 0.275, 0.24, 0.11],
+    [0.80, 0.25, 0.215, 0.08],
+    [1.02, 0.235, 0.185, 0.05],
+    [1.20, 0.175, 0.140, 0.025],
+    [1.30, 0.180, 0.140, 0.02],
+    [1.44, 0.215, 0.155, 0.02],
+    [1.57, 0.235, 0.140, 0.01],
+    [1.66, 0.185, 0.110, 0.00],
+    [1.72, 0.085, 0.080, 0.00],
+    [1.80, 0.060, 0.062, 0.00],
+    [1.92, 0.058, 0.060, 0.00],
+];
+
+/// A figure in a pose, with `segments` around the robe (about 110 triangles for each).
+pub(super) fn figure(pose: Pose, segments: usize) -> Shape {
+    let mut figure = robe(segments);
+    let detail = segments / 2;
+    figure.add(Shape::ellipsoid(DVec3::new(0.0, 1.99, 0.015), DVec3::new(0.092, 0.13, 0.112), detail, detail * 2 / 3));
+    figure.add(Shape::ellipsoid(DVec3::new(0.0, 2.02, -0.09), DVec3::new(0.07, 0.065, 0.06), detail, detail / 2));
+    let hand = |figure: &mut Shape, at: DVec3| {
+        figure.add(Shape::ellipsoid(at, DVec3::splat(0.045), detail / 2, detail / 2));
+    };
+    let right_shoulder = DVec3::new(-0.2, 1.56, 0.0);
+    let left_shoulder = DVec3::new(0.2, 1.56, 0.0);
+    match pose {
+        Pose::Torch => {
+            let (elbow, fist) = (DVec3::new(-0.42, 1.74, 0.06), DVec3::new(-0.47, 2.08, 0.12));
+            arm(&mut figure, [right_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+            let torch = [
+                [0.0, -0.22],
+                [0.016, -0.2],
+                [0.028, 0.1],
+                [0.075, 0.17],
+                [0.08, 0.2],
+                [0.03, 0.2],
+                [0.07, 0.3],
+                [0.05, 0.42],
+                [0.0, 0.58],
+            ];
+            figure.add(Shape::lathe(&torch, detail).moved(fist));
+            let (elbow, fist) = (DVec3::new(0.4, 1.27, -0.06), DVec3::new(0.2, 1.1, 0.15));
+            arm(&mut figure, [left_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+        }
+        Pose::Guard => {
+            let (elbow, fist) = (DVec3::new(-0.42, 1.34, 0.0), DVec3::new(-0.5, 1.5, 0.26));
+            arm(&mut figure, [right_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+            let spear = [[0.0, 0.0], [0.016, 0.05], [0.016, 2.45], [0.05, 2.5], [0.0, 2.85]];
+            figure.add(Shape::lathe(&spear, detail / 2).moved(DVec3::new(fist.x, 0.0, fist.z)));
+            let (elbow, fist) = (DVec3::new(0.4, 1.22, 0.02), DVec3::new(0.4, 1.02, 0.22));
+            arm(&mut figure, [left_shoulder, elbow, fist], detail);
+            let disc = [
+                [0.0, 0.0],
+                [0.3, 0.0],
+                [0.42, -0.05],
+                [0.43, -0.03],
+                [0.3, 0.03],
+                [0.1, 0.06],
+                [0.08, 0.1],
+                [0.0, 0.12],
+            ];
+            let facing = DQuat::from_rotation_z(-0.35) * DQuat::from_rotation_x(TAU / 4.0);
+            let stand = DAffine3::from_rotation_translation(facing, DVec3::new(0.46, 0.9, 0.28));
+            figure.add(Shape::lathe(&disc, segments).placed(&stand));
+            let crest = [
+                (DVec3::new(0.0, 2.0, -0.17), 0.02),
+                (DVec3::new(0.0, 2.15, -0.13), 0.04),
+                (DVec3::new(0.0, 2.2, 0.0), 0.045),
+                (DVec3::new(0.0, 2.13, 0.11), 0.02),
+            ];
+            figure.add(Shape::tube(&crest, detail / 2));
+        }
+        Pose::Winged => {
+            for side in [-1.0, 1.0] {
+                wing(&mut figure, side);
+            }
+            let (elbow, fist) = (DVec3::new(-0.4, 1.42, 0.16), DVec3::new(-0.36, 1.66, 0.4));
+            arm(&mut figure, [right_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+            let wreath: Vec<(DVec3, f64)> = circle(detail)
+                .chain(circle(detail).take(1))
+                .map(|(_, c)| (fist + DVec3::new(c.x * 0.15, 0.15 + c.y * 0.15, 0.0), 0.026))
+                .collect();
+            figure.add(Shape::tube(&wreath, detail / 2));
+            let (elbow, fist) = (DVec3::new(0.36, 1.26, -0.1), DVec3::new(0.42, 0.98, 0.05));
+            arm(&mut figure, [left_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+        }
+    }
+    figure
+}
+
+fn robe(segments: usize) -> Shape {
+    const STEPS: usize = 4;
+    let count = (BODY.len() - 1) * STEPS;
+    let rings: Vec<Vec<DVec3>> = (0..=count)
+        .map(|k| {
+            let [height, x, z, fold] = body_at(k, STEPS);
+            // The weight rests on one leg: the hips swing aside and the chest swings back.
+            let sway = 0.045 * (height * 2.6).sin() * (1.9 - height).max(0.0);
+            circle(segments)
+                .map(|(turn, c)| {
+                    let wave = (11.0 * TAU * turn + 1.5 * height).cos() + 0.5 * (5.0 * TAU * turn - 2.0 * height).cos();
+                    let r = 1.0 + fold * wave;
+                    DVec3::new(sway + x * r * c.x, height, -z * r * c.y)
+                })
+                .collect()
+        })
+        .collect();
+    Shape::skin(&rings)
+}
+
+/// The body's measures at sub-step `k`: Catmull-Rom through [`BODY`].
+fn body_at(k: usize, steps: usize) -> [f64; 4] {
+    let last = BODY.len() - 1;
+    let i = (k / steps).min(last - 1);
+    let t = (k - i * steps) as f64 / steps as f64;
+    let (a, b, c, d) = (BODY[i.saturating_sub(1)], BODY[i], BODY[i + 1], BODY[(i + 2).min(last)]);
+    std::array::from_fn(|n| {
+        let (m0, m1) = (0.5 * (c[n] - a[n]), 0.5 * (d[n] - b[n]));
+        let (t2, t3) = (t * t, t * t * t);
+        // Heights stay linear between the rows, so that rings never overtake each other.
+        if n == 0 {
+            b[0] + t * (c[0] - b[0])
+        } else {
+            (2.0 * t3 - 3.0 * t2 + 1.0) * b[n]
+                + (t3 - 2.0 * t2 + t) * m0
+                + (3.0 * t2 - 2.0 * t3) * c[n]
+                + (t3 - t2) * m1
+        }
+    })
+}
+
+fn arm(figure: &mut Shape, [shoulder, elbow, hand]: [DVec3; 3], segments: usize) {
+    let inside = shoulder - DVec3::new(0.06 * shoulder.x.signum(), 0.03, 0.0);
+    let path = [
+        (inside, 0.07),
+        (shoulder, 0.075),
+        (shoulder.lerp(elbow, 0.5), 0.062),
+        (elbow, 0.05),
+        (elbow.lerp(hand, 0.4), 0.047),
+        (hand, 0.03),
+    ];
+    figure.add(Shape::tube(&path, segments));
+}
+
+/// A fan of feathers behind a shoulder; `side` is -1 or 1.
+fn wing(figure: &mut Shape, side: f64) {
+    const FEATHERS: usize = 11;
+    let root = DVec3::new(side * 0.1, 1.5, -0.16);
+    for k in 0..FEATHERS {
+        let t = k as f64 / (FEATHERS - 1) as f64;
+        // From upright by the head to hanging beside the hip.
+        let angle = 0.25 + 1.75 * t;
+        let length = 1.15 - 0.45 * t;
+        let feather = Shape::ellipsoid(DVec3::Y * (0.5 * length), DVec3::new(0.085, 0.5 * length, 0.014), 8, 10);
+        let turn = DQuat::from_rotation_z(-side * angle) * DQuat::from_rotation_y(side * 0.25);
+        // Each feather lies a little behind its neighbour; none touch in one plane.
+        let start = root + DVec3::new(side * 0.16 * (1.0 - t), 0.1 * (1.0 - t), -0.012 * k as f64);
+        figure.add(feather.placed(&DAffine3::from_rotation_translation(turn, start)));
+    }
+    let spar = [
+        (DVec3::new(side * 0.06, 1.4, -0.1), 0.05),
+        (root + DVec3::new(side * 0.1, 0.08, -0.03), 0.045),
+        (root + DVec3::new(side * 0.3, 0.45, -0.06), 0.02),
+    ];
+    figure.add(Shape::tube(&spar, 10));
+}

@@ -193,6 +193,7 @@ fn a_forbidden_import_is_found_however_it_is_written() {
         "fn f() -> u32 { crate::python::convert::<u32>(1) }",
         "use super::super::focus::view;",
         "use super::{bias, super::techniques};",
+        "mod inner { use super::super::super::trace; fn f() {} }",
         "use crate::Technique;",
         "use crate::*;",
         "use crate as everything;",
@@ -216,6 +217,7 @@ fn what_is_no_import_or_points_down_passes() {
         "#[cfg(test)]\nmod tests {\n    use crate::trace::Tracer;\n    mod deeper { use crate::python; }\n}",
         "#[cfg(all(test, feature = \"gpu\"))]\nuse crate::{trace::Tracer, focus};\npub(crate) fn f() {}",
         "pub(in crate::render) fn f() {}\npub(super) fn g() {}",
+        "mod inner { use super::super::trace; }\nuse super::trace;",
     ] {
         assert_eq!(forbidden(&module, source, &exports), Vec::<String>::new(), "{source}");
     }

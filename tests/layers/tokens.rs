@@ -33,8 +33,20 @@ pub fn tokens_without_tests(source: &str) -> (Vec<String>, Vec<String>) {
 /// with `super` as seen from `module`. A glob ends in `*`.
 pub fn imports(tokens: &[String], module: &[String]) -> Vec<Vec<String>> {
     let mut found = Vec::new();
+    let mut module = module.to_vec();
+    // For each open brace, whether it is that of a module written in place.
+    let mut scopes = Vec::new();
     for i in 0..tokens.len() {
         let next = tokens.get(i + 1).map_or("", String::as_str);
+        match tokens[i].as_str() {
+            "{" if i > 1 && tokens[i - 2] == "mod" => {
+                scopes.push(true);
+                module.push(tokens[i - 1].clone());
+            }
+            "{" => scopes.push(false),
+            "}" if scopes.pop() == Some(true) => drop(module.pop()),
+            _ => {}
+        }
         let first_of_path = i == 0 || tokens[i - 1] != "::";
         let base = match tokens[i].as_str() {
             "crate" if next == "as" => {

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import shadowlab as sl
 import trimesh
+
+import shadowlab as sl
 
 # Text formats are written with 8 digits, binary ones in single precision.
 RELATIVE_ROUNDING = 1e-7

@@ -15,6 +15,17 @@ pub enum Value {
     Choice(String),
 }
 
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(x) => write!(f, "{x}"),
+            Self::Integer(i) => write!(f, "{i}"),
+            Self::Flag(b) => write!(f, "{b}"),
+            Self::Choice(word) => write!(f, "{word:?}"),
+        }
+    }
+}
+
 /// What happens to map coordinates after the projective part.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum PostWarp {

@@ -1,1 +1,11 @@
-//! To be written.
+//! What a map must cover, and the fit that makes it cover that: shared by all techniques.
+
+mod stable;
+mod unit_cube;
+mod view;
+mod warp;
+
+pub use stable::{StableGrid, scene_depth, stable_grid};
+pub use unit_cube::{MapSize, crop, fit, nearest_caster, nearest_depth, receivers_extent};
+pub use view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
+pub use warp::{LEAST_KAPPA, NoWarp, WarpSpace};

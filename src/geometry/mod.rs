@@ -1,5 +1,15 @@
 //! Geometry in f64, knowing only glam.
 
 mod aabb;
+mod convex;
+mod frustum;
+mod homography;
+mod oriented_box;
+mod plane;
 
 pub use aabb::Aabb;
+pub use convex::ConvexBody;
+pub use frustum::Frustum;
+pub use homography::{Rows, singular_values};
+pub use oriented_box::OrientedBox;
+pub use plane::Plane;

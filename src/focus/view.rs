@@ -1,0 +1,230 @@
+//! The bodies of a view: K, where receivers can be seen and lit, and B, where their casters can be.
+//!
+//! Source: theory.md 1.1 and 1.2; Wimmer, Scherzer, Purgathofer 2004, section 5; Wimmer and Scherzer 2006 (robust shadow
+//! maps). K = V ∩ S (∩ Lf), B = conv(K ∪ light) ∩ S (∩ Lf), with V the camera's frustum, S the box of the scene and Lf the
+//! pyramid around a spot's cone. Departure: the bodies are cut exactly from the box, no hull of points is built, so a
+//! flat scene has a flat K and needs no padding here.
+//!
+//! Everything is told relative to the eye, so that coordinates as of UTM cost no digits.
+
+use glam::{DVec3, DVec4};
+
+use crate::geometry::{Aabb, ConvexBody, Frustum, Plane, Rows};
+use crate::rays::{LightFrame, LightRays};
+use crate::scene::{Camera, Light, Scene, SpotLight};
+
+/// What a map is made to cover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Focus {
+    /// The whole scene's box, whatever the camera sees.
+    Scene,
+    /// The camera's frustum, whatever is in it.
+    Frustum,
+    /// What the camera can see of the scene: K, tightened to the instances' boxes.
+    SceneFit,
+}
+
+/// Whether there is anything to cover.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coverage {
+    /// The body is what [`Focus`] asked for.
+    AsAsked,
+    /// No part of the scene is seen and lit; the body is the lit part of the whole scene, or the light's own frustum.
+    NothingSeen,
+}
+
+/// A spot's map begins at this share of its reach where a caster's box is nearer. Derived from float32 depth: with near at
+/// 2^-12 of far, one step of 2^-24 at the far end is 2^-12 of the distance; nearer still and far receivers lose their depth.
+pub const NEAREST_SHARE_OF_REACH: f64 = 1.0 / 4096.0;
+
+/// What a map must cover: plain data, relative to a local origin.
+#[derive(Debug, Clone, Copy)]
+pub struct FocusedView {
+    /// The local origin, world: the eye where anything is seen.
+    pub origin: DVec3,
+    /// The eye, local.
+    pub eye: DVec3,
+    /// The camera.
+    pub camera: Camera,
+    /// The light.
+    pub light: Light,
+    /// The light's rays, local.
+    pub rays: LightRays,
+    /// K, the receivers' body, local.
+    pub receivers: ConvexBody,
+    /// Near and far camera depth of the receivers' body.
+    pub eye_depth: [f64; 2],
+    /// The scene's box, local.
+    pub scene_box: Aabb,
+    /// What was asked for.
+    pub focus: Focus,
+    /// What came of it.
+    pub coverage: Coverage,
+    camera_planes: [Plane; 6],
+    light_planes: Option<[Plane; 6]>,
+}
+
+/// The frame, pyramid and reach of a spot light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotFrustum {
+    /// Its frame; depends on the light only.
+    pub frame: LightFrame,
+    /// The pyramid around the cone, cut at the reach.
+    pub frustum: Frustum,
+}
+
+impl SpotFrustum {
+    /// The pyramid around a spot's cone: as far as its range or the scene's farthest point, from
+    /// [`NEAREST_SHARE_OF_REACH`] of that on.
+    pub fn new(spot: &SpotLight, origin: DVec3, scene_box: &Aabb) -> Self {
+        let frame = LightFrame::any(spot.direction());
+        let apex = spot.position() - origin;
+        let deepest = scene_box.corners().iter().fold(0.0, |m: f64, p| m.max((*p - apex).dot(frame.along)));
+        let far = if deepest > 0.0 { spot.range().min(deepest) } else { spot.range() };
+        let tan_half = (0.5 * spot.cone_angle()).tan();
+        let near = far * NEAREST_SHARE_OF_REACH;
+        let LightFrame { right, up, along: forward } = frame;
+        let frustum = Frustum { apex, right, up, forward, tan_half: [tan_half; 2], near, far };
+        Self { frame, frustum }
+    }
+    /// The light's perspective between two depths along the axis; at least one part in 1024 of `far` thick, so that a wall
+    /// across the axis has a depth.
+    pub fn perspective(&self, near: f64, far: f64) -> Rows {
+        let near = near.min(far * (1.0 - 1.0 / 1024.0)).max(self.frustum.near.min(0.5 * far));
+        self.frame.perspective(self.frustum.apex, self.frustum.tan_half[0], near, far)
+    }
+    /// Depth along the axis as a functional of (p, 1).
+    pub fn depth(&self) -> DVec4 {
+        self.frame.along.extend(-self.frame.along.dot(self.frustum.apex))
+    }
+}
+
+impl FocusedView {
+    /// The bodies for a scene, a camera and a light.
+    pub fn new(scene: &Scene, camera: &Camera, light: &Light, focus: Focus) -> Self {
+        if focus == Focus::Scene {
+            return Self::around(scene, camera, light, Focus::Scene, Coverage::AsAsked);
+        }
+        let mut view = Self::bare(scene, camera, light, focus, camera.eye());
+        if focus == Focus::Frustum {
+            view.receivers = view.camera_frustum().body();
+        } else {
+            for plane in &view.camera_planes {
+                view.receivers.clip(plane);
+            }
+        }
+        for plane in view.light_planes.iter().flatten() {
+            view.receivers.clip(plane);
+        }
+        if view.receivers.is_empty() {
+            return Self::around(scene, camera, light, focus, Coverage::NothingSeen);
+        }
+        let (near, far) = view.receivers.range(camera.forward().extend(0.0));
+        // The frustum's own planes, up to rounding: a split scheme may divide by the near depth.
+        view.eye_depth = [near.clamp(camera.near(), camera.far()), far.clamp(camera.near(), camera.far())];
+        view
+    }
+    /// The whole scene as far as the light shines on it, relative to the scene's middle.
+    fn around(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, coverage: Coverage) -> Self {
+        let mut view = Self::bare(scene, camera, light, focus, scene.origin());
+        view.coverage = coverage;
+        for plane in view.light_planes.iter().flatten() {
+            view.receivers.clip(plane);
+        }
+        if view.receivers.is_empty() {
+            view.coverage = Coverage::NothingSeen;
+            view.receivers = match view.spot() {
+                Some(spot) => spot.frustum.body(),
+                None => ConvexBody::from_aabb(&view.scene_box),
+            };
+        }
+        view
+    }
+    fn bare(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, origin: DVec3) -> Self {
+        let scene_box = Aabb { min: scene.bounds().min - origin, max: scene.bounds().max - origin };
+        let eye = camera.eye() - origin;
+        let light_planes = match light {
+            Light::Spot(spot) => Some(SpotFrustum::new(spot, origin, &scene_box).frustum.planes()),
+            _ => None,
+        };
+        Self {
+            origin,
+            eye,
+            camera: *camera,
+            light: *light,
+            rays: LightRays::new(light, origin),
+            receivers: ConvexBody::from_aabb(&scene_box),
+            eye_depth: [camera.near(), camera.far()],
+            scene_box,
+            focus,
+            coverage: Coverage::AsAsked,
+            camera_planes: camera_frustum(camera, eye).planes(),
+            light_planes,
+        }
+    }
+    /// The camera's frustum, local.
+    pub fn camera_frustum(&self) -> Frustum {
+        camera_frustum(&self.camera, self.eye)
+    }
+    /// The spot light's pyramid, local; nothing for other lights.
+    pub fn spot(&self) -> Option<SpotFrustum> {
+        match &self.light {
+            Light::Spot(spot) => Some(SpotFrustum::new(spot, self.origin, &self.scene_box)),
+            _ => None,
+        }
+    }
+    /// The half-spaces that receivers lie in beside the scene's box.
+    pub fn receiver_planes(&self) -> impl Iterator<Item = &Plane> {
+        let by_camera = self.focus != Focus::Scene && self.coverage == Coverage::AsAsked;
+        let camera = by_camera.then_some(&self.camera_planes).into_iter().flatten();
+        camera.chain(self.light_planes.iter().flatten())
+    }
+    /// The six half-spaces of the light's pyramid, for a spot.
+    pub fn light_planes(&self) -> Option<&[Plane; 6]> {
+        self.light_planes.as_ref()
+    }
+    /// The six half-spaces of the scene's box.
+    pub fn scene_planes(&self) -> [Plane; 6] {
+        let Aabb { min, max } = self.scene_box;
+        let plane = |normal: DVec3, p: DVec3| Plane::through(p, normal);
+        [
+            plane(DVec3::NEG_X, min),
+            plane(DVec3::X, max),
+            plane(DVec3::NEG_Y, min),
+            plane(DVec3::Y, max),
+            plane(DVec3::NEG_Z, min),
+            plane(DVec3::Z, max),
+        ]
+    }
+    /// B, the casters' body: all points of the scene from which light can go on to a receiver in K.
+    pub fn casters(&self) -> ConvexBody {
+        let mut body = match self.light {
+            // K lies in the scene's box, so twice the diagonal leaves it whatever the direction.
+            Light::Directional(l) => self.receivers.swept_against(l.direction(), 2.0 * self.scene_box.diagonal()),
+            Light::Spot(_) | Light::Point(_) => self.receivers.hull_with(self.rays.point.truncate()),
+        };
+        for plane in self.scene_planes().iter().chain(self.light_planes.iter().flatten()) {
+            body.clip(plane);
+        }
+        // Only a body in the scene's border plane, by rounding.
+        if body.is_empty() { self.receivers } else { body }
+    }
+    /// The unit vector from the eye to the middle of a body's vertices (robust shadow maps, 4.1); the view direction where
+    /// the sum vanishes.
+    pub fn middle_vector(&self, vertices: &[DVec3]) -> DVec3 {
+        vertices.iter().map(|p| *p - self.eye).sum::<DVec3>().try_normalize().unwrap_or(self.camera.forward())
+    }
+}
+
+fn camera_frustum(camera: &Camera, apex: DVec3) -> Frustum {
+    let (x, y) = camera.tan_half_fov();
+    Frustum {
+        apex,
+        right: camera.right(),
+        up: camera.up(),
+        forward: camera.forward(),
+        tan_half: [x, y],
+        near: camera.near(),
+        far: camera.far(),
+    }
+}

@@ -1,0 +1,173 @@
+//! Light space perspective shadow maps.
+//!
+//! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM); Wimmer and Scherzer 2006 (robust shadow maps: middle vector);
+//! theory.md 5. Departures, all there: the warp is anchored at the near end of the receivers' body; depth comes from the
+//! shared fit; in the warp distance Δz is the eye depth that the body spans along the warp axis (the paper's own section 4.4;
+//! the later paper's equation 1 lacks the sine).
+//!
+//! ```text
+//!   reference point                near end (Ymin)                    far end (Ymax)      along the light: ⊗
+//!         x <----- Pn ----------------> |<------------ D ------------------> |            warp axis: ->
+//! ```
+
+use super::registry::{check_light, single_map};
+use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
+use super::uniform::uniform_rows;
+use super::{Settings, Technique};
+use crate::error::Result;
+
+use crate::focus::{Coverage, Focus, FocusedView, MapSize, NoWarp, WarpSpace, fit, nearest_depth};
+use crate::parameterization::{Parameterization, Value};
+use crate::scene::{Camera, Light, Scene};
+
+/// What the technique says of itself.
+pub static SPEC: Spec = Spec {
+    name: "lispsm",
+    title: "Light space perspective shadow map",
+    source: "Wimmer, Scherzer, Purgathofer 2004; Wimmer, Scherzer 2006",
+    lights: LightSupport { directional: true, spot: true, point: false },
+    params: &[
+        ParamSpec {
+            name: "near",
+            unit: "world units",
+            default: Default::Choice("delta-z"),
+            kind: Kind::ChoiceOrNumber { words: &["delta-z", "optimal", "basic"], min: 0.0, max: f64::MAX },
+            doc: "warp distance, from the reference point to the near end of the receivers: the optimal formula over the \
+                  depth the body spans (delta-z, the same as optimal), over the view's depth range (basic), or a length",
+        },
+        ParamSpec {
+            name: "near_factor",
+            unit: "",
+            default: Default::Number(1.0),
+            kind: Kind::Number { min: 1e-6, max: 1e12 },
+            doc: "multiplies the warp distance; the larger, the weaker the warp",
+        },
+        ParamSpec {
+            name: "axis",
+            unit: "",
+            default: Default::Choice("view"),
+            kind: Kind::Choice(&["view", "middle"]),
+            doc: "warp along the view direction, or along the middle of the casters' body as the eye sees it",
+        },
+    ],
+};
+
+/// The smallest warp distance as a share of the body. Derived from f64: w spans one over this, and half of the digits of its
+/// smallest value must be left.
+const LEAST_LAMBDA: f64 = 1.0 / (1 << 26) as f64;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Distance {
+    DeltaZ,
+    Basic,
+    Length(f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Axis {
+    View,
+    Middle,
+}
+
+#[derive(Debug)]
+struct Lispsm {
+    settings: Settings,
+    distance: Distance,
+    factor: f64,
+    axis: Axis,
+}
+
+/// The technique from checked settings.
+pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
+    let distance = match (settings.number("near"), settings.word("near")) {
+        (Some(length), _) => Distance::Length(length),
+        (None, "basic") => Distance::Basic,
+        _ => Distance::DeltaZ,
+    };
+    let factor = settings.number("near_factor").unwrap_or(1.0);
+    let axis = if settings.word("axis") == "middle" { Axis::Middle } else { Axis::View };
+    Ok(Box::new(Lispsm { settings, distance, factor, axis }))
+}
+
+impl Technique for Lispsm {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+    fn settings(&self) -> Vec<(&'static str, Value)> {
+        self.settings.values().to_vec()
+    }
+    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
+        check_light(&SPEC, light)?;
+        let size = MapSize::new(resolution, 0)?;
+        let view = FocusedView::new(scene, camera, light, Focus::SceneFit);
+        let mut values = Vec::with_capacity(8);
+        let mut notes = Vec::new();
+        let provisional = match self.warp_space(&view, scene) {
+            Some(Ok(space)) => {
+                let distance = self.warp_distance(&space, &view, &mut notes);
+                values.push(("warp_distance", distance));
+                values.push(("lambda", distance / space.extent()));
+                values.push(("kappa", space.rate));
+                if let Light::Directional(l) = light {
+                    values.push(("gamma", camera.forward().angle_between(l.direction())));
+                }
+                values.push(("depth", space.extent()));
+                values.push(("y_min", space.y[0]));
+                space.warped(distance)
+            }
+            Some(Err(reason)) => {
+                values.push(("kappa", 0.0));
+                notes.push(format!("no warp, a uniform map: {}", reason.reason()));
+                uniform_rows(&view, scene)
+            }
+            None => uniform_rows(&view, scene),
+        };
+        let rows = fit(&provisional, &view, scene, &size);
+        Ok(single_map(self, &view, &rows.moved_to_world(view.origin), &size, values, notes))
+    }
+}
+
+impl Lispsm {
+    /// Where the warp acts; nothing where nothing is seen.
+    fn warp_space(&self, view: &FocusedView, scene: &Scene) -> Option<std::result::Result<WarpSpace, NoWarp>> {
+        if view.coverage == Coverage::NothingSeen {
+            return None;
+        }
+        let casters = view.casters();
+        let towards = match self.axis {
+            Axis::View => view.camera.forward(),
+            Axis::Middle => view.middle_vector(casters.vertices()),
+        };
+        match (&view.light, view.spot()) {
+            (Light::Directional(l), _) => Some(WarpSpace::directional(view, l.direction(), towards, &casters)),
+            (_, Some(spot)) => {
+                let far = view.receivers.range(spot.depth()).1;
+                let near = nearest_depth(&spot, view, scene).unwrap_or(far);
+                Some(WarpSpace::spot(view, &spot, [near, far], towards))
+            }
+            _ => None,
+        }
+    }
+    /// The distance from the reference point to the near end, in units of the warp space's y (theory.md 5.2).
+    fn warp_distance(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
+        let [near, far] = match self.distance {
+            Distance::Basic => view.eye_depth,
+            _ => space.line(),
+        };
+        let distance = self.factor
+            * match self.distance {
+                Distance::Length(length) => length * space.per_length,
+                _ => space.equal_error_distance(near, far),
+            };
+        let least = LEAST_LAMBDA * space.extent();
+        if distance < least {
+            let given = distance / space.per_length;
+            notes.push(format!(
+                "warp distance {given:e} raised to {:e}, the least for the body",
+                least / space.per_length
+            ));
+        }
+        // Beyond the largest the map is uniform to the last bit.
+        distance.clamp(least, space.extent() / f64::EPSILON)
+    }
+}

@@ -1,0 +1,213 @@
+//! The values of a technique's parameters, checked against its [`Spec`] in one place.
+
+use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
+use crate::error::{Error, Result};
+use crate::parameterization::Value;
+use crate::scene::Light;
+
+impl Default {
+    /// The same as a [`Value`].
+    pub fn value(&self) -> Value {
+        match *self {
+            Self::Number(x) => Value::Number(x),
+            Self::Integer(i) => Value::Integer(i),
+            Self::Flag(b) => Value::Flag(b),
+            Self::Choice(word) => Value::Choice(word.to_string()),
+        }
+    }
+}
+
+impl Kind {
+    /// What values look like, for messages and tables.
+    pub fn expected(&self) -> String {
+        let words = |w: &[&str]| w.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+        match self {
+            Self::Number { min, max } => format!("a number from {min} to {max}"),
+            Self::Integer { min, max } => format!("a whole number from {min} to {max}"),
+            Self::Flag => "true or false".to_string(),
+            Self::Choice(w) => format!("one of {}", words(w)),
+            Self::ChoiceOrNumber { words: w, min, max } => {
+                format!("one of {}, or a number from {min} to {max}", words(w))
+            }
+        }
+    }
+    /// The value as this kind stores it, or nothing when it does not fit. Whole numbers pass for numbers, and text that
+    /// reads as a number or as true or false for one, so that a command line can hand over its words.
+    fn accept(&self, value: &Value) -> Option<Value> {
+        let number = match value {
+            Value::Number(x) => Some(*x),
+            Value::Integer(i) => Some(*i as f64),
+            Value::Choice(text) => text.trim().parse().ok(),
+            Value::Flag(_) => None,
+        };
+        let word = |words: &[&'static str]| match value {
+            Value::Choice(text) if words.contains(&text.as_str()) => Some(value.clone()),
+            _ => None,
+        };
+        // A NaN is in no range.
+        let in_range = |min: f64, max: f64| number.filter(|x| (min..=max).contains(x)).map(Value::Number);
+        match self {
+            Self::Number { min, max } => in_range(*min, *max),
+            Self::Integer { min, max } => {
+                let whole = number.filter(|x| x.fract() == 0.0 && (*min as f64..=*max as f64).contains(x));
+                whole.map(|x| Value::Integer(x as i64))
+            }
+            Self::Flag => match value {
+                Value::Flag(b) => Some(Value::Flag(*b)),
+                Value::Choice(text) => text.trim().to_ascii_lowercase().parse().ok().map(Value::Flag),
+                _ => None,
+            },
+            Self::Choice(words) => word(words),
+            Self::ChoiceOrNumber { words, min, max } => word(words).or_else(|| in_range(*min, *max)),
+        }
+    }
+}
+
+impl Spec {
+    /// The value of every parameter, in the order of the spec: what the caller gave, the default for the rest.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a parameter the technique does not have; [`Error::InvalidArgument`] for a value that does not
+    /// fit, or for the same parameter twice.
+    pub fn resolve(&self, given: &[(String, Value)]) -> Result<Settings> {
+        for (i, (name, _)) in given.iter().enumerate() {
+            if !self.params.iter().any(|p| p.name == name) {
+                let valid = match self.params {
+                    [] => vec!["none: it has no parameters".to_string()],
+                    params => params.iter().map(|p| p.name.to_string()).collect(),
+                };
+                let kind = format!("parameter of technique {:?}", self.name);
+                return Err(Error::UnknownName { kind: kind.into(), name: name.clone(), valid });
+            }
+            if given[..i].iter().any(|(earlier, _)| earlier == name) {
+                return Err(Error::argument(name.clone(), "one value", "two", "give each parameter once"));
+            }
+        }
+        let settle = |p: &ParamSpec| match given.iter().find(|(name, _)| name == p.name) {
+            None => Ok((p.name, p.default.value())),
+            Some((_, value)) => p.kind.accept(value).map(|v| (p.name, v)).ok_or_else(|| {
+                let fix = format!("{} ({}: {})", p.doc, p.name, self.title);
+                Error::argument(p.name, p.kind.expected(), value, fix)
+            }),
+        };
+        Ok(Settings(self.params.iter().map(settle).collect::<Result<_>>()?))
+    }
+}
+
+/// A technique's parameters with their values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings(Vec<(&'static str, Value)>);
+
+impl Settings {
+    /// Names and values in the order of the spec.
+    pub fn values(&self) -> &[(&'static str, Value)] {
+        &self.0
+    }
+    fn get(&self, name: &str) -> Option<&Value> {
+        self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
+    }
+    /// A number; nothing for a word.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.get(name)? {
+            Value::Number(x) => Some(*x),
+            Value::Integer(i) => Some(*i as f64),
+            _ => None,
+        }
+    }
+    /// Whether a flag is on.
+    pub fn flag(&self, name: &str) -> bool {
+        matches!(self.get(name), Some(Value::Flag(true)))
+    }
+    /// A word; "" for a number.
+    pub fn word(&self, name: &str) -> &str {
+        match self.get(name) {
+            Some(Value::Choice(word)) => word,
+            _ => "",
+        }
+    }
+}
+
+impl LightSupport {
+    /// In words.
+    pub fn names(&self) -> String {
+        let all = [(self.directional, "directional"), (self.spot, "spot"), (self.point, "point")];
+        all.iter().filter(|(served, _)| *served).map(|(_, name)| *name).collect::<Vec<_>>().join(" and ")
+    }
+    /// Whether it serves a light.
+    pub fn serves(&self, light: &Light) -> bool {
+        match light {
+            Light::Directional(_) => self.directional,
+            Light::Spot(_) => self.spot,
+            Light::Point(_) => self.point,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPEC: Spec = Spec {
+        name: "probe",
+        title: "Probe",
+        source: "here",
+        lights: LightSupport { directional: true, spot: false, point: false },
+        params: &[
+            ParamSpec {
+                name: "near",
+                unit: "world units",
+                default: Default::Choice("auto"),
+                kind: Kind::ChoiceOrNumber { words: &["auto"], min: 0.5, max: 9.0 },
+                doc: "A distance.",
+            },
+            ParamSpec { name: "on", unit: "", default: Default::Flag(false), kind: Kind::Flag, doc: "A switch." },
+            ParamSpec {
+                name: "steps",
+                unit: "",
+                default: Default::Integer(3),
+                kind: Kind::Integer { min: 1, max: 8 },
+                doc: "A count.",
+            },
+        ],
+    };
+
+    fn given(name: &str, value: Value) -> Vec<(String, Value)> {
+        vec![(name.to_string(), value)]
+    }
+
+    #[test]
+    fn defaults_and_given_values_in_the_order_of_the_spec() {
+        let defaults = SPEC.resolve(&[]).unwrap();
+        assert_eq!((defaults.word("near"), defaults.flag("on"), defaults.number("steps")), ("auto", false, Some(3.0)));
+        for (value, number) in [(Value::Integer(2), 2.0), (Value::Number(0.5), 0.5), (Value::Choice("4.5".into()), 4.5)]
+        {
+            assert_eq!(SPEC.resolve(&given("near", value)).unwrap().number("near"), Some(number));
+        }
+        assert!(SPEC.resolve(&given("on", Value::Choice("True".into()))).unwrap().flag("on"));
+        assert_eq!(SPEC.resolve(&given("steps", Value::Number(8.0))).unwrap().number("steps"), Some(8.0));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_what_would() {
+        let bad = [
+            ("near", Value::Choice("far".into())),
+            ("near", Value::Number(f64::NAN)),
+            ("near", Value::Number(9.5)),
+            ("near", Value::Flag(true)),
+            ("on", Value::Number(1.0)),
+            ("steps", Value::Number(2.5)),
+            ("steps", Value::Integer(9)),
+        ];
+        for (name, value) in bad {
+            let error = SPEC.resolve(&given(name, value.clone())).unwrap_err();
+            assert!(matches!(&error, Error::InvalidArgument { name: n, .. } if n == name), "{value:?}: {error}");
+        }
+        let error = SPEC.resolve(&given("nera", Value::Flag(true))).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "unknown parameter of technique \"probe\" \"nera\": expected one of near, on, steps"
+        );
+        let twice = [given("on", Value::Flag(true)), given("on", Value::Flag(true))].concat();
+        assert!(SPEC.resolve(&twice).is_err());
+    }
+}

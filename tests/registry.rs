@@ -1,0 +1,57 @@
+//! The files of `src/techniques` against the list of techniques: nothing written and forgotten, nothing listed without a file.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use shadowlab::techniques::{self, Kind, TECHNIQUES, Value};
+
+/// Files that hold no technique.
+const SUPPORT: [&str; 4] = ["mod", "registry", "settings", "spec"];
+
+#[test]
+fn every_file_is_a_technique_and_every_technique_a_file() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/techniques");
+    let files: BTreeSet<String> = std::fs::read_dir(folder)
+        .expect("the folder of the techniques")
+        .map(|entry| entry.expect("a readable folder").path())
+        .map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned())
+        .filter(|stem| !SUPPORT.contains(&stem.as_str()))
+        .collect();
+    let listed: BTreeSet<String> = TECHNIQUES.iter().map(|entry| entry.spec.name.replace('-', "_")).collect();
+    assert_eq!(files, listed);
+    assert_eq!(listed.len(), TECHNIQUES.len(), "two techniques share a name");
+}
+
+#[test]
+fn defaults_are_valid_and_every_technique_can_be_made_from_its_own_settings() {
+    for spec in techniques::specs() {
+        let made = techniques::technique(spec.name, &[]).expect(spec.name);
+        let settings = made.settings();
+        assert_eq!(
+            settings.iter().map(|s| s.0).collect::<Vec<_>>(),
+            spec.params.iter().map(|p| p.name).collect::<Vec<_>>()
+        );
+        let given: Vec<(String, Value)> = settings.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
+        let again = techniques::technique(spec.name, &given).expect("its own defaults");
+        assert_eq!(again.settings(), settings);
+        for p in spec.params {
+            assert!(!p.doc.is_empty() && !p.doc.contains("  "), "{}.{}: {:?}", spec.name, p.name, p.doc);
+            if let Kind::Choice(words) | Kind::ChoiceOrNumber { words, .. } = p.kind {
+                for word in words {
+                    let value = vec![(p.name.to_string(), Value::Choice(word.to_string()))];
+                    let made = techniques::technique(spec.name, &value).expect(word);
+                    assert!(made.settings().contains(&(p.name, Value::Choice(word.to_string()))));
+                }
+            }
+        }
+        assert!(!spec.title.is_empty() && !spec.source.is_empty() && !spec.lights.names().is_empty());
+    }
+}
+
+#[test]
+fn unknown_names_list_the_valid_ones() {
+    let unknown = techniques::technique("shadow", &[]).unwrap_err().to_string();
+    assert!(techniques::specs().all(|spec| unknown.contains(spec.name)), "{unknown}");
+    let unknown = techniques::technique("lispsm", &[("nera".into(), Value::Number(1.0))]).unwrap_err().to_string();
+    assert!(["near", "near_factor", "axis"].iter().all(|name| unknown.contains(name)), "{unknown}");
+}

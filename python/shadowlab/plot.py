@@ -1,0 +1,135 @@
+"""Figures of a study. Every function takes matplotlib axes, or makes them, and returns them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import pictures
+from .pictures import difference, shade, truth_mask
+
+__all__ = [
+    "difference",
+    "difference_view",
+    "error_curve",
+    "eye_view",
+    "frustum",
+    "shade",
+    "shadow_map",
+    "study_figure",
+    "truth_mask",
+]
+
+# Series of Okabe and Ito (2008), the two that mean false shadow and false light left out.
+SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+
+
+def _axes(ax: Any) -> Any:
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(layout="constrained")[1]
+
+
+def _picture(ax: Any, picture: np.ndarray, title: str, aspect: float) -> Any:
+    ax = _axes(ax)
+    height, width = picture.shape[:2]
+    ax.imshow(picture, interpolation="antialiased", aspect=width / (aspect * height))
+    ax.set(title=title, xticks=[], yticks=[])
+    ax.spines[:].set_visible(False)
+    return ax
+
+
+def eye_view(
+    gbuffer: Any, light: Any, mask: np.ndarray, ax: Any = None, *, title: str = "", aspect: float | None = None
+) -> Any:
+    """Axes with the eye view under a shadow mask (H, W); square pixels where no `aspect` of the camera is given."""
+    picture = shade(gbuffer, light, mask)
+    return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
+
+
+def difference_view(
+    gbuffer: Any,
+    light: Any,
+    truth: np.ndarray,
+    image: np.ndarray,
+    ax: Any = None,
+    *,
+    title: str = "",
+    aspect: float | None = None,
+) -> Any:
+    """Axes with the wrong pixels in colour over a grey eye view; see `difference`."""
+    picture = difference(gbuffer, light, truth, image)
+    return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
+
+
+def shadow_map(depth: np.ndarray, ax: Any = None, *, title: str = "") -> Any:
+    """Axes with a shadow map (H, W) as the light sees it, in NDC: x to the right and y up, both from -1 to 1."""
+    ax = _axes(ax)
+    ax.imshow(
+        pictures.relief(pictures.reduced(np.asarray(depth), 1024)), extent=(-1, 1, -1, 1), interpolation="antialiased"
+    )
+    ax.set(title=title, xticks=[], yticks=[], xlim=(-1, 1), ylim=(-1, 1))
+    return ax
+
+
+def frustum(
+    shadow_clip_from_world: np.ndarray, camera: Any, ax: Any = None, *, depths: Any = None, **style: Any
+) -> Any:
+    """Axes of a shadow map (NDC) with the camera frustum's edges added. `style` goes to matplotlib's LineCollection."""
+    from matplotlib.collections import LineCollection
+
+    ax = _axes(ax)
+    style = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5, **style}
+    ax.add_collection(LineCollection(list(pictures.frustum_segments(shadow_clip_from_world, camera, depths)), **style))
+    return ax
+
+
+def error_curve(table: Any, ax: Any = None) -> Any:
+    """Axes with the share of wrong pixels over the resolution of the map, both logarithmic, one line a technique."""
+    ax = _axes(ax)
+    measured = table[(table["failure"] == "") & table["share"].notna()]
+    for i, (label, rows) in enumerate(measured.groupby("technique", sort=False)):
+        rows = rows.sort_values("resolution")
+        ax.plot(rows["resolution"], 100 * rows["share"], marker=MARKERS[i % 6], color=SERIES[i % 6], label=label)
+    ax.set(xscale="log", xlabel="texels along each side of the map", ylabel="wrong pixels, % of those compared")
+    ax.set_yscale("log" if (measured["share"] > 0).all() and len(measured) else "linear")
+    ax.set_xscale("log", base=2)
+    ax.set_xticks(
+        sorted(measured["resolution"].unique()), [f"{r}" for r in sorted(measured["resolution"].unique())], minor=False
+    )
+    ax.grid(True, which="major", alpha=0.3)
+    ax.spines[["top", "right"]].set_visible(False)
+    if len(measured):
+        ax.legend(frameon=False)
+    return ax
+
+
+def study_figure(study: Any) -> Any:
+    """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
+    import matplotlib.pyplot as plt
+
+    from .verdict import share_text
+
+    runs = [run for run in study.runs if run.mask is not None]
+    columns = 3 if study.truth is not None else 2
+    shape = (max(1, len(runs)), columns)
+    figure, grid = plt.subplots(*shape, figsize=(4.2 * columns, 3.9 * shape[0]), layout="constrained", squeeze=False)
+    aspect = study.camera.aspect
+    for row, run in zip(grid, runs, strict=False):
+        eye_view(study.gbuffer, study.light, run.mask, row[0], title=f"{run.label}, {run.resolution}²", aspect=aspect)
+        if run.errors is not None:
+            title = f"{run.errors.count:,} wrong ({share_text(run.errors.fraction)})"
+            difference_view(
+                study.gbuffer, study.light, study.truth, run.errors.image, row[1], title=title, aspect=aspect
+            )
+        first = run.maps if run.maps.ndim == 2 else run.maps[0]
+        shadow_map(first, row[-1], title="from the light, with the camera frustum")
+        frustum(np.asarray(run.parameterization.matrices)[0], study.camera, row[-1])
+    if not runs:
+        for ax in grid.ravel():
+            ax.set_axis_off()
+    return figure

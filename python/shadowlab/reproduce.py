@@ -1,0 +1,142 @@
+"""How to get a run again: the Python that does it, and the command line where it can say the same.
+
+Numbers are written with all their digits, so that what is run again is what was run.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .specs import format_spec, format_value
+
+UNKNOWN_SCENE = "scene = ...  # the scene of this study"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any."""
+
+    name: str
+    python: str = UNKNOWN_SCENE
+    arguments: tuple[str, ...] = ()
+    up: str = "y"
+
+    @classmethod
+    def of_scene(cls, scene: Any) -> Source:
+        """What a scene knows of itself: a file as it is, a scene of the library, or only its size."""
+        origin, recipe = getattr(scene, "source", ""), getattr(scene, "recipe", "")
+        name = Path(origin).name if origin and not origin.startswith("@") else origin.removeprefix("@")
+        python = f"scene = {recipe}" if recipe else UNKNOWN_SCENE
+        arguments: tuple[str, ...] = ()
+        of_library = origin.startswith("@") and recipe.startswith("sl.library.scene(") and recipe.count("(") == 1
+        if of_library or (origin and recipe == f"sl.load_scene({origin!r})"):
+            arguments = (origin,)
+        return cls(name or f"{scene.triangle_count:,} triangles", python, arguments)
+
+
+def numbers(values: Any) -> str:
+    """Floats with all their digits, between commas."""
+    return ", ".join(repr(float(v) + 0.0) for v in np.asarray(values, dtype=np.float64).ravel())
+
+
+def camera_target(camera: Any) -> np.ndarray:
+    """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
+    target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
+    return target
+
+
+def camera_python(camera: Any) -> str:
+    """A line that makes the camera."""
+    return (
+        f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
+        f"    up=({numbers(camera.up)}),\n"
+        f"    fov_y={camera.fov_y!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={camera.far!r})"
+    )
+
+
+def light_python(light: Any) -> str:
+    """A line that makes the light."""
+    if light.kind == "directional":
+        return f"light = sl.DirectionalLight(({numbers(light.direction)}))"
+    if light.kind == "spot":
+        return (
+            f"light = sl.SpotLight(({numbers(light.position)}), ({numbers(light.direction)}),\n"
+            f"    cone_angle={light.cone_angle!r}, range={light.range!r})"
+        )
+    return f"light = sl.PointLight(({numbers(light.position)}), range={light.range!r})"
+
+
+def technique_python(run: Any) -> str:
+    """An expression that makes the technique of a run, every setting spelled out."""
+    if run.given:
+        matrices = np.asarray(run.parameterization.matrices)
+        if len(matrices) > 1:
+            return "...  # the parameterization that was given; it has several matrices"
+        rows = ",\n        ".join(f"[{numbers(row)}]" for row in matrices[0])
+        return f"sl.Parameterization.from_matrix(np.array([\n        {rows}]))"
+    keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
+    return f"sl.technique({run.technique!r}{keywords})"
+
+
+def bias_python(bias: Any) -> str:
+    """An expression that makes the bias."""
+    limit = "" if np.isinf(bias.slope_limit) else f", slope_limit={bias.slope_limit!r}"
+    return f"sl.Bias(world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}{limit})"
+
+
+def python_snippet(study: Any, runs: Sequence[Any]) -> str:
+    """A script that computes these runs again."""
+    techniques = dict.fromkeys((run.label, technique_python(run)) for run in runs)
+    entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
+    resolutions = sorted({run.resolution for run in runs})
+    resolution = resolutions[0] if len(resolutions) == 1 else resolutions
+    numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
+    return (
+        f"{numpy_line}import shadowlab as sl\n\n"
+        f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
+        f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
+        f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
+        f"    bias={bias_python(study.bias)}, filter={study.filter!r}, truth={study.truth is not None})\n"
+        "print(study)"
+    )
+
+
+def command_line(study: Any, runs: Sequence[Any]) -> str | None:
+    """The command that computes these runs again; None where it cannot say what the study was."""
+    from ._core import Bias
+
+    source, camera, light = study.source, study.camera, study.light
+    default_bias = bias_python(study.bias) == bias_python(Bias())
+    level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
+    sayable = source.arguments and light.kind == "directional" and default_bias and level and study.truth is not None
+    aspect = study.size[0] / study.size[1]
+    square = abs(camera.aspect - aspect) <= 4 * np.finfo(np.float64).eps * aspect
+    if not (sayable and square) or any(run.given for run in runs):
+        return None
+
+    def own(vector: Any) -> str:
+        return numbers(in_file_axes(vector, source.up)).replace(" ", "")
+
+    words = ["shadowlab", "compare", *source.arguments]
+    for spec in dict.fromkeys(format_spec(run.technique, run.settings) for run in runs):
+        words += ["--technique", spec]
+    words += [f"--eye={own(camera.eye)}", f"--target={own(camera_target(camera))}"]
+    words += ["--fov-deg", format_value(float(np.degrees(camera.fov_y)))]
+    words += ["--near", format_value(camera.near), "--far", format_value(camera.far), f"--light={own(light.direction)}"]
+    words += ["--resolution", ",".join(str(r) for r in sorted({run.resolution for run in runs}))]
+    words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
+    if study.filter != "nearest":
+        words += ["--filter", study.filter]
+    return shlex.join(words)
+
+
+def in_file_axes(vector: Any, up: str) -> np.ndarray:
+    """A world vector in the axes of its file, which the command line speaks; a z-up file was turned when loaded."""
+    x, y, z = np.asarray(vector, dtype=np.float64)
+    return np.array([x, -z, y] if up == "z" else [x, y, z])

@@ -1,0 +1,107 @@
+"""Texts that name things: `lispsm:near=optimal`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from .errors import ArgumentError
+
+Value = bool | int | float | str
+
+
+def parse_value(text: str) -> Value:
+    """A flag, a whole number, a number or a word."""
+    lowered = text.strip().lower()
+    if lowered in ("true", "false"):
+        return lowered == "true"
+    for kind in (int, float):
+        try:
+            return kind(lowered)
+        except ValueError:
+            continue
+    return text.strip()
+
+
+def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
+    """Name and parameters of `name:key=value,key=value`.
+
+    Raises
+    ------
+    ArgumentError
+        For an empty name, a parameter without a value, or one that is given twice.
+    """
+    name, colon, rest = text.strip().partition(":")
+    values: dict[str, Value] = {}
+    for part in rest.split(",") if colon else []:
+        key, equals, value = (piece.strip() for piece in part.partition("="))
+        if not (key and equals and value):
+            raise ArgumentError(f"{what} {text!r}: expected {what}:name=value,name=value, got {part!r} after the colon")
+        if key in values:
+            raise ArgumentError(f"{what} {text!r}: {key} is given twice; give it once")
+        values[key.replace("-", "_")] = parse_value(value)
+    if not name.strip():
+        raise ArgumentError(f"{what} {text!r}: the name is missing; expected {what}:name=value,name=value")
+    return name.strip(), values
+
+
+def format_value(value: Any) -> str:
+    """The text that `parse_value` reads back as this value, to the last digit."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def format_spec(name: str, settings: Mapping[str, Any]) -> str:
+    """The text that `parse_spec` reads back."""
+    parts = ",".join(f"{key}={format_value(value)}" for key, value in settings.items())
+    return f"{name}:{parts}" if parts else name
+
+
+def parse_vector(text: str, name: str) -> tuple[float, float, float]:
+    """Three finite numbers, separated by commas or spaces.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    """
+    parts = text.replace(",", " ").split()
+    try:
+        x, y, z = (float(part) for part in parts)
+    except ValueError:
+        raise ArgumentError(f"{name}: expected three numbers such as 1,2.5,-3, got {text!r}") from None
+    if not all(math.isfinite(v) for v in (x, y, z)):
+        raise ArgumentError(f"{name}: expected three finite numbers, got {text!r}")
+    return x, y, z
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height in pixels of `1280x720`.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but two whole numbers above 0.
+    """
+    parts = text.lower().replace("×", "x").replace(",", "x").split("x")
+    if len(parts) == 2 and all(part.strip().isascii() and part.strip().isdigit() for part in parts):
+        width, height = (int(part) for part in parts)
+        if width > 0 and height > 0:
+            return width, height
+    raise ArgumentError(f"size: expected width x height in pixels, such as 1280x720, both above 0, got {text!r}")
+
+
+def parse_resolutions(text: str) -> list[int]:
+    """Texels along each side of `1024` or `512,1024,2048`.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but whole numbers above 0.
+    """
+    parts = [part.strip() for part in text.split(",")]
+    if all(part.isascii() and part.isdigit() and int(part) > 0 for part in parts):
+        return [int(part) for part in parts]
+    raise ArgumentError(f"resolution: expected whole numbers of texels above 0, such as 1024 or 512,1024, got {text!r}")

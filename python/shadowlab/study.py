@@ -1,0 +1,417 @@
+"""Techniques side by side on one scene, camera and light, against traced truth.
+
+The truth and the eye view are computed once; each technique and resolution gives one row of the table. A technique that
+cannot serve the scene or the light leaves its reason in its row and the others alone.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .errors import ArgumentError, ShadowlabError
+from .specs import parse_spec
+from .tables import Steps, settings_text, text_table
+
+T = TypeVar("T")
+
+COLUMNS = (
+    "technique", "settings", "resolution", "misclassified", "false_shadow", "false_light", "share", "compared",
+    "undecided", "fit_us", "render_ms", "mask_ms", "notes", "failure",
+)  # fmt: skip
+COUNTS = ("resolution", "misclassified", "false_shadow", "false_light", "compared", "undecided")
+TIMES = ("share", "fit_us", "render_ms", "mask_ms")
+
+# A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
+FIT_REPEATS = 200
+FIT_BUDGET_S = 0.1
+# The best of a few runs is what the machine can do; slow maps are drawn once.
+RENDER_REPEATS = 3
+RENDER_BUDGET_S = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One technique at one resolution: a row of the table with its pictures. What failed holds None and the reason."""
+
+    label: str
+    technique: str
+    settings: Mapping[str, Any]
+    resolution: int
+    given: bool  # a matrix from elsewhere, not made by a technique of ours
+    parameterization: Any = None
+    maps: np.ndarray | None = None
+    mask: np.ndarray | None = None
+    errors: Any = None
+    fit_us: float | None = None
+    render_ms: float | None = None
+    mask_ms: float | None = None
+    failure: str = ""
+
+    def row(self) -> dict[str, Any]:
+        """The row of the table; None where nothing was measured."""
+        errors = self.errors
+        return {
+            "technique": self.label,
+            "settings": settings_text(self.settings),
+            "resolution": self.resolution,
+            "misclassified": None if errors is None else int(errors.count),
+            "false_shadow": None if errors is None else int(errors.false_shadow),
+            "false_light": None if errors is None else int(errors.false_light),
+            "share": None if errors is None else float(errors.fraction),
+            "compared": None if errors is None else int(errors.compared),
+            "undecided": None if errors is None else int(errors.undecided),
+            "fit_us": self.fit_us,
+            "render_ms": self.render_ms,
+            "mask_ms": self.mask_ms,
+            "notes": "; ".join(self.parameterization.notes) if self.parameterization is not None else "",
+            "failure": self.failure,
+        }
+
+
+class ByRun(Mapping[Any, Any]):
+    """Arrays of the runs that succeeded, by (label, resolution), or by label alone in a study of one resolution."""
+
+    def __init__(self, arrays: Mapping[tuple[str, int], np.ndarray]):
+        self._arrays = dict(arrays)
+
+    def __getitem__(self, key: Any) -> Any:
+        found = [key] if key in self._arrays else [k for k in self._arrays if k[0] == key]
+        if len(found) != 1:
+            keys = ", ".join(map(repr, self._arrays)) or "none"
+            raise KeyError(f"{key!r}: expected one of {keys}")
+        return self._arrays[found[0]]
+
+    def __iter__(self) -> Iterator[tuple[str, int]]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return f"{{{', '.join(f'{k!r}: {v.shape} {v.dtype}' for k, v in self._arrays.items())}}}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study:
+    """The result of `compare`: a table, pictures, and what they say.
+
+    Attributes
+    ----------
+    table : DataFrame
+        One row a technique and resolution; `failure` says why a row has no numbers.
+    truth : (H, W) int8 or None
+        1 lit, 0 in shadow, -1 undecided, -2 nothing.
+    masks, maps, differences : mapping
+        Per run, by (label, resolution), or by label alone where the study has one resolution: the shadow mask (H, W)
+        float32, the shadow map (H, W) or (K, H, W) float32, and the difference from the truth (H, W) int8 (0 agree,
+        1 false shadow, 2 false light, -1 not compared).
+    verdict : str
+        What the table says, in plain English.
+    """
+
+    runs: tuple[Run, ...]
+    scene: Any = field(repr=False)
+    camera: Any
+    light: Any
+    size: tuple[int, int]
+    bias: Any
+    filter: str
+    backend: str
+    adapter: str
+    gbuffer: Any = field(repr=False)
+    truth: np.ndarray | None = field(repr=False)
+    truth_ms: float | None
+    source: Any
+
+    @property
+    def table(self) -> Any:
+        """The numbers, one row a run."""
+        import pandas as pd
+
+        table = pd.DataFrame([run.row() for run in self.runs], columns=list(COLUMNS))
+        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(TIMES, "float64")})
+
+    @property
+    def masks(self) -> ByRun:
+        """Shadow masks (H, W) float32."""
+        return ByRun({(r.label, r.resolution): r.mask for r in self.runs if r.mask is not None})
+
+    @property
+    def maps(self) -> ByRun:
+        """Shadow maps (H, W) or (K, H, W) float32."""
+        return ByRun({(r.label, r.resolution): r.maps for r in self.runs if r.maps is not None})
+
+    @property
+    def differences(self) -> ByRun:
+        """Differences from the truth (H, W) int8."""
+        return ByRun({(r.label, r.resolution): r.errors.image for r in self.runs if r.errors is not None})
+
+    @property
+    def verdict(self) -> str:
+        """What the table says."""
+        from .verdict import verdict
+
+        return verdict(self.table, {run.label: run.technique for run in self.runs})
+
+    def figure(self) -> Any:
+        """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""
+        from . import plot
+
+        return plot.study_figure(self)
+
+    def save(self, directory: str | Path) -> Path:
+        """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
+
+        Raises
+        ------
+        ArgumentError
+            Where the directory cannot be made or written.
+        """
+        from .report_html import save
+
+        return save(self, Path(directory))
+
+    def _repr_html_(self) -> str:
+        from .report_html import notebook_html
+
+        return notebook_html(self)
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
+        return f"{head}\n{text_table(self.table)}\n{self.verdict}"
+
+
+def compare(
+    scene: Any,
+    camera: Any,
+    light: Any,
+    techniques: Any = ("uniform", "lispsm"),
+    *,
+    resolution: int | Sequence[int] = 1024,
+    size: tuple[int, int] = (1024, 1024),
+    renderer: Any = None,
+    bias: Any = None,
+    filter: str = "nearest",
+    truth: bool = True,
+    progress: bool = True,
+    source: Any = None,
+) -> Study:
+    """The shadows of several techniques against traced truth, as a table with pictures.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    light : DirectionalLight or SpotLight
+    techniques : sequence or dict
+        Names ("lispsm", "lispsm:near=basic"), Technique objects or Parameterization objects; a dict gives each its
+        label.
+    resolution : int or sequence of int
+        Texels along each side of the maps.
+    size : (int, int)
+        Width and height of the eye view in pixels.
+    renderer : Renderer, optional
+        ``Renderer("auto")`` where none is given.
+    bias : Bias, optional
+        ``Bias()`` where none is given.
+    filter : str
+        "nearest" or "pcf2x2".
+    truth : bool
+        Whether to trace the truth; without it no errors are counted.
+    progress : bool
+        Whether to show a progress bar, on terminals and in notebooks.
+    source : Source, optional
+        Where the scene came from, for the report; see `shadowlab.reproduce.Source`.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    ArgumentError
+        For a size or resolution that is not a whole number above 0, or nothing to compare.
+    UnknownNameError
+        For a technique that does not exist. What a technique cannot do with this scene or light is told in its row.
+    """
+    from ._core import Bias, Renderer
+    from .reproduce import Source
+
+    resolutions = [whole("resolution", r) for r in (resolution if np.iterable(resolution) else [resolution])]
+    if not resolutions:
+        raise ArgumentError("resolution: expected at least one number of texels, got none; 1024 is a good start")
+    width, height = (whole("size", s) for s in pair("size", size))
+    entries = labelled(techniques)
+    renderer = Renderer() if renderer is None else renderer
+    bias = Bias() if bias is None else bias
+    with Steps(2 + len(entries) * len(resolutions), progress) as step:
+        step("eye view")
+        gbuffer = renderer.gbuffer(scene, camera, size=(width, height))
+        step("truth")
+        traced, truth_ms = traced_truth(scene, camera, light, (width, height)) if truth else (None, None)
+        runs = []
+        for label, item in entries:
+            for texels in resolutions:
+                step(f"{label} {texels}²")
+                draw = Draw(scene, camera, light, renderer, (width, height), bias, filter, traced)
+                runs.append(run_one(draw, label, item, texels))
+    return Study(
+        tuple(runs), scene, camera, light, (width, height), bias, filter, renderer.backend, renderer.adapter, gbuffer,
+        traced, truth_ms, source or Source.of_scene(scene),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """What all runs of a study share."""
+
+    scene: Any
+    camera: Any
+    light: Any
+    renderer: Any
+    size: tuple[int, int]
+    bias: Any
+    filter: str
+    truth: np.ndarray | None
+
+
+def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
+    """One row of the study; an error of ours becomes its `failure`."""
+    from . import aliasing
+
+    given = is_parameterization(item)
+    name = item.technique if given else item.name
+    settings = dict(item.settings)
+    known: dict[str, Any] = {}
+    try:
+        if given:
+            known["parameterization"] = p = item
+        else:
+            known["parameterization"] = p = item.parameterize(
+                draw.scene, draw.camera, draw.light, resolution=resolution
+            )
+            known["fit_us"] = median_fit_us(
+                lambda: item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution)
+            )
+        known["maps"], known["render_ms"] = best_of(
+            lambda: draw.renderer.shadow_map(draw.scene, p, resolution=resolution)
+        )
+        known["mask"], known["mask_ms"] = best_of(
+            lambda: draw.renderer.shadow_mask(
+                draw.scene, draw.camera, draw.light, p,
+                resolution=resolution, size=draw.size, bias=draw.bias, filter=draw.filter,
+            )
+        )  # fmt: skip
+        if draw.truth is not None:
+            known["errors"] = aliasing.misclassified(known["mask"], draw.truth)
+    except ShadowlabError as error:
+        return Run(label, name, settings, resolution, given, known.get("parameterization"), failure=str(error))
+    return Run(label, name, settings, resolution, given, **known)
+
+
+def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> tuple[np.ndarray, float]:
+    """The truth and the milliseconds it took."""
+    from . import trace
+
+    start = time.perf_counter()
+    mask = trace.shadow_mask(scene, camera, light, size=size)
+    return mask, 1e3 * (time.perf_counter() - start)
+
+
+def median_fit_us(fit: Callable[[], Any]) -> float:
+    """The median time of a call, in microseconds."""
+    durations: list[float] = []
+    end = time.perf_counter() + FIT_BUDGET_S
+    while len(durations) < FIT_REPEATS and (not durations or time.perf_counter() < end):
+        start = time.perf_counter()
+        fit()
+        durations.append(time.perf_counter() - start)
+    return 1e6 * statistics.median(durations)
+
+
+def best_of(draw: Callable[[], T]) -> tuple[T, float]:
+    """What a call returns and its shortest time, in milliseconds."""
+    best, spent, result = float("inf"), 0.0, None
+    for _ in range(RENDER_REPEATS):
+        start = time.perf_counter()
+        result = draw()
+        elapsed = time.perf_counter() - start
+        best, spent = min(best, elapsed), spent + elapsed
+        if spent > RENDER_BUDGET_S:
+            break
+    return result, 1e3 * best  # type: ignore[return-value]
+
+
+def labelled(techniques: Any) -> list[tuple[str, Any]]:
+    """(label, Technique or Parameterization) of all entries, in order, no label twice.
+
+    Raises
+    ------
+    ArgumentError
+        For nothing, two entries under one label, or something that is no technique.
+    """
+    if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
+        techniques = [techniques]
+    if isinstance(techniques, Mapping):
+        entries = [(str(label), resolved(item)) for label, item in techniques.items()]
+    else:
+        items = list(techniques)
+        named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
+        names = [item.technique if is_parameterization(item) else item.name for _, item in named]
+        entries = [
+            (text or (name if names.count(name) == 1 else f"{name} ({settings_text(item.settings)})"), item)
+            for (text, item), name in zip(named, names, strict=True)
+        ]
+    if not entries:
+        raise ArgumentError('techniques: expected at least one, got none; try ["uniform", "lispsm"]')
+    labels = [label for label, _ in entries]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ArgumentError(
+                f"techniques: {label!r} comes twice; give a dict of label: technique to tell them apart"
+            )
+    return entries
+
+
+def resolved(item: Any) -> Any:
+    """The Technique or Parameterization that an entry means."""
+    if isinstance(item, str):
+        from .registry import technique
+
+        name, params = parse_spec(item, "technique")
+        return technique(name, **params)
+    if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
+        return item
+    raise ArgumentError(
+        f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
+        "sl.Parameterization.from_matrix(m) takes a matrix of your own"
+    )
+
+
+def is_parameterization(item: Any) -> bool:
+    """Whether it is the result of a technique rather than a technique."""
+    return hasattr(item, "matrices") and hasattr(item, "technique")
+
+
+def whole(name: str, value: Any) -> int:
+    """The value as an int above 0."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
+        raise ArgumentError(f"{name}: expected a whole number above 0, got {value!r}; 1024 is a good start")
+    return int(value)
+
+
+def pair(name: str, value: Any) -> tuple[Any, Any]:
+    """The value as two things."""
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name}: expected (width, height), got {value!r}; try (1024, 1024)") from None
+    return first, second

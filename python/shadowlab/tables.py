@@ -1,0 +1,73 @@
+"""A study's table and progress as text on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .specs import format_value
+from .verdict import share_text
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Settings on one line."""
+    return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
+
+
+class Steps:
+    """A progress bar on terminals and in notebooks that is gone when the work ends, however it ends."""
+
+    def __init__(self, steps: int, shown: bool):
+        from tqdm.auto import tqdm
+
+        self._bar = tqdm(total=steps, leave=False, disable=None if shown else True, unit="step")
+        self._started = False
+
+    def __enter__(self) -> Callable[[str], None]:
+        return self._step
+
+    def _step(self, what: str) -> None:
+        if self._started:
+            self._bar.update()
+        self._started = True
+        self._bar.set_description(what)
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+
+def text_table(table: Any) -> str:
+    """The table as aligned text, short enough for a terminal."""
+    heads = ("technique", "resolution", "wrong", "share", "false shadow", "false light", "fit", "map", "mask")
+    lines: list[tuple[str, ...]] = [heads]
+    for row in table.to_dict("records"):
+        lines.append(tuple(cells(row)))
+    widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
+    text = [
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        )
+        for line in lines
+    ]
+    return "\n".join([text[0], "-" * len(text[0]), *text[1:]])
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """A row of the table as people read it; a dash where nothing was measured."""
+    import pandas as pd
+
+    def shown(key: str, form: Callable[[Any], str]) -> str:
+        return "–" if pd.isna(row[key]) else form(row[key])
+
+    return [
+        str(row["technique"]),
+        f"{row['resolution']}²",
+        "failed" if row["failure"] else shown("misclassified", "{:,}".format),
+        shown("share", share_text),
+        shown("false_shadow", "{:,}".format),
+        shown("false_light", "{:,}".format),
+        shown("fit_us", lambda v: f"{v:.1f} µs"),
+        shown("render_ms", lambda v: f"{v:.1f} ms"),
+        shown("mask_ms", lambda v: f"{v:.1f} ms"),
+    ]

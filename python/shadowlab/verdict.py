@@ -1,0 +1,192 @@
+"""What a study's table says, in plain English; no sentence without a row behind it.
+
+The question that readers bring: which technique at which resolution is good enough here, and is the warp worth it?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+# Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
+ABOUT_EQUAL = 1.05
+BASELINE = "uniform"
+
+
+def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> str:
+    """One to four sentences on the table of a study.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `Study.table`.
+    technique_of_label : mapping, optional
+        The technique behind each label, so that a uniform map is known as the baseline under any label. The labels
+        themselves where none is given.
+    """
+    technique_of_label = technique_of_label or {}
+    rows = table.to_dict("records")
+    failed = [row for row in rows if row["failure"]]
+    drawn = [row for row in rows if not row["failure"]]
+    sentences = []
+    if not drawn:
+        sentences.append("No technique gave a result.")
+    elif any(_missing(row["misclassified"]) for row in drawn):
+        sentences.append("The truth was not traced, so nothing is said about errors.")
+    elif drawn[0]["compared"] == 0:
+        sentences.append("No pixel could be compared: nothing that the camera sees faces the light.")
+    else:
+        sentences += _fewest(drawn)
+        sentences += _warps_against_uniform(drawn, technique_of_label)
+    for failure in dict.fromkeys((row["technique"], row["failure"]) for row in failed):
+        sentences.append(f"{failure[0]} failed: {failure[1].rstrip('.')}.")
+    return " ".join(sentences)
+
+
+def _missing(value: Any) -> bool:
+    import pandas as pd
+
+    return bool(pd.isna(value))
+
+
+def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Which row has the fewest wrong pixels; ties go to the smallest map."""
+    compared = int(drawn[0]["compared"])
+    least = min(int(row["misclassified"]) for row in drawn)
+    if len(drawn) == 1:
+        row = drawn[0]
+        if least == 0:
+            return [f"{place(row)} gets all {compared:,} compared pixels right."]
+        return [f"{place(row)} gets {count(row)} wrong ({percent(row)} of {compared:,} compared; {split(row)})."]
+    best = [row for row in drawn if int(row["misclassified"]) == least]
+    cheapest = min(int(row["resolution"]) for row in best)
+    best = [row for row in best if int(row["resolution"]) == cheapest]
+    who = listed([row["technique"] for row in best])
+    if least == 0:
+        return [f"{who} at {cheapest}² {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
+    verb = "has" if len(best) == 1 else "share"
+    return [
+        f"{who} at {cheapest}² {verb} the fewest wrong pixels: "
+        f"{count(best[0])} ({percent(best[0])} of {compared:,} compared; {split(best[0])})."
+    ]
+
+
+def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
+    """Each other technique against the best uniform map of its resolution, and the uniform map that does as well."""
+    uniform: dict[int, Mapping[str, Any]] = {}
+    for row in drawn:
+        if technique_of_label.get(row["technique"], row["technique"]) != BASELINE:
+            continue
+        resolution = int(row["resolution"])
+        if resolution not in uniform or row["misclassified"] < uniform[resolution]["misclassified"]:
+            uniform[resolution] = row
+    if not uniform:
+        return []
+    sentences = []
+    warped = [r for r in drawn if technique_of_label.get(r["technique"], r["technique"]) != BASELINE]
+    for label in dict.fromkeys(row["technique"] for row in warped):
+        rows = sorted((r for r in warped if r["technique"] == label), key=lambda r: int(r["resolution"]))
+        pairs = [(row, uniform[int(row["resolution"])]) for row in rows if int(row["resolution"]) in uniform]
+        if pairs:
+            sentences.append(_ratio(label, pairs))
+            sentences += _same_error(pairs[0][0], uniform)
+    return sentences
+
+
+def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> str:
+    """Is the warp worth it: told for one pair in full, for several as a range."""
+    outcomes = [(int(row["misclassified"]), int(base["misclassified"])) for row, base in pairs]
+    base_label = pairs[0][1]["technique"]
+    first, last = int(pairs[0][0]["resolution"]), int(pairs[-1][0]["resolution"])
+    where = f"at {first}²" if len(pairs) == 1 else f"from {first}² to {last}²"
+    if len(pairs) == 1:
+        mine, base = outcomes[0]
+        text = f"({mine:,} against {base:,})"
+        if mine == base or (min(mine, base) > 0 and max(mine, base) / min(mine, base) <= ABOUT_EQUAL):
+            return f"{label} {where} makes little difference here: about as many wrong pixels as {base_label} {text}."
+        if mine < base:
+            if mine == 0:
+                return f"{label} is worth it here: {where} it leaves no wrong pixel where {base_label} has {base:,}."
+            fewer = f"{times(base / mine)} times fewer wrong pixels than {base_label}"
+            return f"{label} is worth it here: {where} it leaves {fewer} {text}."
+        if base == 0:
+            return f"{label} is not worth it here: {where} it has {mine:,} wrong pixels where {base_label} has none."
+        many = f"{times(mine / base)} times as many wrong pixels as {base_label}"
+        return f"{label} is not worth it here: {where} it has {many} {text}."
+    better = sum(mine * ABOUT_EQUAL < base for mine, base in outcomes)
+    worse = sum(base * ABOUT_EQUAL < mine for mine, base in outcomes)
+    ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
+    spread = f" ({span(ratios)} times fewer wrong pixels than {base_label} at equal resolution)" if ratios else ""
+    if better == len(pairs):
+        return f"{label} is worth it here: it is better than {base_label} at every resolution {where}{spread}."
+    if worse == len(pairs):
+        spread = f" ({span([1 / r for r in ratios])} times as many wrong pixels)" if ratios else ""
+        return f"{label} is not worth it here: it is worse than {base_label} at every resolution {where}{spread}."
+    equal = len(pairs) - better - worse
+    return (
+        f"Whether {label} is worth it depends on the resolution here: against {base_label} it is better at {better}, "
+        f"worse at {worse} and about equal at {equal} of {len(pairs)} resolutions."
+    )
+
+
+def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]) -> list[str]:
+    """The smallest uniform map of the run that does as well as this row, where larger ones were in the run."""
+    resolution = int(row["resolution"])
+    larger = sorted(r for r in uniform if r > resolution)
+    if not larger or int(uniform[resolution]["misclassified"]) <= int(row["misclassified"]):
+        return []
+    for r in larger:
+        if int(uniform[r]["misclassified"]) <= int(row["misclassified"]):
+            many = f"{times((r / resolution) ** 2)} times the texels"
+            return [
+                f"For what {place(row)} reaches, {uniform[r]['technique']} needs {r}²: {many} "
+                f"({uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
+            ]
+    least = uniform[larger[-1]]
+    return [
+        f"No uniform map of this run, up to {larger[-1]}², does as well as {place(row)} "
+        f"({least['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
+    ]
+
+
+def place(row: Mapping[str, Any]) -> str:
+    """Label and resolution of a row."""
+    return f"{row['technique']} at {int(row['resolution'])}²"
+
+
+def count(row: Mapping[str, Any]) -> str:
+    """The wrong pixels of a row with their noun."""
+    n = int(row["misclassified"])
+    return f"{n:,} pixel{'' if n == 1 else 's'}"
+
+
+def percent(row: Mapping[str, Any]) -> str:
+    """The share of a row in per cent, three digits."""
+    return share_text(float(row["share"]))
+
+
+def share_text(share: float) -> str:
+    """A share in per cent with three significant digits, never rounded to nothing."""
+    value = 100.0 * share
+    return "0 %" if value == 0 else f"{value:.3g} %" if value < 99.95 else "100 %"
+
+
+def split(row: Mapping[str, Any]) -> str:
+    """The two kinds of error of a row."""
+    return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
+
+
+def times(ratio: float) -> str:
+    """A ratio with two or three digits."""
+    return f"{ratio:.0f}" if ratio >= 9.95 else f"{ratio:.1f}".removesuffix(".0")
+
+
+def span(ratios: Sequence[float]) -> str:
+    """One ratio, or the range of several."""
+    low, high = times(min(ratios)), times(max(ratios))
+    return low if low == high else f"{low} to {high}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as English lists them."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,157 @@
+"""A camera and a light that fit a scene, for those who bring neither.
+
+The camera stands at a three-quarter angle and holds the whole bounding box as tightly as its field of view allows: for
+a fixed orientation each pair of opposite frustum planes bounds the position in closed form, so nothing is searched.
+
+        side view                     the box touches one pair of planes;
+      e .                             the other pair has room to spare, and
+        `  .   +------+               the eye is centred between them
+         `   . |      |
+          `    +------+
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+# Chosen because it shows two sides and the top of a box, and leaves room for shadows that fall to the right.
+AZIMUTH_RAD = math.radians(30.0)
+ELEVATION_RAD = math.radians(27.0)
+# The middle of what painters of architecture and engines use; wide enough that near and far differ.
+FOV_Y_RAD = math.radians(50.0)
+# Share of the picture left free around the box.
+MARGIN = 0.06
+# Room between the box and the near and far planes, as a share of their depth: enough for rounding in any renderer.
+DEPTH_MARGIN = 0.05
+# Far over near for an eye inside the scene, where nothing else limits near: what engines ship (0.1 m to 100 m).
+INSIDE_DEPTH_RATIO = 1000.0
+# A scene smaller than this share of its own distance from the origin cannot be told from a point in float64 pictures
+# (2^-52 is one step; 2^20 steps are enough for a picture).
+SMALLEST_RELATIVE_SIZE = 2.0**-32
+
+
+def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple[Any, Any]:
+    """A camera that shows the whole scene from a three-quarter angle, and a directional light from its left.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its y axis points up. Any scale, flat or a single triangle.
+    aspect : float
+        Width by height of the picture.
+    focus : Scene, optional
+        The part that the picture frames, such as an object without its ground; the far plane still reaches all of
+        `scene`. The whole scene where none is given.
+
+    Returns
+    -------
+    (Camera, DirectionalLight)
+
+    Raises
+    ------
+    ArgumentError
+        For an aspect that is not a finite number above 0.
+    """
+    from ._core import Camera, DirectionalLight
+
+    right, up, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
+    inner = box_corners(padded_bounds(scene if focus is None else focus))
+    center = inner.mean(axis=0)
+    safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
+    eye = center + fitting_offset(inner - center, right, up, forward, FOV_Y_RAD, safe_aspect)
+    whole = inner if focus is None else box_corners(padded_bounds(scene))
+    near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
+    reach = float((center - eye) @ forward)
+    camera = Camera.look_at(
+        eye, eye + forward * reach, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
+    )
+    return camera, DirectionalLight(side_light(right, forward))
+
+
+def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
+    """Near and far planes for an eye of one's own: hugging the scene's box, or in a fixed ratio from inside it."""
+    corners = box_corners(padded_bounds(scene))
+    depths = (corners - np.asarray(eye, float)) @ np.asarray(forward, float)
+    # An eye that looks away from everything still needs a valid pair; the scene's size is the only length there is.
+    far = float(depths.max()) if depths.max() > 0 else float(np.ptp(corners, axis=0).max())
+    near = max(float(depths.min()), far / INSIDE_DEPTH_RATIO)
+    return near * (1 - DEPTH_MARGIN), far * (1 + DEPTH_MARGIN)
+
+
+def orientation(azimuth: float, elevation: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Right, up and forward of an eye at this azimuth (from +z towards -x) and elevation that looks at the middle."""
+    forward = np.array(
+        [math.sin(azimuth) * math.cos(elevation), -math.sin(elevation), -math.cos(azimuth) * math.cos(elevation)]
+    )
+    right = np.cross(forward, (0.0, 1.0, 0.0))
+    right /= np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def side_light(right: np.ndarray, forward: np.ndarray) -> np.ndarray:
+    """The way a light travels from the left, a little from behind the viewer, 38 degrees high.
+
+    Shadows fall to the right across the picture, and most of what the eye sees is lit.
+    """
+    ahead = np.array([forward[0], 0.0, forward[2]])
+    ahead /= np.linalg.norm(ahead)
+    travels: np.ndarray = 0.75 * right + 0.2 * ahead - np.array([0.0, 0.6, 0.0])
+    return travels
+
+
+def padded_bounds(scene: Any) -> np.ndarray:
+    """The scene's box (2, 3), widened where it is a point or too small for its distance from the origin."""
+    bounds: np.ndarray = np.asarray(scene.bounds, dtype=np.float64).reshape(2, 3)
+    size = float(np.ptp(bounds, axis=0).max())
+    distance = float(np.abs(bounds).max())
+    smallest = distance * SMALLEST_RELATIVE_SIZE if distance > 0 else 1.0
+    if size >= smallest and size > 0:
+        return bounds
+    pad = 0.5 * (smallest - size)
+    padded: np.ndarray = bounds + np.array([[-pad], [pad]])
+    return padded
+
+
+def box_corners(bounds: np.ndarray) -> np.ndarray:
+    """The eight corners (8, 3) of a box (2, 3)."""
+    return np.array(list(itertools.product(*bounds.T)))
+
+
+def fitting_offset(
+    corners: np.ndarray, right: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float, aspect: float
+) -> np.ndarray:
+    """Where the eye stands, relative to the origin of `corners`, so that they fill the picture up to the margin.
+
+    With eye = x right + y up - d forward, the corner (r, u, f) lies between the right and left planes when
+    max(r - t f) <= x + t d and max(-r - t f) <= -x + t d; the sum bounds d, the difference centres x. Likewise y.
+    """
+    depth = corners @ forward
+    offset = np.zeros(3)
+    distance = 0.0
+    tan_y = math.tan(0.5 * fov_y) * (1 - MARGIN)
+    for axis, tangent in ((right, tan_y * aspect), (up, tan_y)):
+        across = corners @ axis
+        high, low = (across - tangent * depth).max(), (-across - tangent * depth).max()
+        distance = max(distance, (high + low) / (2 * tangent))
+        offset += 0.5 * (high - low) * axis
+    return offset - distance * forward
+
+
+def depth_range(
+    whole: np.ndarray, inner: np.ndarray, eye: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float
+) -> tuple[float, float]:
+    """Near and far depths that hold the framed box, the floor at the bottom of the picture, and everything behind."""
+    near = float(((inner - eye) @ forward).min())
+    # The lowest ray of the picture meets the floor of the whole scene nearer than the framed box begins.
+    lowest = forward - math.tan(0.5 * fov_y) * up
+    floor = float(whole[:, 1].min())
+    if whole is not inner and lowest[1] < 0 and eye[1] > floor:
+        near = min(near, (floor - eye[1]) / lowest[1])
+    far = float(((whole - eye) @ forward).max())
+    # The eye of a fitted view stands outside the box, so near is above 0 by construction.
+    near = max(near, far / INSIDE_DEPTH_RATIO)
+    return near * (1 - DEPTH_MARGIN), far * (1 + DEPTH_MARGIN)

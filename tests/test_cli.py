@@ -1,0 +1,392 @@
+"""The command line: what it prints and writes, and one line with exit status 2 for everything that can be wrong."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import trimesh
+
+import shadowlab as sl
+from shadowlab import cli
+from shadowlab.specs import format_spec, parse_size, parse_spec, parse_value, parse_vector
+
+SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory):
+    path = tmp_path_factory.mktemp("meshes") / "box.ply"
+    trimesh.creation.box().export(path)
+    return str(path)
+
+
+@pytest.fixture
+def run(capfd):
+    """Runs the command line in this process: (status, standard output, standard error)."""
+
+    def call(*words):
+        status = cli.main([str(word) for word in words])
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return call
+
+
+def fails(outcome, *parts):
+    """One line on standard error, exit status 2, nothing on standard output."""
+    status, out, err = outcome
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1, err
+    assert err.startswith("shadowlab: error: ")
+    assert "Traceback" not in err
+    for part in parts:
+        assert part in err
+    return err
+
+
+def test_compare_writes_the_report_and_says_where(run, mesh, tmp_path):
+    out_dir = tmp_path / "out"
+    status, out, err = run("compare", mesh, "--ground", *SMALL, "--out", out_dir)
+    assert (status, err) == (0, "")
+    assert "uniform" in out
+    assert "lispsm" in out
+    assert "fewest wrong pixels" in out or "share the fewest" in out or "right" in out
+    assert str(out_dir / "report.html") in out
+    names = {path.name for path in out_dir.iterdir()}
+    assert {"report.html", "results.csv", "results.json", "truth.png"} <= names
+    assert ".shadowlab-probe" not in names
+    data = json.loads((out_dir / "results.json").read_text(encoding="utf-8"))
+    assert [r["technique"] for r in data["runs"]] == ["uniform", "lispsm"]
+    assert data["size"] == [32, 24]
+
+
+def test_compare_of_the_library_with_parameters(run, tmp_path):
+    words = ("@forest:trees=20,seed=3", "--technique", "uniform", "--technique=lispsm:near=basic", "--resolution=32,64")
+    status, out, _ = run("compare", *words, "--size", "16x16", "--backend", "cpu", "--out", tmp_path)
+    assert status == 0
+    assert out.count("lispsm:near=basic") >= 2
+    data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert data["scene"]["instances"] == sl.library.scene("forest", trees=20, seed=3).instance_count
+    assert "seed=3" in data["scene"]["python"]
+
+
+def test_the_command_in_the_report_gives_the_same_numbers(run, tmp_path):
+    run("compare", "@skylight", "--light", "-0.3,-1,0.2", *SMALL, "--out", tmp_path / "a")
+    first = json.loads((tmp_path / "a" / "results.json").read_text(encoding="utf-8"))
+    words = shlex.split(first["reproduce"]["command"])
+    assert words[0] == "shadowlab"
+    status, _, _ = run(*words[1:], "--out", tmp_path / "b")
+    assert status == 0
+    second = json.loads((tmp_path / "b" / "results.json").read_text(encoding="utf-8"))
+    for before, after in zip(first["runs"], second["runs"], strict=True):
+        assert before["misclassified"] == after["misclassified"]
+        # Through degrees and a target point: a few last digits of the camera may differ.
+        np.testing.assert_allclose(after["matrices"], before["matrices"], rtol=1e-9, atol=1e-12)
+
+
+def test_the_python_of_a_file_with_ground_is_its_scene(run, mesh, tmp_path):
+    run("compare", mesh, "--up", "z", "--ground", *SMALL, "--out", tmp_path)
+    data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    names: dict = {"sl": sl}
+    exec(data["scene"]["python"], names)
+    np.testing.assert_array_equal(names["scene"].bounds, data["scene"]["bounds"])
+    assert "--up z --ground" in data["reproduce"]["command"]
+
+
+@pytest.mark.parametrize(
+    "form", [["--light=-1,-2,0.5"], ["--light", "-1,-2,0.5"], ["--light", "-1 -2 .5"], ["--light", "-1, -2, 5e-1"]]
+)
+def test_vectors_may_begin_with_a_minus(run, mesh, form):
+    status, out, _ = run("matrix", mesh, *form, "--format", "json")
+    assert status == 0
+    matrix = np.array(json.loads(out)["matrix"])
+    # Two points on one ray of the light have one place in the map.
+    a, b = (matrix @ [*(np.array([0.1, 0.2, 0.3]) + t * np.array([-1, -2, 0.5])), 1.0] for t in (0.0, 0.4))
+    np.testing.assert_allclose(a[:2] / a[3], b[:2] / b[3], atol=1e-12)
+
+
+def test_coordinates_are_those_of_the_file(run, tmp_path):
+    """A z-up file seen with z-up coordinates is the y-up file seen with y-up ones."""
+    box = trimesh.creation.box(extents=(1, 2, 3))
+    box.export(tmp_path / "y.ply")
+    standing = box.copy()
+    standing.vertices = np.stack([box.vertices[:, 0], -box.vertices[:, 2], box.vertices[:, 1]], axis=1)
+    standing.export(tmp_path / "z.ply")
+    _, first, _ = run(
+        "matrix", tmp_path / "y.ply", "--eye", "4,5,6", "--target", "0,1,0", "--light", "1,-2,-0.5", "--format", "json"
+    )
+    _, second, _ = run(
+        "matrix",
+        tmp_path / "z.ply",
+        "--up",
+        "z",
+        "--eye",
+        "4,-6,5",
+        "--target",
+        "0,0,1",
+        "--light",
+        "1,0.5,-2",
+        "--format",
+        "json",
+    )
+    first, second = (np.array(json.loads(text)["matrices"]) for text in (first, second))
+    np.testing.assert_allclose(second, first, rtol=1e-6, atol=1e-7)  # ply holds float32
+
+
+@pytest.mark.parametrize("kind", ["npy", "json", "text"])
+def test_matrix_formats_hold_the_same_matrix(mesh, kind):
+    words = [
+        "matrix",
+        mesh,
+        "--technique",
+        "lispsm",
+        "--eye",
+        "3,2,4",
+        "--light",
+        "-1,-1,-1",
+        "--resolution",
+        "512",
+        "--format",
+        kind,
+    ]
+    done = subprocess.run([sys.executable, "-m", "shadowlab.cli", *words], capture_output=True, check=True)
+    if kind == "npy":
+        matrix = np.load(io.BytesIO(done.stdout))
+    elif kind == "json":
+        matrix = np.array(json.loads(done.stdout)["matrix"])
+    else:
+        matrix = np.array([line.split() for line in done.stdout.decode().splitlines()], dtype=float)
+    scene = sl.load_scene(mesh)
+    options = cli.parser().parse_args(words)
+    _, camera, light, _ = cli.load_view(options, (1024, 1024))
+    np.testing.assert_array_equal(np.asarray(light.direction), np.asarray(sl.DirectionalLight((-1, -1, -1)).direction))
+    expected = sl.technique("lispsm").parameterize(scene, camera, light, resolution=512).matrix
+    np.testing.assert_array_equal(matrix, expected)
+
+
+def test_matrix_to_a_file(run, mesh, tmp_path):
+    status, out, _ = run("matrix", mesh, "--format", "npy", "--out", tmp_path / "m.npy")
+    assert (status, out) == (0, "")
+    assert np.load(tmp_path / "m.npy").shape == (4, 4)
+    fails(run("matrix", mesh, "--out", tmp_path / "none" / "m.npy"), "cannot write")
+
+
+def test_techniques_and_version(run):
+    status, out, _ = run("techniques")
+    assert status == 0
+    for name in sl.techniques()["name"].unique():
+        assert name in out
+    with pytest.raises(SystemExit) as left:
+        cli.main(["--version"])
+    assert left.value.code == 0
+
+
+def test_doctor(run):
+    status, out, _ = run("doctor")
+    assert status == 0
+    assert "The core works." in out
+
+
+def test_a_scene_without_its_own_view_gets_one(run, mesh):
+    options = cli.parser().parse_args(["matrix", mesh, "--size", "200x100"])
+    scene, camera, light, _ = cli.load_view(options, (200, 100))
+    fitting, sun = sl.default_view(scene, aspect=2.0)
+    assert camera == fitting
+    assert light == sun
+
+
+def test_an_eye_alone_looks_at_the_middle(mesh):
+    options = cli.parser().parse_args(["matrix", mesh, "--eye", "9,0,0"])
+    scene, camera, _, _ = cli.load_view(options, (8, 8))
+    np.testing.assert_allclose(camera.forward, (-1, 0, 0), atol=1e-12)
+    depth = camera.depth(np.array([[0.5, 0, 0], [-0.5, 0, 0]]))
+    assert camera.near < depth[0] < depth[1] < camera.far
+    assert scene.triangle_count == 12
+
+
+@pytest.mark.parametrize("target", ["0,-9,0", "0,9,0"])
+def test_straight_down_and_up_have_a_picture(mesh, target):
+    options = cli.parser().parse_args(["matrix", mesh, "--eye", "0,0,0", "--target", target])
+    _, camera, _, _ = cli.load_view(options, (8, 8))
+    assert np.isfinite(camera.clip_from_world).all()
+
+
+# Every way to be wrong, with what the line must say.
+BAD = {
+    "no command": ([], "COMMAND", "--help"),
+    "unknown command": (["compre"], "compre"),
+    "no scene": (["compare"], "MESH"),
+    "unknown option": (["compare", "MESH", "--resolutoin", "4"], "--resolutoin"),
+    "abbreviated option": (["compare", "MESH", "--res", "4"], "--res"),
+    "missing file": (["compare", "no/such/file.ply"], "no/such/file.ply", "check the path"),
+    "a directory": (["compare", "DIR"], "directory"),
+    "not a mesh": (["compare", "TEXT"], "notes.txt"),
+    "no ending": (["compare", "BARE"], "bare"),
+    "empty file": (["compare", "EMPTY"], "empty.ply"),
+    "broken file": (["compare", "BROKEN"], "broken.ply"),
+    "truncated file": (["compare", "TRUNCATED"], "truncated.glb"),
+    "points only": (["compare", "POINTS"], "points.ply"),
+    "nothing finite": (["compare", "NAN"], "no usable triangle"),
+    "index out of range": (["compare", "RANGE"],),
+    "unknown technique": (["compare", "MESH", "--technique", "lipsm"], "lipsm", "lispsm", "uniform"),
+    "unknown parameter": (["compare", "MESH", "--technique", "lispsm:nera=1"], "nera", "near"),
+    "parameter without value": (["compare", "MESH", "--technique", "lispsm:near"], "near"),
+    "parameter twice": (["compare", "MESH", "--technique", "lispsm:near=1,near=2"], "twice"),
+    "bad parameter value": (["compare", "MESH", "--technique", "lispsm:near=nowhere"], "near"),
+    "empty technique": (["compare", "MESH", "--technique", ""], "name is missing"),
+    "technique twice": (["compare", "MESH", "--technique", "uniform", "--technique", "uniform"], "twice"),
+    "unknown library scene": (["compare", "@courtyrad"], "courtyrad", "courtyard"),
+    "unknown library parameter": (["compare", "@forest:tress=4"], "tress", "trees"),
+    "bad library value": (["compare", "@forest:trees=many"], "trees", "many"),
+    "library value out of range": (["compare", "@forest:trees=-4"], "trees"),
+    "bad seed": (["compare", "@forest:seed=1.5"], "seed"),
+    "library name missing": (["compare", "@"], "name is missing"),
+    "library with up z": (["compare", "@forest", "--up", "z"], "up"),
+    "unknown up": (["compare", "MESH", "--up", "x"], "--up"),
+    "unknown backend": (["compare", "MESH", "--backend", "cuda"], "cuda", "cpu", "gpu"),
+    "unknown filter": (["compare", "MESH", "--filter", "vsm"], "vsm", "nearest"),
+    "vector of two": (["compare", "MESH", "--light", "1,2"], "light", "three numbers"),
+    "vector of four": (["compare", "MESH", "--eye", "1,2,3,4"], "eye"),
+    "vector of words": (["compare", "MESH", "--target", "a,b,c"], "target"),
+    "empty vector": (["compare", "MESH", "--light", ""], "light"),
+    "vector with nan": (["compare", "MESH", "--light", "nan,0,1"], "light", "finite"),
+    "vector with infinity": (["compare", "MESH", "--light", "-inf,0,1"], "light", "finite"),
+    "zero light": (["compare", "MESH", "--light", "0,0,0"], "direction"),
+    "eye is target": (["compare", "MESH", "--eye", "1,2,3", "--target", "1,2,3"], "target"),
+    "near beyond far": (["compare", "MESH", "--near", "10", "--far", "1"], "far"),
+    "near is far": (["compare", "MESH", "--near", "2", "--far", "2"], "far"),
+    "near zero": (["compare", "MESH", "--near", "0"], "near"),
+    "near negative": (["compare", "MESH", "--near", "-1"], "near"),
+    "far negative": (["compare", "MESH", "--far", "-1"], "far"),
+    "far not a number": (["compare", "MESH", "--far", "far"], "--far", "far"),
+    "far is nan": (["compare", "MESH", "--far", "nan"], "far"),
+    "fov zero": (["compare", "MESH", "--fov-deg", "0"], "fov"),
+    "fov too wide": (["compare", "MESH", "--fov-deg", "180"], "fov"),
+    "resolution zero": (["compare", "MESH", "--resolution", "0"], "resolution"),
+    "resolution negative": (["compare", "MESH", "--resolution", "-4"], "resolution"),
+    "resolution a fraction": (["compare", "MESH", "--resolution", "10.5"], "resolution"),
+    "resolution a word": (["compare", "MESH", "--resolution", "big"], "resolution"),
+    "resolution empty": (["compare", "MESH", "--resolution", ""], "resolution"),
+    "resolution too large": (["compare", "MESH", "--resolution", "100000"], "resolution", "16384"),
+    "size zero": (["compare", "MESH", "--size", "0x0"], "size"),
+    "size of one": (["compare", "MESH", "--size", "64"], "size"),
+    "size negative": (["compare", "MESH", "--size", "-4x4"], "size"),
+    "size too large": (["compare", "MESH", "--size", "99999x2"], "size"),
+    "out is a file": (["compare", "MESH", "--out", "TEXT"], "out", "cannot write"),
+    "out below a file": (["compare", "MESH", "--out", "TEXT/below"], "cannot write"),
+    "matrix of two resolutions": (["matrix", "MESH", "--resolution", "4,8"], "resolution"),
+    "matrix format": (["matrix", "MESH", "--format", "xml"], "xml"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory, mesh):
+    """The files that the table of mistakes names."""
+    folder = tmp_path_factory.mktemp("bad")
+    (folder / "notes.txt").write_text("not a mesh\n")
+    (folder / "bare").write_text("not a mesh\n")
+    (folder / "empty.ply").write_bytes(b"")
+    (folder / "broken.ply").write_bytes(b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n")
+    glb = trimesh.creation.box().export(file_type="glb")
+    (folder / "truncated.glb").write_bytes(glb[: len(glb) // 2])
+    trimesh.PointCloud(np.eye(3)).export(folder / "points.ply")
+    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    (folder / "nan.ply").write_text(header + "nan 0 0\nnan 1 0\nnan 0 1\n3 0 1 2\n")
+    (folder / "range.ply").write_text(header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")
+    files = {"TEXT": "notes.txt", "BARE": "bare", "EMPTY": "empty.ply", "BROKEN": "broken.ply", "NAN": "nan.ply"}
+    files |= {
+        "TRUNCATED": "truncated.glb",
+        "POINTS": "points.ply",
+        "RANGE": "range.ply",
+        "TEXT/below": "notes.txt/below",
+    }
+    return {"MESH": mesh, "DIR": folder, **{key: folder / name for key, name in files.items()}}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_mistake_is_one_line(run, places, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    words, *parts = BAD[name]
+    fails(run(*[places.get(word, word) for word in words]), *parts)
+    assert list(tmp_path.iterdir()) == [] or name in ("resolution too large", "size too large", "unknown filter")
+
+
+def test_debug_shows_where(places):
+    with pytest.raises(sl.errors.ArgumentError):
+        cli.main(["compare", places["MESH"], "--light", "0,0,0", "--debug"])
+
+
+def test_dropped_faces_are_a_warning_on_one_line(run, tmp_path):
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\n"
+    (tmp_path / "part.obj").write_text(vertices + "f 1 2 3\nf 1 2 4\n")
+    status, _, err = run("matrix", tmp_path / "part.obj", "--format", "json")
+    assert status == 0
+    assert err.startswith("shadowlab: warning: ")
+    assert err.count("\n") == 1
+
+
+def test_ctrl_c_is_130_and_leaves_no_traceback(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "shadowlab.cli",
+        "compare",
+        "@forest",
+        "--size",
+        "4096x4096",
+        "--resolution",
+        "8192",
+    ]
+    process = subprocess.Popen(
+        [*command, "--backend", "cpu", "--out", str(tmp_path / "out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    # The directory is made when the scene stands and the long work begins.
+    end = time.monotonic() + 120
+    while not (tmp_path / "out").exists() and process.poll() is None and time.monotonic() < end:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    assert b"Traceback" not in err
+    assert err.strip().splitlines()[-1] == b"shadowlab: interrupted"
+
+
+def test_a_reader_that_leaves_is_no_error(mesh):
+    command = f"{shlex.quote(sys.executable)} -m shadowlab.cli techniques | head -n 1"
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, check=False)
+    assert done.stderr == b""
+
+
+def test_importing_and_version_touch_no_driver_and_no_pandas():
+    heavy = ("pandas", "matplotlib", "trimesh")
+    code = f"import sys, shadowlab.cli; shadowlab.cli.parser(); print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ})
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("value", [True, False, 3, -2, 0.1, 1e-300, 12345.678901234567, "optimal", "scene-fit"])
+def test_values_survive_their_text(value):
+    name, values = parse_spec(format_spec("x", {"key": value}), "technique")
+    assert name == "x"
+    assert values == {"key": value}
+    assert type(values["key"]) is type(value)
+
+
+def test_texts_of_values():
+    assert parse_value("1e3") == 1000.0
+    assert parse_vector(" 1, -2.5 ,+3e0", "eye") == (1.0, -2.5, 3.0)
+    assert parse_size("1280×720") == (1280, 720)
+    assert cli.joined_negative_values(["--light", "-1,2,3", "--ground", "--near", "-.5", "-x"]) == [
+        "--light=-1,2,3", "--ground", "--near=-.5", "-x",
+    ]  # fmt: skip

@@ -1,0 +1,146 @@
+"""The verdict says what the table shows, and nothing more: each sentence against a table made for it."""
+
+from __future__ import annotations
+
+import re
+
+import pandas as pd
+import pytest
+
+from shadowlab.verdict import share_text, times, verdict
+
+
+def table(*rows):
+    """A study's table from (technique, resolution, false_shadow, false_light), or with a failure as the fifth."""
+    compared = 100_000
+    made = []
+    for name, resolution, shadow, light, *failure in rows:
+        known = not failure and shadow is not None
+        made.append(
+            {
+                "technique": name,
+                "resolution": resolution,
+                "misclassified": shadow + light if known else None,
+                "false_shadow": shadow if known else None,
+                "false_light": light if known else None,
+                "share": (shadow + light) / compared if known else None,
+                "compared": compared if known else None,
+                "failure": failure[0] if failure else "",
+            }
+        )
+    counts = dict.fromkeys(("resolution", "misclassified", "false_shadow", "false_light", "compared"), "Int64")
+    return pd.DataFrame(made).astype(counts)
+
+
+def test_the_warp_that_pays():
+    text = verdict(table(("uniform", 1024, 3000, 1000), ("lispsm", 1024, 900, 100)))
+    assert "lispsm at 1024² has the fewest wrong pixels: 1,000 pixels (1 % of 100,000 compared" in text
+    assert "900 false shadow, 100 false light" in text
+    assert (
+        "lispsm is worth it here: at 1024² it leaves 4 times fewer wrong pixels than uniform (1,000 against 4,000)"
+        in text
+    )
+
+
+def test_the_warp_that_costs():
+    text = verdict(table(("uniform", 1024, 500, 500), ("lispsm", 1024, 1000, 500)))
+    assert "uniform at 1024² has the fewest" in text
+    assert "not worth it here: at 1024² it has 1.5 times as many wrong pixels as uniform (1,500 against 1,000)" in text
+
+
+def test_small_differences_decide_nothing():
+    text = verdict(table(("uniform", 1024, 500, 500), ("lispsm", 1024, 500, 480)))
+    assert "makes little difference" in text
+    assert "worth it" not in text
+
+
+def test_the_uniform_map_that_does_as_well():
+    rows = [
+        ("uniform", 1024, 4000, 0),
+        ("uniform", 2048, 2000, 0),
+        ("uniform", 4096, 900, 0),
+        ("lispsm", 1024, 1000, 0),
+    ]
+    text = verdict(table(*rows))
+    assert "uniform needs 4096²: 16 times the texels (900 against 1,000 wrong pixels)" in text
+
+
+def test_no_uniform_map_of_the_run_does_as_well():
+    text = verdict(table(("uniform", 1024, 4000, 0), ("uniform", 2048, 2000, 0), ("lispsm", 1024, 1000, 0)))
+    assert "No uniform map of this run, up to 2048², does as well as lispsm at 1024² (2,000 against 1,000" in text
+
+
+def test_several_resolutions_give_a_range():
+    rows = [("uniform", 512, 4000, 0), ("uniform", 1024, 2000, 0), ("lispsm", 512, 2000, 0), ("lispsm", 1024, 500, 0)]
+    assert "better than uniform at every resolution from 512² to 1024² (2 to 4 times fewer" in verdict(table(*rows))
+    mixed = [("uniform", 512, 4000, 0), ("uniform", 1024, 500, 0), ("lispsm", 512, 2000, 0), ("lispsm", 1024, 900, 0)]
+    text = verdict(table(*mixed))
+    assert "better at 1, worse at 1 and about equal at 0 of 2 resolutions" in text
+    worse = [("uniform", 512, 10, 0), ("uniform", 1024, 10, 0), ("lispsm", 512, 30, 0), ("lispsm", 1024, 20, 0)]
+    assert "worse than uniform at every resolution from 512² to 1024² (2 to 3 times as many" in verdict(table(*worse))
+
+
+def test_no_ratio_against_nothing():
+    assert "has 7 wrong pixels where uniform has none" in verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 7, 0)))
+    assert "leaves no wrong pixel where uniform has 7" in verdict(table(("uniform", 64, 7, 0), ("lispsm", 64, 0, 0)))
+    both = verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 0, 0)))
+    assert "uniform and lispsm at 64² get all 100,000 compared pixels right" in both
+    assert "worth" not in both
+
+
+def test_one_row_alone_is_not_compared():
+    assert verdict(table(("lispsm", 1024, 1, 0))) == (
+        "lispsm at 1024² gets 1 pixel wrong (0.001 % of 100,000 compared; 1 false shadow, 0 false light)."
+    )
+    assert verdict(table(("lispsm", 1024, 0, 0))) == "lispsm at 1024² gets all 100,000 compared pixels right."
+
+
+def test_without_uniform_no_word_about_worth():
+    assert "worth" not in verdict(table(("lispsm", 1024, 10, 0), ("tsm", 1024, 100, 0)))
+
+
+def test_the_baseline_is_known_under_any_label():
+    rows = table(("plain", 1024, 4000, 0), ("sun", 1024, 1000, 0))
+    text = verdict(rows, {"plain": "uniform", "sun": "lispsm"})
+    assert "sun is worth it here: at 1024² it leaves 4 times fewer wrong pixels than plain" in text
+
+
+def test_the_best_uniform_map_is_the_baseline():
+    rows = table(("loose", 1024, 4000, 0), ("tight", 1024, 1500, 0), ("lispsm", 1024, 1000, 0))
+    assert "1.5 times fewer wrong pixels than tight" in verdict(rows, {"loose": "uniform", "tight": "uniform"})
+
+
+def test_failures_are_told_and_leave_the_rest():
+    text = verdict(table(("uniform", 1024, 5, 0), ("lispsm", 1024, None, None, "no receiver in view")))
+    assert text.endswith("lispsm failed: no receiver in view.")
+    assert text.startswith("uniform at 1024² gets 5 pixels wrong")
+    assert (
+        verdict(table(("lispsm", 1024, None, None, "broken"))) == "No technique gave a result. lispsm failed: broken."
+    )
+
+
+def test_without_truth_nothing_is_claimed():
+    text = verdict(table(("uniform", 1024, None, None), ("lispsm", 1024, None, None)))
+    assert text == "The truth was not traced, so nothing is said about errors."
+
+
+def test_nothing_to_compare():
+    rows = table(("uniform", 1024, 0, 0))
+    rows["compared"] = pd.array([0], dtype="Int64")
+    assert verdict(rows).startswith("No pixel could be compared")
+
+
+@pytest.mark.parametrize("counts", [(4000, 1000), (7, 7), (0, 12), (12, 0), (100, 97)])
+def test_every_number_comes_from_the_table(counts):
+    rows = table(("uniform", 512, counts[0], 0), ("lispsm", 512, counts[1], 0))
+    numbers = {
+        int(n.replace(",", "")) for n in re.findall(r"\b\d[\d,]*(?= against| wrong| pixels| false|\))", verdict(rows))
+    }
+    assert numbers <= {*counts, 0, 100_000}
+
+
+def test_shares_are_never_rounded_to_nothing():
+    assert share_text(0.0) == "0 %"
+    assert share_text(1e-7) == "1e-05 %"
+    assert share_text(0.99999) == "100 %"
+    assert (times(1.04), times(2.0), times(9.94), times(123.4)) == ("1", "2", "9.9", "123")

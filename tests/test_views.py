@@ -1,0 +1,96 @@
+"""The camera and the light that are chosen for a scene: at any scale, flat, or a single triangle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import shadowlab as sl
+
+TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+def scene_of(vertices):
+    return sl.Scene.from_arrays(vertices, [[0, 1, 2]])
+
+
+def box(low, high):
+    low, high = np.asarray(low, float), np.asarray(high, float)
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    return sl.Scene.from_arrays(corners, [[i, (i + 1) % 8, (i + 3) % 8] for i in range(8)])
+
+
+DEGENERATE = {
+    "triangle": scene_of(TRIANGLE),
+    "unit box": box((-1, -1, -1), (1, 1, 1)),
+    "flat": box((-50, 0, -50), (50, 0, 50)),
+    "wall": box((0, 0, -5), (0, 9, 5)),
+    "pole": box((3, 0, 3), (3, 100, 3)),
+    "tiny": scene_of(1e-6 * TRIANGLE),
+    "huge": scene_of(1e9 * TRIANGLE),
+    "far away": scene_of(TRIANGLE + np.array([455_000.0, 30.0, -5_900_000.0])),
+    "one line": scene_of([[0.0, 0, 0], [1, 1, 1], [2, 2, 2]]),
+    "one point": scene_of(np.zeros((3, 3))),
+    "one point far away": scene_of(np.full((3, 3), 1e6)),
+}
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_the_whole_scene_is_in_the_picture(name, aspect):
+    scene = DEGENERATE[name]
+    camera, light = sl.default_view(scene, aspect=aspect)
+    assert camera.aspect == aspect
+    assert 0 < camera.near < camera.far
+    assert np.isfinite(light.direction).all()
+    assert light.direction[1] < 0
+    corners = np.array(
+        [[x, y, z, 1.0] for x in scene.bounds[:, 0] for y in scene.bounds[:, 1] for z in scene.bounds[:, 2]]
+    )
+    clip = corners @ camera.clip_from_world.T
+    # Coordinates of 1e6 times a view of the last digits: what rounding leaves of a margin of 6 %.
+    slack = 1.0 if name != "one point far away" else 1.2
+    assert (np.abs(clip[:, :2]) <= slack * clip[:, 3:]).all()
+    depth = camera.depth(corners[:, :3])
+    assert (depth >= camera.near).all()
+    assert (depth <= camera.far).all()
+
+
+def test_the_picture_is_filled():
+    camera, _ = sl.default_view(DEGENERATE["unit box"])
+    corners = np.array([[x, y, z, 1.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    clip = corners @ camera.clip_from_world.T
+    ndc = clip[:, :2] / clip[:, 3:]
+    assert np.abs(ndc).max() > 0.9
+    # Centred: as much room on one side as on the other, along the axis that is filled.
+    assert abs(ndc.max(axis=0) + ndc.min(axis=0)).min() < 0.01
+
+
+def test_same_picture_at_every_scale():
+    reference, light = sl.default_view(scene_of(TRIANGLE))
+    for scale in (1e-6, 1e3, 1e9):
+        camera, scaled_light = sl.default_view(scene_of(scale * TRIANGLE))
+        np.testing.assert_allclose(camera.eye / scale, reference.eye, rtol=1e-9)
+        np.testing.assert_allclose(
+            [camera.near / scale, camera.far / scale], [reference.near, reference.far], rtol=1e-9
+        )
+        np.testing.assert_array_equal(scaled_light.direction, light.direction)
+
+
+def test_a_floor_is_seen_to_its_end_but_the_object_is_framed():
+    bare = DEGENERATE["unit box"]
+    whole = bare.with_ground()
+    camera, _ = sl.default_view(whole, focus=bare)
+    framed, _ = sl.default_view(bare)
+    np.testing.assert_allclose(camera.eye, framed.eye)
+    corners = np.array([[x, y, z] for x in whole.bounds[:, 0] for y in whole.bounds[:, 1] for z in whole.bounds[:, 2]])
+    assert camera.depth(corners).max() <= camera.far
+    # The floor's point at the bottom of the picture, where the lowest ray meets it.
+    lowest = np.asarray(camera.forward) - np.tan(camera.fov_y / 2) * np.asarray(camera.up)
+    assert camera.near <= (whole.bounds[0, 1] - camera.eye[1]) / lowest[1]
+
+
+@pytest.mark.parametrize("aspect", [0.0, -1.0, np.nan, np.inf])
+def test_a_wrong_aspect_is_said(aspect):
+    with pytest.raises(sl.errors.ArgumentError, match="aspect"):
+        sl.default_view(DEGENERATE["unit box"], aspect=aspect)

@@ -1,3 +1,20 @@
 //! The rasteriser on the processor: no driver, deterministic, the rules of graphics hardware.
+//!
+//! A pass goes batch by batch of instances: vertices are projected once each ([`screen`]), triangles are culled, clipped
+//! where they must be, and sorted into bands of the image ([`binning`]), and each band is drawn by one thread ([`raster`]).
 
+mod batch;
+mod binning;
+mod clip;
+mod gbuffer;
 pub mod lookup;
+mod mask;
+mod memory;
+mod passes;
+mod raster;
+mod renderer;
+mod screen;
+mod setup;
+mod simd;
+
+pub use renderer::CpuRenderer;

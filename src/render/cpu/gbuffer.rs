@@ -1,0 +1,171 @@
+//! What each pixel shows: the visible triangle turned into position and normal, in f64.
+//!
+//! Positions are where the ray through the pixel's centre meets the plane of the triangle: exact for the triangle as it
+//! stands in the scene, free of the rounding of depth buffers and of the pixel grid.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::memory::{unwritten, written};
+use super::passes::{NO_TRIANGLE, Pass, pixel_count};
+use crate::error::{Error, Result};
+use crate::image::GBuffer;
+use crate::progress::Progress;
+use crate::scene::{Camera, Scene};
+
+/// The G-buffer of what `pass` sees.
+pub fn gbuffer(pass: &mut Pass, camera: &Camera) -> Result<GBuffer> {
+    let (scene, size, progress) = (pass.scene, pass.size, pass.progress);
+    check_extent(scene)?;
+    let (depth, ids) = pass.depth_and_ids()?;
+    resolve(scene, camera, size, depth, &ids, progress)
+}
+
+/// Refuses scenes whose positions would not survive in f32.
+fn check_extent(scene: &Scene) -> Result<()> {
+    // Derived from f32: coordinates relative to the middle must not overflow, and their last digits must be normal numbers.
+    let smallest = f64::from(f32::MIN_POSITIVE) / f64::from(f32::EPSILON);
+    let extent = scene.bounds().extent().max_element();
+    if extent == 0.0 || (smallest..=f64::from(f32::MAX)).contains(&extent) {
+        return Ok(());
+    }
+    let expected = format!("an extent between {smallest:e} and {:e} (positions are stored as f32)", f32::MAX);
+    Err(Error::argument("scene", expected, format!("{extent:e}"), "scale the scene and the camera"))
+}
+
+fn resolve(
+    scene: &Scene,
+    camera: &Camera,
+    size: [u32; 2],
+    depth: Vec<f32>,
+    ids: &[u32],
+    progress: &Progress,
+) -> Result<GBuffer> {
+    let n = pixel_count(size);
+    let width = size[0] as usize;
+    let first_ids = first_ids(scene);
+    let (mut position, mut normal) = (unwritten::<[f32; 3]>(n)?, unwritten::<[f32; 3]>(n)?);
+    let (mut triangle, mut instance) = (unwritten::<i32>(n)?, unwritten::<i32>(n)?);
+    let rows = (position.par_chunks_mut(width), normal.par_chunks_mut(width));
+    let rows = rows.0.zip(rows.1).zip(triangle.par_chunks_mut(width).zip(instance.par_chunks_mut(width)));
+    let rows = rows.zip(ids.par_chunks(width).zip(depth.par_chunks(width))).enumerate();
+    rows.try_for_each(|(y, (((position, normal), (triangle, instance)), (ids, depth)))| {
+        progress.check()?;
+        let mut known: Option<Surface> = None;
+        for x in 0..width {
+            if ids[x] == NO_TRIANGLE {
+                position[x].write([0.0; 3]);
+                normal[x].write([0.0; 3]);
+                triangle[x].write(-1);
+                instance[x].write(-1);
+                continue;
+            }
+            // Neighbouring pixels often show the same triangle.
+            let surface = match known {
+                Some(surface) if surface.id == ids[x] => surface,
+                _ => Surface::new(scene, camera, &first_ids, ids[x]),
+            };
+            known = Some(surface);
+            let ray = camera.pixel_ray(x as f64 + 0.5, y as f64 + 0.5, size);
+            let (p_from_eye, n) = surface.seen_along(camera, ray, f64::from(depth[x]));
+            position[x].write((camera.eye() - scene.origin() + p_from_eye).as_vec3().to_array());
+            normal[x].write(n.as_vec3().to_array());
+            triangle[x].write(surface.triangle);
+            instance[x].write(surface.instance);
+        }
+        Ok(())
+    })?;
+    // SAFETY: every row has been written, or the error has been returned.
+    let (position, normal) = unsafe { (written(position), written(normal)) };
+    let (triangle, instance) = unsafe { (written(triangle), written(instance)) };
+    Ok(GBuffer { size, origin: scene.origin(), depth, position, normal, triangle, instance })
+}
+
+/// The scene-wide number of each instance's first triangle.
+fn first_ids(scene: &Scene) -> Vec<u32> {
+    let mut next = 0;
+    (0..scene.instances().len())
+        .map(|i| {
+            let first = next;
+            next += scene.mesh_of(i).triangles().len() as u32;
+            first
+        })
+        .collect()
+}
+
+/// A visible triangle, relative to the eye.
+#[derive(Debug, Clone, Copy)]
+struct Surface {
+    id: u32,
+    triangle: i32,
+    instance: i32,
+    /// A corner.
+    corner: DVec3,
+    /// Unit normal; zero for a triangle without area.
+    normal: DVec3,
+    /// Camera depths of the nearest and the farthest corner.
+    depths: [f64; 2],
+}
+
+impl Surface {
+    fn new(scene: &Scene, camera: &Camera, first_ids: &[u32], id: u32) -> Self {
+        // Instances without triangles do not exist, so numbers are strictly increasing.
+        let instance = first_ids.partition_point(|&first| first <= id) - 1;
+        let triangle = id - first_ids[instance];
+        let mesh = scene.mesh_of(instance);
+        let eye_from_local = {
+            let mut map = scene.world_from_local()[instance];
+            map.translation -= camera.eye();
+            map
+        };
+        let local = mesh.triangles()[triangle as usize].map(|i| mesh.positions_local()[i as usize].as_dvec3());
+        let [a, b, c] = local.map(|p| eye_from_local.transform_point3(p));
+        // Edges as differences of local coordinates: the world's translation has no part in them.
+        let (ab, ac) = ((local[1] - local[0]), (local[2] - local[0]));
+        let normal = unit_normal(eye_from_local.matrix3 * ab, eye_from_local.matrix3 * ac);
+        let depths = [a, b, c].map(|p| p.dot(camera.forward()));
+        Self {
+            id,
+            triangle: triangle as i32,
+            instance: instance as i32,
+            corner: a,
+            normal,
+            depths: [
+                depths[0].min(depths[1]).min(depths[2]).max(camera.near()),
+                depths[0].max(depths[1]).max(depths[2]).min(camera.far()),
+            ],
+        }
+    }
+
+    /// Where the ray from the eye meets the triangle's plane, relative to the eye, and the unit normal towards the eye.
+    ///
+    /// `ray` has camera depth 1. A triangle seen nearly edge on covers pixels on the grid that its plane misses by up to
+    /// 1/512 pixel, where the plane is met far away; the point is therefore held within the camera depths of the triangle.
+    /// A plane seen exactly edge on, or none (no area), leaves the rasterised depth.
+    fn seen_along(&self, camera: &Camera, ray: DVec3, depth_ndc: f64) -> (DVec3, DVec3) {
+        let along = self.normal.dot(ray);
+        let t = self.normal.dot(self.corner) / along;
+        let t = if t.is_finite() { t } else { eye_depth(camera, depth_ndc) };
+        // Not `clamp`: a triangle on the far plane may have its ends in the wrong order by a rounding.
+        let t = t.max(self.depths[0]).min(self.depths[1]);
+        let normal = match self.normal {
+            DVec3::ZERO => -ray.normalize(),
+            n if along > 0.0 => -n,
+            n => n,
+        };
+        (t * ray, normal)
+    }
+}
+
+/// The camera depth of an NDC depth.
+fn eye_depth(camera: &Camera, z_ndc: f64) -> f64 {
+    let (near, far) = (camera.near(), camera.far());
+    near * far / (far - z_ndc * (far - near))
+}
+
+/// The unit vector along the cross product, at any scale of the edges; zero where they are parallel.
+fn unit_normal(ab: DVec3, ac: DVec3) -> DVec3 {
+    let scaled = |v: DVec3| v / v.abs().max_element().max(f64::MIN_POSITIVE);
+    let cross = scaled(ab).cross(scaled(ac));
+    scaled(cross).normalize_or_zero()
+}

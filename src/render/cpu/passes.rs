@@ -1,0 +1,155 @@
+//! The passes over a scene: depth alone, and depth with the number of the visible triangle.
+
+use std::mem::MaybeUninit;
+
+use glam::DMat4;
+use rayon::prelude::*;
+
+use super::batch::{Batches, Scratch};
+use super::binning::Bands;
+use super::memory::{filled, unwritten, written, written_part};
+use super::raster::{BandArea, DepthPixels, IdPixels, draw_depth, draw_ids};
+use super::screen::Viewport;
+use super::simd::LANES;
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::scene::Scene;
+
+/// The number of no triangle.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// What a pass draws: the view, and where the work goes.
+pub struct Pass<'a> {
+    pub scene: &'a Scene,
+    pub clip_from_world: DMat4,
+    pub size: [u32; 2],
+    pub scratch: &'a mut Scratch,
+    pub progress: &'a Progress,
+}
+
+impl Pass<'_> {
+    /// Draws depth, 1 where nothing is, into all of `depth` (rows from the top).
+    pub fn depth(&mut self, depth: &mut [MaybeUninit<f32>]) -> Result<()> {
+        let drawn_size = drawn_size(self.size);
+        if drawn_size != self.size {
+            let mut wide = unwritten(pixel_count(drawn_size))?;
+            self.draw_depth(drawn_size, &mut wide)?;
+            // SAFETY: written above.
+            crop(unsafe { written_part(&mut wide) }, drawn_size, depth, self.size);
+            return Ok(());
+        }
+        self.draw_depth(drawn_size, depth)
+    }
+
+    /// Depth, and the scene-wide number of the triangle seen, [`NO_TRIANGLE`] where nothing is.
+    pub fn depth_and_ids(&mut self) -> Result<(Vec<f32>, Vec<u32>)> {
+        let drawn_size = drawn_size(self.size);
+        let n = pixel_count(drawn_size);
+        let (mut depth, mut ids) = (unwritten(n)?, unwritten(n)?);
+        self.draw_ids(drawn_size, &mut depth, &mut ids)?;
+        // SAFETY: written above.
+        let (mut depth, mut ids) = unsafe { (written(depth), written(ids)) };
+        if drawn_size != self.size {
+            let n = pixel_count(self.size);
+            let (mut narrow, mut narrow_ids) = (unwritten(n)?, unwritten(n)?);
+            crop(&depth, drawn_size, &mut narrow, self.size);
+            crop(&ids, drawn_size, &mut narrow_ids, self.size);
+            // SAFETY: `crop` writes all of its target.
+            (depth, ids) = unsafe { (written(narrow), written(narrow_ids)) };
+        }
+        Ok((depth, ids))
+    }
+
+    fn draw_depth(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
+        let progress = self.progress;
+        self.for_each_batch(size, |scratch, bands, first| {
+            let part = bands.rows() * size[0] as usize;
+            depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
+                progress.check()?;
+                // SAFETY: the first batch writes everything.
+                let depth = if first { filled(depth, 1.0) } else { unsafe { written_part(depth) } };
+                let area = band_area(size, bands, band);
+                for bins in scratch.bins() {
+                    let pixels = &mut DepthPixels { depth };
+                    draw_depth(bins.band(band), &scratch.vertices, &bins.extra, area, pixels);
+                }
+                Ok(())
+            })
+        })
+    }
+
+    fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
+        let progress = self.progress;
+        self.for_each_batch(size, |scratch, bands, first| {
+            let part = bands.rows() * size[0] as usize;
+            let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
+            parts.try_for_each(|(band, (depth, id))| {
+                progress.check()?;
+                // SAFETY: the first batch writes everything.
+                let (depth, id) = if first {
+                    (filled(depth, 1.0), filled(id, NO_TRIANGLE))
+                } else {
+                    unsafe { (written_part(depth), written_part(id)) }
+                };
+                let area = band_area(size, bands, band);
+                for bins in scratch.bins() {
+                    let pixels = &mut IdPixels { depth, id };
+                    draw_ids(bins.band(band), &scratch.vertices, &bins.extra, area, pixels);
+                }
+                Ok(())
+            })
+        })
+    }
+
+    /// Calls `draw` with each batch, prepared; at least once.
+    fn for_each_batch(
+        &mut self,
+        drawn_size: [u32; 2],
+        mut draw: impl FnMut(&Scratch, Bands, bool) -> Result<()>,
+    ) -> Result<()> {
+        let batches = Batches::new(self.scene, &self.clip_from_world)?;
+        let bands = Bands::new(drawn_size);
+        let viewport = Viewport::new(self.size, drawn_size);
+        if batches.len() == 0 {
+            self.scratch.chunks = 0;
+            return draw(self.scratch, bands, true);
+        }
+        for batch in 0..batches.len() {
+            batches.prepare(batch, &viewport, bands, self.scratch, self.progress)?;
+            draw(self.scratch, bands, batch == 0)?;
+        }
+        Ok(())
+    }
+}
+
+/// The matrix if it can be drawn with.
+pub fn checked_matrix(matrix: &DMat4) -> Result<DMat4> {
+    if matrix.is_finite() {
+        return Ok(*matrix);
+    }
+    let fix = "check where the matrix comes from";
+    Err(Error::argument("shadow_clip_from_world", "16 finite numbers", "a NaN or an infinity", fix))
+}
+
+pub fn pixel_count(size: [u32; 2]) -> usize {
+    size[0] as usize * size[1] as usize
+}
+
+/// An image narrower than a vector is drawn as wide as one and cut afterwards.
+fn drawn_size([width, height]: [u32; 2]) -> [u32; 2] {
+    [width.max(LANES as u32), height]
+}
+
+fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>], size: [u32; 2]) {
+    let rows = wide.chunks_exact(wide_size[0] as usize).zip(narrow.chunks_exact_mut(size[0] as usize));
+    for (from, to) in rows {
+        for (to, from) in to.iter_mut().zip(from) {
+            to.write(*from);
+        }
+    }
+}
+
+fn band_area(size: [u32; 2], bands: Bands, band: usize) -> BandArea {
+    let first_row = band * bands.rows();
+    BandArea { size, first_row: first_row as i32, rows: bands.rows().min(size[1] as usize - first_row) as i32 }
+}

@@ -1,0 +1,124 @@
+//! The renderer itself: the trait over the passes.
+
+use std::sync::Mutex;
+
+use super::batch::Scratch;
+use super::gbuffer::gbuffer;
+use super::mask::{lookups, mask};
+use super::memory::{unwritten, written};
+use super::passes::{Pass, checked_matrix, pixel_count};
+use crate::error::{Error, Result};
+use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::parameterization::{Parameterization, PostWarp};
+use crate::progress::Progress;
+use crate::render::{MaskSettings, Renderer, check_size};
+use crate::scene::{Camera, Light, Scene};
+
+/// Renders on the processor, with as many threads as the rayon pool it is called from.
+///
+/// ```
+/// use shadowlab::render::{Renderer, cpu::CpuRenderer};
+/// use shadowlab::{Camera, Mesh, Progress, Scene};
+/// use glam::DVec3;
+///
+/// let mesh = Mesh::new(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]])?;
+/// let camera = Camera::look_at(DVec3::Z * 3.0, DVec3::ZERO, DVec3::Y, 1.0, 1.0, 0.1, 10.0)?;
+/// let g = CpuRenderer::new().gbuffer(&Scene::from_mesh(mesh)?, &camera, [64, 64], &Progress::new())?;
+/// assert_eq!(g.triangle[32 * 64 + 32], 0);
+/// assert_eq!(g.normal[32 * 64 + 32], [0.0, 0.0, 1.0]);
+/// # Ok::<(), shadowlab::Error>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct CpuRenderer {
+    /// Memory of finished calls for the next ones.
+    scratch: Mutex<Vec<Scratch>>,
+}
+
+impl CpuRenderer {
+    /// A renderer. It needs no device and always works.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Runs with scratch memory that no other call uses.
+    fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> Result<T>) -> Result<T> {
+        // A panic elsewhere cannot leave the list of free memory in a bad state.
+        let pool = || self.scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut scratch = pool().pop().unwrap_or_default();
+        let result = work(&mut scratch);
+        scratch.shrink();
+        pool().push(scratch);
+        result
+    }
+}
+
+impl Renderer for CpuRenderer {
+    fn backend(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn adapter(&self) -> String {
+        let threads = rayon::current_num_threads();
+        format!("{} ({threads} thread{})", std::env::consts::ARCH, if threads == 1 { "" } else { "s" })
+    }
+
+    fn depth_maps(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
+        let size = check_size("resolution", resolution)?;
+        check_partitions(p)?;
+        let layer = pixel_count(size);
+        let mut data = unwritten::<f32>(layer * p.partitions.len())?;
+        self.with_scratch(|scratch| {
+            for (partition, depth) in p.partitions.iter().zip(data.chunks_exact_mut(layer)) {
+                let clip_from_world = checked_matrix(&partition.shadow_clip_from_world)?;
+                Pass { scene, clip_from_world, size, scratch, progress }.depth(depth)?;
+            }
+            Ok(())
+        })?;
+        // SAFETY: every layer has been drawn, or the error has been returned.
+        let data = unsafe { written(data) };
+        Ok(DepthMaps { layers: p.partitions.len() as u32, size, data })
+    }
+
+    fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
+        let size = check_size("size", size)?;
+        let clip_from_world = camera.clip_from_world();
+        self.with_scratch(|scratch| gbuffer(&mut Pass { scene, clip_from_world, size, scratch, progress }, camera))
+    }
+
+    fn shadow_mask(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<ShadowMask> {
+        check_size("size", settings.size)?;
+        check_size("resolution", settings.resolution)?;
+        check_partitions(p)?;
+        let lookups = lookups(p, light, scene.origin(), settings)?;
+        let g = self.gbuffer(scene, camera, settings.size, progress)?;
+        let maps = self.depth_maps(scene, p, settings.resolution, progress)?;
+        mask(&g, camera, light, p, &lookups, &maps, progress)
+    }
+}
+
+/// Refuses a parameterization without maps.
+fn check_partitions(p: &Parameterization) -> Result<()> {
+    if p.partitions.is_empty() {
+        return Err(Error::argument("parameterization", "at least one partition", "none", "let a technique make it"));
+    }
+    for partition in &p.partitions {
+        match partition.post_warp {
+            PostWarp::None => {}
+        }
+    }
+    Ok(())
+}

@@ -1,1 +1,18 @@
-//! To be written.
+//! The renderer on a graphics device: wgpu, headless, Vulkan, Metal or DirectX 12, OpenGL where it can.
+//!
+//! Nothing here touches a driver before [`GpuRenderer::new`] or [`adapters`] is called.
+
+mod adapter;
+mod device;
+mod draw_list;
+mod passes;
+mod pipelines;
+mod pool;
+mod readback;
+mod renderer;
+mod scene_cache;
+mod surface;
+mod surface_passes;
+
+pub use adapter::{AdapterInfo, adapters};
+pub use renderer::GpuRenderer;

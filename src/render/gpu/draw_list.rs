@@ -1,0 +1,117 @@
+//! What one pass draws: the instances that can show, their matrices, and one draw a mesh.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec4};
+use rayon::prelude::*;
+
+use super::scene_cache::DeviceScene;
+use crate::geometry::Aabb;
+use crate::scene::Scene;
+
+/// One instance in a pass, as shaders read it: the columns of `clip_from_local`, times a power of two.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct ClipFromLocal(pub [[f32; 4]; 4]);
+
+/// One draw: instances of one mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Draw {
+    /// Index of the mesh in the scene.
+    pub mesh: u32,
+    /// Places in the list's arrays.
+    pub slots: Range<u32>,
+}
+
+/// The visible instances of one or several passes, each pass's after the other's.
+#[derive(Default)]
+pub(super) struct DrawList {
+    pub clip_from_local: Vec<ClipFromLocal>,
+    /// The scene's index of the instance at each slot.
+    pub instances: Vec<u32>,
+}
+
+impl DrawList {
+    /// Appends what a pass under `clip_from_world` can show; gives its draws.
+    pub fn push_pass(&mut self, scene: &Scene, on_device: &DeviceScene, clip_from_world: &DMat4) -> Vec<Draw> {
+        let visible: Vec<(u32, ClipFromLocal)> = on_device
+            .order
+            .par_iter()
+            .with_min_len(1024) // about 0.1 ms of work
+            .filter_map(|&instance| {
+                let clip_from_local = scene.clip_from_local(clip_from_world, instance as usize);
+                let bounds = scene.mesh_of(instance as usize).bounds_local();
+                may_show(&clip_from_local, bounds).then(|| (instance, single(&clip_from_local)))
+            })
+            .collect();
+        let mut draws: Vec<Draw> = Vec::new();
+        for (instance, clip_from_local) in visible {
+            let (mesh, slot) = (scene.instances()[instance as usize].mesh, self.instances.len() as u32);
+            match draws.last_mut() {
+                Some(draw) if draw.mesh == mesh => draw.slots.end = slot + 1,
+                _ => draws.push(Draw { mesh, slots: slot..slot + 1 }),
+            }
+            self.instances.push(instance);
+            self.clip_from_local.push(clip_from_local);
+        }
+        draws
+    }
+}
+
+/// The matrix in single precision, scaled by the power of two that brings its largest entry to [0.5, 1): clip coordinates
+/// are homogeneous, so the picture is the same bit by bit, and no scale of the world leaves the range of f32.
+fn single(clip_from_local: &DMat4) -> ClipFromLocal {
+    let largest = clip_from_local.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let scale = if largest > 0.0 { 2f64.powi(-(largest.log2().floor() as i32 + 1).clamp(-1000, 1000)) } else { 1.0 };
+    ClipFromLocal((*clip_from_local * scale).as_mat4().to_cols_array_2d())
+}
+
+/// Whether a box can have a part in `-w <= x, y <= w, 0 <= z <= w`: false only where it lies beyond one of the six planes.
+fn may_show(clip_from_local: &DMat4, bounds: &Aabb) -> bool {
+    let (center, half) = (bounds.center(), 0.5 * bounds.extent());
+    let row = |i| clip_from_local.row(i);
+    let (x, y, z, w): (DVec4, DVec4, DVec4, DVec4) = (row(0), row(1), row(2), row(3));
+    [w + x, w - x, w + y, w - y, z, w - z].iter().all(|plane| {
+        let reach = plane.truncate().abs().dot(half);
+        let size = plane.truncate().abs().dot(center.abs()) + plane.w.abs() + reach;
+        // The device works in f32: a dozen roundings of terms of this size can bring a vertex back inside.
+        let rounding = 16.0 * f64::from(f32::EPSILON) * size;
+        plane.truncate().dot(center) + plane.w + reach >= -rounding
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3, Vec4};
+
+    use super::*;
+
+    #[test]
+    fn boxes_are_kept_when_any_corner_is_inside_or_planes_disagree() {
+        let clip = glam::dcamera::rh::proj::directx::perspective(1.0, 1.0, 0.1, 100.0);
+        let cube = |x: f64, y: f64, z: f64| {
+            let p = DVec3::new(x, y, z);
+            Aabb { min: p - DVec3::ONE, max: p + DVec3::ONE }
+        };
+        assert!(may_show(&clip, &cube(0.0, 0.0, -10.0)));
+        assert!(may_show(&clip, &cube(0.0, 0.0, 0.0)), "around the eye");
+        assert!(!may_show(&clip, &cube(0.0, 0.0, 10.0)), "behind the eye");
+        assert!(!may_show(&clip, &cube(50.0, 0.0, -10.0)), "to the right");
+        assert!(!may_show(&clip, &cube(0.0, 0.0, -200.0)), "beyond far");
+        assert!(may_show(&clip, &Aabb { min: DVec3::splat(-1e9), max: DVec3::splat(1e9) }));
+    }
+
+    #[test]
+    fn scaled_matrices_give_the_same_picture_at_every_scale() {
+        let clip = glam::dcamera::rh::proj::directx::perspective(1.0, 1.5, 0.1, 100.0);
+        let ndc = |m: ClipFromLocal| {
+            let p = glam::Mat4::from_cols_array_2d(&m.0) * Vec4::from((Vec3::new(0.1, 0.2, -3.0), 1.0));
+            p / p.w
+        };
+        for scale in [1.0, 2f64.powi(-300), 2f64.powi(300)] {
+            assert_eq!(ndc(single(&(clip * scale))), ndc(single(&clip)));
+        }
+        assert_eq!(single(&DMat4::ZERO).0, [[0.0; 4]; 4]);
+    }
+}

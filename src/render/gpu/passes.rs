@@ -1,0 +1,130 @@
+//! What is recorded for the device: depth maps of several projections, each a layer of one texture.
+
+use glam::DMat4;
+use wgpu::{
+    Buffer, BufferUsages, CommandEncoder, IndexFormat, LoadOp, Operations, RenderPass,
+    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, Texture, TextureView, TextureViewDescriptor,
+    TextureViewDimension,
+};
+
+use super::device::Gpu;
+use super::draw_list::{Draw, DrawList};
+use super::pipelines::{DEPTH, Pipelines};
+use super::pool::Pool;
+use super::scene_cache::{DeviceScene, SceneCache};
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::scene::Scene;
+
+/// How the per-instance buffers are used: written by the host, read as vertices or by shaders.
+pub(super) const INSTANCES: BufferUsages =
+    BufferUsages::VERTEX.union(BufferUsages::STORAGE).union(BufferUsages::COPY_DST);
+
+/// What stays between calls.
+#[derive(Default)]
+pub(super) struct State {
+    pub scenes: SceneCache,
+    pub pool: Pool,
+}
+
+/// One call at work.
+pub(super) struct Session<'a> {
+    pub gpu: &'a Gpu,
+    pub pipelines: &'a Pipelines,
+    pub state: &'a mut State,
+    pub progress: &'a Progress,
+}
+
+/// What the commands recorded so far use; goes back to the pool when they have run.
+#[derive(Default)]
+pub(super) struct InUse {
+    pub textures: Vec<Texture>,
+    pub buffers: Vec<Buffer>,
+}
+
+impl InUse {
+    /// Gives everything back.
+    pub fn release(self, pool: &mut Pool) {
+        self.textures.into_iter().for_each(|t| pool.put_texture(t));
+        self.buffers.into_iter().for_each(|b| pool.put_buffer(b));
+    }
+}
+
+impl Session<'_> {
+    /// Records the depth of a scene under each projection; gives the texture, one layer each.
+    pub fn draw_depth(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        in_use: &mut InUse,
+        scene: &Scene,
+        clips_from_world: &[DMat4],
+        size: [u32; 2],
+    ) -> Result<Texture> {
+        let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
+        let mut list = DrawList::default();
+        let mut passes = Vec::with_capacity(clips_from_world.len());
+        for clip_from_world in clips_from_world {
+            self.progress.check()?;
+            passes.push(list.push_pass(scene, &on_device, clip_from_world));
+        }
+        let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
+        let texture = self.state.pool.texture(self.gpu, DEPTH, size, passes.len() as u32)?;
+        in_use.textures.push(texture.clone());
+        for (layer, draws) in passes.iter().enumerate() {
+            let view = layer_view(&texture, layer as u32);
+            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+                label: Some("depth"),
+                depth_stencil_attachment: Some(depth_attachment(&view)),
+                ..Default::default()
+            });
+            pass.set_pipeline(&self.pipelines.depth);
+            pass.set_vertex_buffer(1, matrices.slice(..));
+            draw_indexed(&mut pass, &on_device, draws);
+        }
+        self.gpu.check()?;
+        Ok(texture)
+    }
+
+    /// Writes an array into a buffer of the device that the recorded commands will read.
+    pub fn upload<T: bytemuck::Pod>(&mut self, in_use: &mut InUse, what: &str, data: &[T]) -> Result<Buffer> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.gpu.check_buffer(what, bytes.len() as u64)?;
+        let buffer = self.state.pool.buffer(self.gpu, INSTANCES, bytes.len() as u64)?;
+        in_use.buffers.push(buffer.clone());
+        self.gpu.queue.write_buffer(&buffer, 0, bytes);
+        self.gpu.check()?;
+        Ok(buffer)
+    }
+}
+
+/// Records one draw a mesh; pipeline and instances are set.
+pub(super) fn draw_indexed(pass: &mut RenderPass, on_device: &DeviceScene, draws: &[Draw]) {
+    let mut bound = None;
+    for draw in draws {
+        let mesh = on_device.meshes[draw.mesh as usize];
+        if bound != Some(mesh.group) {
+            let group = &on_device.groups[mesh.group as usize];
+            pass.set_vertex_buffer(0, group.vertices.slice(..));
+            pass.set_index_buffer(group.indices.slice(..), IndexFormat::Uint32);
+            bound = Some(mesh.group);
+        }
+        let indices = mesh.first_index..mesh.first_index + mesh.index_count;
+        pass.draw_indexed(indices, mesh.first_vertex as i32, draw.slots.clone());
+    }
+}
+
+/// One layer of a texture to draw into.
+pub(super) fn layer_view(texture: &Texture, layer: u32) -> TextureView {
+    texture.create_view(&TextureViewDescriptor {
+        dimension: Some(TextureViewDimension::D2),
+        base_array_layer: layer,
+        array_layer_count: Some(1),
+        ..Default::default()
+    })
+}
+
+/// Depth cleared to 1 and kept.
+pub(super) fn depth_attachment(view: &TextureView) -> RenderPassDepthStencilAttachment<'_> {
+    let depth_ops = Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store });
+    RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
+}

@@ -1,0 +1,274 @@
+//! The [`Renderer`] on a graphics device.
+
+use std::sync::Mutex;
+
+use glam::DMat4;
+use wgpu::Features;
+
+use super::adapter::AdapterInfo;
+use super::device::{Gpu, guarded, lock};
+use super::passes::{InUse, Session, State};
+use super::pipelines::Pipelines;
+use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
+use super::surface::EyeSpace;
+use crate::error::{Error, Result};
+use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::parameterization::Parameterization;
+use crate::progress::Progress;
+use crate::render::{MaskSettings, Renderer, check_size};
+use crate::scene::{Camera, Light, Scene};
+
+/// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
+/// and to keep what one call takes on the device, twice this, well inside any device's memory.
+const BATCH_BYTES: u64 = 256 << 20;
+
+/// Draws on a graphics device. Scenes, textures and buffers stay there between calls; threads take turns.
+pub struct GpuRenderer {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    state: Mutex<State>,
+}
+
+impl GpuRenderer {
+    /// A renderer on the adapter whose name or backend contains `adapter`, in any case; without one, on a discrete one if
+    /// there is any, else an integrated one, else a software one.
+    ///
+    /// # Errors
+    /// [`crate::Error::NoAdapter`] with the adapters found, [`crate::Error::Device`] where it cannot be opened.
+    pub fn new(adapter: Option<&str>) -> Result<Self> {
+        Self::with_features(adapter, Features::PRIMITIVE_INDEX)
+    }
+
+    /// A renderer that uses at most the given features.
+    fn with_features(adapter: Option<&str>, allowed: Features) -> Result<Self> {
+        guarded(|| {
+            let gpu = Gpu::open(adapter, allowed)?;
+            let pipelines = Pipelines::new(&gpu)?;
+            Ok(Self { gpu, pipelines, state: Mutex::default() })
+        })
+    }
+
+    /// The adapter in use.
+    pub fn adapter_info(&self) -> &AdapterInfo {
+        &self.gpu.info
+    }
+
+    /// Does one call's work while no other thread is at work.
+    fn work<T>(&self, progress: &Progress, work: impl FnOnce(&mut Session) -> Result<T>) -> Result<T> {
+        let mut state = lock(&self.state);
+        let (gpu, pipelines) = (&self.gpu, &self.pipelines);
+        guarded(|| {
+            gpu.check()?;
+            work(&mut Session { gpu, pipelines, state: &mut state, progress })
+        })
+    }
+}
+
+impl Renderer for GpuRenderer {
+    fn backend(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn adapter(&self) -> String {
+        self.gpu.info.to_string()
+    }
+
+    fn depth_maps(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
+        check_size("resolution", resolution)?;
+        check_partitions(p)?;
+        self.gpu.check_texture("a shadow map", resolution, 1)?;
+        self.gpu.check_buffer("a shadow map on its way back (bytes)", depth_bytes(resolution, 1))?;
+        let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
+        let texels = resolution[0] as usize * resolution[1] as usize;
+        let most = BATCH_BYTES.min(self.gpu.limits.max_buffer_size) / depth_bytes(resolution, 1);
+        let batch = most.clamp(1, self.gpu.limits.max_texture_array_layers.into()) as usize;
+        let mut data = vec![0.0; texels * clips.len()];
+        self.work(progress, |session| {
+            for (clips, maps) in clips.chunks(batch).zip(data.chunks_mut(texels * batch)) {
+                session.depth_batch(scene, clips, resolution, maps)?;
+            }
+            Ok(())
+        })?;
+        Ok(DepthMaps { layers: clips.len() as u32, size: resolution, data })
+    }
+
+    fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
+        check_size("size", size)?;
+        self.gpu.check_texture("a G-buffer", size, 1)?;
+        let pixels = size[0] as usize * size[1] as usize;
+        let mut gbuffer = GBuffer {
+            size,
+            origin: scene.origin(),
+            depth: vec![0.0; pixels],
+            position: vec![[0.0; 3]; pixels],
+            normal: vec![[0.0; 3]; pixels],
+            triangle: vec![0; pixels],
+            instance: vec![0; pixels],
+        };
+        self.work(progress, |session| {
+            let mut in_use = InUse::default();
+            let mut encoder = self.gpu.encoder("G-buffer");
+            let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
+            session.read_gbuffer(encoder, &drawn, &mut gbuffer)?;
+            in_use.release(&mut session.state.pool);
+            Ok(())
+        })?;
+        Ok(gbuffer)
+    }
+
+    fn shadow_mask(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<ShadowMask> {
+        let size = check_size("size", settings.size)?;
+        let resolution = check_size("resolution", settings.resolution)?;
+        check_partitions(p)?;
+        self.gpu.check_texture("a shadow mask", size, 1)?;
+        self.gpu.check_texture("a set of shadow maps", resolution, p.partitions.len() as u32)?;
+        let space = EyeSpace::new(scene, camera);
+        let lookup = space.lookup(light, settings, p.partitions.len())?;
+        let maps = space.maps(p);
+        let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
+        let mut data = vec![0.0; size[0] as usize * size[1] as usize];
+        self.work(progress, |session| {
+            let mut in_use = InUse::default();
+            let mut encoder = self.gpu.encoder("shadow mask");
+            let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, &clips, resolution)?;
+            let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
+            session.read_mask(encoder, &mut in_use, &drawn, &lookup, &maps, &depth_maps, &mut data)?;
+            in_use.release(&mut session.state.pool);
+            Ok(())
+        })?;
+        Ok(ShadowMask { size, data })
+    }
+}
+
+impl Session<'_> {
+    /// Depth maps drawn in one submission and read into `maps`.
+    fn depth_batch(&mut self, scene: &Scene, clips: &[DMat4], size: [u32; 2], maps: &mut [f32]) -> Result<()> {
+        let mut in_use = InUse::default();
+        let mut encoder = self.gpu.encoder("depth maps");
+        let texture = self.draw_depth(&mut encoder, &mut in_use, scene, clips, size)?;
+        let bytes = depth_bytes(size, clips.len() as u32);
+        let staging = self.state.pool.buffer(self.gpu, STAGING, bytes)?;
+        copy_depth(&mut encoder, &texture, &staging);
+        finish_and_read(self.gpu, &mut self.state.pool, encoder, staging, bytes, self.progress, |padded| {
+            unpad(padded, size[0] as usize, maps);
+        })?;
+        in_use.release(&mut self.state.pool);
+        Ok(())
+    }
+}
+
+/// A parameterization has maps, and each has a finite matrix.
+fn check_partitions(p: &Parameterization) -> Result<()> {
+    if p.partitions.is_empty() {
+        return Err(Error::argument("partitions", "at least one", "none", "parameterize again"));
+    }
+    if p.partitions.iter().any(|p| !p.shadow_clip_from_world.is_finite()) {
+        let fix = "check where the matrix comes from";
+        return Err(Error::argument("shadow_clip_from_world", "16 finite numbers", "a NaN or an infinity", fix));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DVec3};
+
+    use super::*;
+    use crate::scene::Instance;
+    use crate::{Error, Mesh};
+
+    /// A renderer that uses at most the given features; none, which is told, on a machine without adapters.
+    fn renderer(allowed: Features) -> Option<GpuRenderer> {
+        match GpuRenderer::with_features(None, allowed) {
+            Ok(renderer) => Some(renderer),
+            Err(Error::NoAdapter { .. }) if std::env::var_os("SHADOWLAB_REQUIRE_ALL").is_none() => {
+                eprintln!("SKIPPED: no graphics adapter (set SHADOWLAB_REQUIRE_ALL=1 to make this a failure)");
+                None
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// Instances of two meshes, in turn, on a spiral.
+    fn spiral() -> Scene {
+        let tent = [[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
+        let sides = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+        let floor = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]];
+        let meshes = [Mesh::new(&tent, &sides), Mesh::new(&floor, &[[0, 1, 2], [0, 2, 3]])];
+        let instances = (0..60).map(|i| {
+            let angle = f64::from(i) * 0.7;
+            let place =
+                DVec3::new(angle.cos(), 0.02 * f64::from(i), angle.sin()) * DVec3::new(0.4 * angle, 1.0, 0.4 * angle);
+            let size = DVec3::new(1.0, if i % 3 == 0 { -1.0 } else { 1.0 }, 0.7);
+            let turn = DAffine3::from_rotation_y(angle);
+            let world_from_mesh = DAffine3::from_translation(place) * turn * DAffine3::from_scale(size);
+            Instance { mesh: i % 2, world_from_mesh }
+        });
+        Scene::new(meshes.map(|m| Arc::new(m.unwrap())).to_vec(), instances.collect()).unwrap()
+    }
+
+    #[test]
+    fn triangles_are_told_alike_with_and_without_the_feature() {
+        let (Some(with), Some(without)) = (renderer(Features::PRIMITIVE_INDEX), renderer(Features::empty())) else {
+            return;
+        };
+        let (scene, progress) = (spiral(), Progress::new());
+        let eye = DVec3::new(8.0, 12.0, 9.0);
+        let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 1.2, 1.5, 0.1, 100.0).unwrap();
+        let a = with.gbuffer(&scene, &camera, [300, 200], &progress).unwrap();
+        let b = without.gbuffer(&scene, &camera, [300, 200], &progress).unwrap();
+        assert!(a.triangle.iter().filter(|&&t| t > 1).count() > 500);
+        assert_eq!(a, b);
+    }
+
+    #[test]
+    fn a_size_over_a_limit_of_the_device_names_the_limit() {
+        let Some(mut renderer) = renderer(Features::PRIMITIVE_INDEX) else { return };
+        let (scene, progress) = (spiral(), Progress::new());
+        let camera = Camera::look_at(DVec3::splat(20.0), DVec3::ZERO, DVec3::Y, 1.0, 1.0, 0.1, 100.0).unwrap();
+        let named = |result: Result<GBuffer>, limit: &str| match result {
+            Err(Error::Device { what, .. }) => assert!(what.contains(limit), "{what}"),
+            other => panic!("{:?}", other.map(|g| g.size)),
+        };
+        renderer.gpu.limits.max_texture_dimension_2d = 64;
+        named(renderer.gbuffer(&scene, &camera, [65, 3], &progress), "max_texture_dimension_2d");
+        renderer.gpu.limits.max_storage_buffer_binding_size = 16;
+        named(renderer.gbuffer(&scene, &camera, [32, 32], &progress), "max_storage_buffer_binding_size");
+        renderer.gpu.limits.max_buffer_size = 16;
+        named(renderer.gbuffer(&scene, &camera, [32, 32], &progress), "max_buffer_size");
+    }
+
+    #[test]
+    fn meshes_that_share_no_binding_are_drawn_in_groups() {
+        let Some(mut renderer) = renderer(Features::PRIMITIVE_INDEX) else { return };
+        let (scene, progress) = (spiral(), Progress::new());
+        let eye = DVec3::new(8.0, 12.0, 9.0);
+        let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 1.2, 1.5, 0.1, 100.0).unwrap();
+        let together = renderer.gbuffer(&scene, &camera, [150, 100], &progress).unwrap();
+        lock(&renderer.state).scenes = Default::default();
+        // Room for the five vertices of the larger mesh, not for both meshes; the other limits do not matter here.
+        renderer.gpu.limits.max_buffer_size = renderer.gpu.limits.max_storage_buffer_binding_size.min(1 << 30);
+        let whole = renderer.gpu.limits.max_storage_buffer_binding_size;
+        renderer.gpu.limits.max_storage_buffer_binding_size = 5 * 12;
+        lock(&renderer.state).scenes.get(&renderer.gpu, &scene, &progress).unwrap();
+        renderer.gpu.limits.max_storage_buffer_binding_size = whole;
+        assert_eq!(lock(&renderer.state).scenes.get(&renderer.gpu, &scene, &progress).unwrap().groups.len(), 2);
+        assert_eq!(renderer.gbuffer(&scene, &camera, [150, 100], &progress).unwrap(), together);
+    }
+}

@@ -1,0 +1,186 @@
+//! Scenes on the device: geometry uploaded once, kept until room is needed.
+//!
+//! Meshes that are drawn together share a vertex and an index buffer (a *group*), so that one draw an instanced mesh needs
+//! no change of buffers and a shader can reach any triangle of the group. A group holds as many meshes as a storage binding
+//! of the device can show; nearly always it holds all. Groups are found by the ids of their meshes: scenes that differ
+//! in transforms alone share them, and a scene that was dropped costs nothing but room.
+
+use std::sync::Arc;
+
+use wgpu::{Buffer, BufferDescriptor, BufferUsages};
+
+use super::device::Gpu;
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::scene::{Mesh, Scene};
+
+/// Device memory that geometry nobody draws at the moment may take. Chosen to hold a hundred million triangles' worth of
+/// sweeps over a few scenes without crowding out the maps.
+const IDLE_BYTES: u64 = 1 << 30;
+
+/// Bytes of a vertex: three f32. Also those of a triangle: three u32.
+pub(super) const RECORD: u64 = 12;
+
+/// The vertices and triangles of some meshes on the device.
+pub(super) struct Geometry {
+    /// `p_local`, mesh after mesh.
+    pub vertices: Buffer,
+    /// Indices into the vertices of their own mesh, mesh after mesh.
+    pub indices: Buffer,
+}
+
+/// Where a mesh lies in its group.
+#[derive(Clone, Copy, Default)]
+pub(super) struct MeshSlot {
+    pub group: u32,
+    pub first_vertex: u32,
+    pub first_index: u32,
+    pub index_count: u32,
+}
+
+/// A scene ready to be drawn.
+pub(super) struct DeviceScene {
+    pub groups: Vec<Arc<Geometry>>,
+    /// One a mesh of the scene; without meaning for meshes that no instance uses.
+    pub meshes: Vec<MeshSlot>,
+    /// Instances by group, then by mesh.
+    pub order: Vec<u32>,
+}
+
+/// The scenes and groups used last.
+#[derive(Default)]
+pub(super) struct SceneCache {
+    /// Oldest first.
+    scenes: Vec<(u64, Arc<DeviceScene>)>,
+    groups: Vec<Group>,
+}
+
+struct Group {
+    meshes: Vec<u64>,
+    bytes: u64,
+    geometry: Arc<Geometry>,
+}
+
+/// Scenes whose order of drawing is remembered; a matter of a few bytes an instance.
+const SCENES: usize = 16;
+
+impl SceneCache {
+    /// The scene on the device, uploaded if it is not there yet.
+    pub fn get(&mut self, gpu: &Gpu, scene: &Scene, progress: &Progress) -> Result<Arc<DeviceScene>> {
+        let found = match self.scenes.iter().position(|(id, _)| *id == scene.id()) {
+            Some(at) => self.scenes.remove(at).1,
+            None => Arc::new(self.build(gpu, scene, progress)?),
+        };
+        self.scenes.push((scene.id(), found.clone()));
+        if self.scenes.len() > SCENES {
+            self.scenes.remove(0);
+        }
+        Ok(found)
+    }
+
+    fn build(&mut self, gpu: &Gpu, scene: &Scene, progress: &Progress) -> Result<DeviceScene> {
+        let mut used = vec![false; scene.meshes().len()];
+        scene.instances().iter().for_each(|i| used[i.mesh as usize] = true);
+        let mut meshes = vec![MeshSlot::default(); used.len()];
+        let mut members: Vec<Vec<usize>> = Vec::new();
+        let (mut vertices, mut triangles) = (0, 0);
+        for index in (0..used.len()).filter(|&i| used[i]) {
+            let mesh = &scene.meshes()[index];
+            let (v, t) = (mesh.positions_local().len() as u64, mesh.triangles().len() as u64);
+            gpu.check_buffer("the vertices of a mesh (bytes)", v * RECORD)?;
+            gpu.check_buffer("the triangles of a mesh (bytes)", t * RECORD)?;
+            let most = binding_bytes(gpu) / RECORD;
+            if members.is_empty() || vertices + v > most || triangles + t > most {
+                members.push(Vec::new());
+                (vertices, triangles) = (0, 0);
+            }
+            meshes[index] = MeshSlot {
+                group: members.len() as u32 - 1,
+                first_vertex: vertices as u32,
+                first_index: 3 * triangles as u32,
+                index_count: 3 * t as u32,
+            };
+            (vertices, triangles) = (vertices + v, triangles + t);
+            members.last_mut().expect("pushed above").push(index);
+        }
+        let mut groups = Vec::with_capacity(members.len());
+        for members in &members {
+            progress.check()?;
+            let members: Vec<&Mesh> = members.iter().map(|&m| &*scene.meshes()[m]).collect();
+            groups.push(self.group(gpu, &members)?);
+        }
+        let mut order: Vec<u32> = (0..scene.instances().len() as u32).collect();
+        // Stable: instances of one mesh stay in the scene's order, and so do equal depths.
+        order.sort_by_key(|&i| scene.instances()[i as usize].mesh);
+        Ok(DeviceScene { groups, meshes, order })
+    }
+
+    fn group(&mut self, gpu: &Gpu, meshes: &[&Mesh]) -> Result<Arc<Geometry>> {
+        let ids: Vec<u64> = meshes.iter().map(|m| m.id()).collect();
+        let group = match self.groups.iter().position(|g| g.meshes == ids) {
+            Some(at) => self.groups.remove(at),
+            None => {
+                let geometry = Arc::new(upload(gpu, meshes)?);
+                let bytes = geometry.vertices.size() + geometry.indices.size();
+                self.make_room(bytes);
+                Group { meshes: ids, bytes, geometry }
+            }
+        };
+        let geometry = group.geometry.clone();
+        self.groups.push(group);
+        Ok(geometry)
+    }
+
+    /// Forgets the groups used least recently until what is left fits beside `bytes` more.
+    fn make_room(&mut self, bytes: u64) {
+        let mut total = self.bytes() + bytes;
+        while total > IDLE_BYTES && !self.groups.is_empty() {
+            let gone = self.groups.remove(0);
+            total -= gone.bytes;
+            // Scenes hold their groups; one that lost a group is looked up anew.
+            self.scenes.retain(|(_, scene)| !scene.groups.iter().any(|g| Arc::ptr_eq(g, &gone.geometry)));
+        }
+    }
+
+    /// Bytes of geometry on the device.
+    pub fn bytes(&self) -> u64 {
+        self.groups.iter().map(|g| g.bytes).sum()
+    }
+}
+
+/// Bytes that a group's buffers may have, so that a shader can bind each of them whole and index it with 32 bits.
+fn binding_bytes(gpu: &Gpu) -> u64 {
+    let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+    most.min(u64::from(u32::MAX))
+}
+
+fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<Geometry> {
+    let filled = |label, usage, parts: &[&[u8]]| {
+        let buffer = gpu.device.create_buffer(&BufferDescriptor {
+            label: Some(label),
+            size: parts.iter().map(|p| p.len() as u64).sum(),
+            usage: usage | BufferUsages::STORAGE,
+            mapped_at_creation: true,
+        });
+        gpu.check()?;
+        let mut view = buffer.get_mapped_range_mut(..).map_err(|error| crate::Error::Device {
+            what: format!("{label} could not be written: {error}"),
+            fix: "try again, or use backend \"cpu\"".into(),
+        })?;
+        let mut at = 0;
+        for part in parts {
+            view.slice(at..at + part.len()).copy_from_slice(part);
+            at += part.len();
+        }
+        drop(view);
+        buffer.unmap();
+        gpu.check()?;
+        Ok::<_, crate::Error>(buffer)
+    };
+    let vertices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.positions_local())).collect();
+    let indices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.triangles())).collect();
+    Ok(Geometry {
+        vertices: filled("vertices", BufferUsages::VERTEX, &vertices)?,
+        indices: filled("indices", BufferUsages::INDEX, &indices)?,
+    })
+}

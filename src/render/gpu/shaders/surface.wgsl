@@ -1,0 +1,130 @@
+// The surface that a pixel shows: the ray through its centre meets the plane of its triangle.
+//
+// Space "eye": world axes, origin at the eye, in units of a power of two near the size of scene and view, so that single
+// precision is relative to the eye and its range is never left.
+// Group 0: 0 view, 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
+// vertex indices.
+// Part of gbuffer.wgsl and lookup.wgsl, which see to one pixel an invocation.
+
+struct View {
+    // Where the ray through NDC (x, y) meets camera depth 1: forward + x * right + y * up.
+    right: vec3f,
+    width: u32,
+    up: vec3f,
+    height: u32,
+    forward: vec3f,
+    // The rows this dispatch sees to.
+    first_row: u32,
+    eye_minus_origin: vec3f,
+    rows: u32,
+    // World units in a unit of this space.
+    unit: f32,
+    // The slots whose geometry is bound.
+    first_slot: u32,
+    end_slot: u32,
+}
+
+struct Placement {
+    eye_from_local_x: vec4f,
+    eye_from_local_y: vec4f,
+    eye_from_local_z: vec4f,
+    first_vertex: u32,
+    first_index: u32,
+    instance: u32,
+    unused: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var ids: texture_2d<u32>;
+@group(0) @binding(2) var<storage, read> placements: array<Placement>;
+@group(0) @binding(3) var<storage, read> vertices: array<f32>;
+@group(0) @binding(4) var<storage, read> indices: array<u32>;
+
+struct Surface {
+    p_eye: vec3f,
+    // Camera depth.
+    depth: f32,
+    // Unit, on the side that the eye sees.
+    normal: vec3f,
+    triangle: u32,
+    instance: u32,
+}
+
+fn vertex(placement: Placement, corner: u32) -> vec3f {
+    let at = 3 * (placement.first_vertex + indices[corner]);
+    return vec3f(vertices[at], vertices[at + 1], vertices[at + 2]);
+}
+
+fn linear(placement: Placement, v: vec3f) -> vec3f {
+    return vec3f(
+        dot(placement.eye_from_local_x.xyz, v),
+        dot(placement.eye_from_local_y.xyz, v),
+        dot(placement.eye_from_local_z.xyz, v),
+    );
+}
+
+fn largest(v: vec3f) -> f32 {
+    return max(abs(v.x), max(abs(v.y), abs(v.z)));
+}
+
+// Of a pixel that shows the triangle `id.y` of slot `id.x - 1`.
+fn surface(pixel: vec2u, id: vec2u) -> Surface {
+    let placement = placements[id.x - 1];
+    let corner = placement.first_index + 3 * id.y;
+    let a_local = vertex(placement, corner);
+    let b_local = vertex(placement, corner + 1);
+    let c_local = vertex(placement, corner + 2);
+    let eye_from_mesh =
+        vec3f(placement.eye_from_local_x.w, placement.eye_from_local_y.w, placement.eye_from_local_z.w);
+    let a = linear(placement, a_local) + eye_from_mesh;
+    // Edges from differences in the local frame: nearly exact there, while a difference of two places is not.
+    let ab = linear(placement, b_local - a_local);
+    let ac = linear(placement, c_local - a_local);
+    // Transformed first, then crossed: right under mirrored and sheared transforms. Scaled: a product of two small edges
+    // must not vanish.
+    let scale = max(largest(ab), largest(ac));
+    let inverse = select(0.0, 1.0 / scale, scale > 0.0);
+    let across = cross(ab * inverse, ac * inverse);
+    let area = length(across);
+
+    let size = vec2f(f32(view.width), f32(view.height));
+    let x = (2.0 * f32(pixel.x) + 1.0 - size.x) / size.x;
+    let y = (size.y - 2.0 * f32(pixel.y) - 1.0) / size.y;
+    let ray = view.forward + x * view.right + y * view.up;
+
+    // Camera depths of the corners: a triangle seen edge on is met within them, whatever rounding makes of the quotient.
+    let depth_a = dot(a, view.forward);
+    let depth_b = depth_a + dot(ab, view.forward);
+    let depth_c = depth_a + dot(ac, view.forward);
+    let nearest = max(min(depth_a, min(depth_b, depth_c)), 0.0);
+    let farthest = max(depth_a, max(depth_b, depth_c));
+
+    var s: Surface;
+    s.triangle = id.y;
+    s.instance = placement.instance;
+    if area > 0.0 {
+        let facing = dot(across, ray);
+        s.normal = across / select(area, -area, facing > 0.0);
+        s.depth = clamp(select(nearest, dot(across, a) / facing, facing != 0.0), nearest, farthest);
+    } else {
+        // No area, yet a pixel of it on the grid of sub-pixels: it faces whoever looks.
+        s.normal = -normalize(ray);
+        s.depth = nearest;
+    }
+    s.p_eye = s.depth * ray;
+    return s;
+}
+
+// The pixel of an invocation, or none: 0 in z.
+fn pixel_of(invocation: vec3u) -> vec3u {
+    let inside = invocation.x < view.width && invocation.y < view.rows;
+    return vec3u(invocation.x, invocation.y + view.first_row, select(0u, 1u, inside));
+}
+
+// Whether this dispatch sees to a pixel: its geometry is bound, or it shows nothing and this is the first dispatch.
+fn is_mine(id: vec2u) -> bool {
+    if id.x == 0 {
+        return view.first_slot == 0;
+    }
+    return id.x - 1 >= view.first_slot && id.x - 1 < view.end_slot;
+}

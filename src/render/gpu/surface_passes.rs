@@ -1,0 +1,237 @@
+//! What is recorded and read for a view: the ids of its pixels, and what gbuffer.wgsl and lookup.wgsl make of them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferUsages, Color, CommandEncoder,
+    ComputePassDescriptor, ComputePipeline, LoadOp, Operations, RenderPassColorAttachment, RenderPassDescriptor,
+    StoreOp, Texture, TextureViewDescriptor, TextureViewDimension,
+};
+
+use super::draw_list::DrawList;
+use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
+use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
+use super::readback::{STAGING, finish_and_read};
+use super::scene_cache::DeviceScene;
+use super::surface::{EyeSpace, Lookup, Map, View, slots_by_group};
+use crate::error::Result;
+use crate::image::GBuffer;
+use crate::scene::{Camera, Scene};
+
+/// Bytes of results that one submission computes; more come in bands of rows. A quarter of the smallest binding of any
+/// device in use (128 MiB), so that a wait is short and staging small.
+const BAND_BYTES: u64 = 32 << 20;
+/// Words a pixel in the result of gbuffer.wgsl.
+const GBUFFER_WORDS: usize = 9;
+
+const RESULT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
+const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
+
+/// A view drawn: which triangle each pixel shows, and what it takes to make sense of that.
+pub(super) struct Drawn {
+    on_device: Arc<DeviceScene>,
+    ids: Texture,
+    depth: Texture,
+    placements: Buffer,
+    /// Each group that shows, with its slots.
+    groups: Vec<(u32, Range<u32>)>,
+    /// As [`EyeSpace::view`] gives it.
+    view: View,
+    size: [u32; 2],
+}
+
+impl Session<'_> {
+    /// Records the ids and the depth of what a camera sees.
+    pub fn draw_ids(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        in_use: &mut InUse,
+        scene: &Scene,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<Drawn> {
+        let pipelines = self.pipelines.surface(self.gpu)?;
+        let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
+        let mut list = DrawList::default();
+        let draws = list.push_pass(scene, &on_device, &camera.clip_from_world());
+        let space = EyeSpace::new(scene, camera);
+        let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
+        let placements = space.placements(scene, &on_device, &list.instances);
+        let placements = self.upload(in_use, "the placements of all visible instances (bytes)", &placements)?;
+        self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
+        let groups = slots_by_group(&on_device, &draws);
+        for (group, _) in &groups {
+            let geometry = &on_device.groups[*group as usize];
+            self.gpu.check_binding("the vertices of one mesh (bytes)", geometry.vertices.size())?;
+            self.gpu.check_binding("the triangles of one mesh (bytes)", geometry.indices.size())?;
+        }
+        let depth = self.state.pool.texture(self.gpu, DEPTH, size, 1)?;
+        in_use.textures.push(depth.clone());
+        let ids = self.state.pool.texture(self.gpu, IDS, size, 1)?;
+        in_use.textures.push(ids.clone());
+        let (depth_view, ids_view) = (layer_view(&depth, 0), layer_view(&ids, 0));
+        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+            label: Some("ids"),
+            color_attachments: &[Some(RenderPassColorAttachment {
+                view: &ids_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(depth_attachment(&depth_view)),
+            ..Default::default()
+        });
+        match &pipelines.ids {
+            IdsPipeline::Indexed(pipeline) => {
+                pass.set_pipeline(pipeline);
+                pass.set_vertex_buffer(1, clips.slice(..));
+                draw_indexed(&mut pass, &on_device, &draws);
+            }
+            IdsPipeline::Pulled(pipeline) => {
+                pass.set_pipeline(pipeline);
+                let mut bound = None;
+                for draw in &draws {
+                    let mesh = on_device.meshes[draw.mesh as usize];
+                    if bound != Some(mesh.group) {
+                        let geometry = &on_device.groups[mesh.group as usize];
+                        let buffers = [&placements, &clips, &geometry.vertices, &geometry.indices];
+                        let resources = buffers.map(Buffer::as_entire_binding);
+                        pass.set_bind_group(0, &self.bind(&pipeline.get_bind_group_layout(0), &resources), &[]);
+                        bound = Some(mesh.group);
+                    }
+                    pass.draw(mesh.first_index..mesh.first_index + mesh.index_count, draw.slots.clone());
+                }
+            }
+        }
+        drop(pass);
+        self.gpu.check()?;
+        Ok(Drawn { on_device, ids, depth, placements, groups, view: space.view(scene, camera, size), size })
+    }
+
+    /// Reads the G-buffer of a drawn view; `encoder` holds the commands that draw it.
+    pub fn read_gbuffer(&mut self, encoder: CommandEncoder, drawn: &Drawn, into: &mut GBuffer) -> Result<()> {
+        let pipeline = &self.pipelines.surface(self.gpu)?.gbuffer;
+        let depth = drawn.depth.create_view(&TextureViewDescriptor::default());
+        let resources = [BindingResource::TextureView(&depth)];
+        self.in_bands(encoder, drawn, pipeline, &resources, GBUFFER_WORDS, |pixels, bytes| {
+            let n = pixels.len();
+            let words: &[u32] = bytemuck::cast_slice(bytes);
+            let words = |from: usize, to: usize| &words[from * n..to * n];
+            into.depth[pixels.clone()].copy_from_slice(bytemuck::cast_slice(words(0, 1)));
+            into.position[pixels.clone()].copy_from_slice(bytemuck::cast_slice(words(1, 4)));
+            into.normal[pixels.clone()].copy_from_slice(bytemuck::cast_slice(words(4, 7)));
+            into.triangle[pixels.clone()].copy_from_slice(bytemuck::cast_slice(words(7, 8)));
+            into.instance[pixels].copy_from_slice(bytemuck::cast_slice(words(8, 9)));
+        })
+    }
+
+    /// Reads the shadow mask of a drawn view; `encoder` holds the commands that draw it and the maps. NaN where nothing is.
+    #[allow(clippy::too_many_arguments)]
+    pub fn read_mask(
+        &mut self,
+        encoder: CommandEncoder,
+        in_use: &mut InUse,
+        drawn: &Drawn,
+        lookup: &Lookup,
+        maps: &[Map],
+        depth_maps: &Texture,
+        into: &mut [f32],
+    ) -> Result<()> {
+        let pipeline = &self.pipelines.surface(self.gpu)?.mask;
+        let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
+        let maps = self.upload(in_use, "the records of all maps (bytes)", maps)?;
+        let depth_maps = depth_maps.create_view(&TextureViewDescriptor {
+            dimension: Some(TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let resources =
+            [lookup.as_entire_binding(), maps.as_entire_binding(), BindingResource::TextureView(&depth_maps)];
+        self.in_bands(encoder, drawn, pipeline, &resources, 1, |pixels, bytes| {
+            // The shader's -1 stands for NaN, of which WGSL knows nothing.
+            let values = bytemuck::cast_slice::<u8, f32>(bytes).iter();
+            into[pixels].iter_mut().zip(values).for_each(|(to, &x)| *to = if x < 0.0 { f32::NAN } else { x });
+        })
+    }
+
+    /// Runs a shader over the pixels of a view in bands of rows; `resources` and then the result are its group 1. `take` is
+    /// given the pixels of each band and their words.
+    fn in_bands(
+        &mut self,
+        mut encoder: CommandEncoder,
+        drawn: &Drawn,
+        pipeline: &ComputePipeline,
+        resources: &[BindingResource],
+        words: usize,
+        mut take: impl FnMut(Range<usize>, &[u8]),
+    ) -> Result<()> {
+        let [width, height] = drawn.size;
+        let row_bytes = u64::from(width) * 4 * words as u64;
+        let rows_at_once = (BAND_BYTES / row_bytes).clamp(1, height.into()) as u32;
+        let groups_across = self.gpu.limits.max_compute_workgroups_per_dimension;
+        let rows_at_once = rows_at_once.min(groups_across.saturating_mul(WORKGROUP));
+        if width.div_ceil(WORKGROUP) > groups_across {
+            let limit = "max_compute_workgroups_per_dimension";
+            let needed = width.div_ceil(WORKGROUP).into();
+            return Err(self.gpu.over_limit("the width of the image", needed, limit, groups_across.into()));
+        }
+        let band_bytes = row_bytes * u64::from(rows_at_once);
+        self.gpu.check_binding("the results of a band of rows (bytes)", band_bytes)?;
+        let result = self.state.pool.buffer(self.gpu, RESULT, band_bytes)?;
+        let mut all: Vec<BindingResource> = resources.to_vec();
+        all.push(result.as_entire_binding());
+        let group_1 = self.bind(&pipeline.get_bind_group_layout(1), &all);
+        let ids = drawn.ids.create_view(&TextureViewDescriptor::default());
+        let layout_0 = pipeline.get_bind_group_layout(0);
+        for first_row in (0..height).step_by(rows_at_once as usize) {
+            self.progress.check()?;
+            let rows = rows_at_once.min(height - first_row);
+            let bytes = row_bytes * u64::from(rows);
+            let mut in_use = InUse::default();
+            for (group, slots) in &drawn.groups {
+                let geometry = &drawn.on_device.groups[*group as usize];
+                let view = drawn.view.part(first_row..first_row + rows, slots.clone());
+                let view = self.uniform(&mut in_use, bytemuck::bytes_of(&view))?;
+                let group_0 = [
+                    view.as_entire_binding(),
+                    BindingResource::TextureView(&ids),
+                    drawn.placements.as_entire_binding(),
+                    geometry.vertices.as_entire_binding(),
+                    geometry.indices.as_entire_binding(),
+                ];
+                let group_0 = self.bind(&layout_0, &group_0);
+                let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &group_0, &[]);
+                pass.set_bind_group(1, &group_1, &[]);
+                pass.dispatch_workgroups(width.div_ceil(WORKGROUP), rows.div_ceil(WORKGROUP), 1);
+            }
+            let staging = self.state.pool.buffer(self.gpu, STAGING, band_bytes)?;
+            encoder.copy_buffer_to_buffer(&result, 0, &staging, 0, bytes);
+            self.gpu.check()?;
+            let first = first_row as usize * width as usize;
+            let pixels = first..first + rows as usize * width as usize;
+            let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("band"));
+            let (gpu, pool) = (self.gpu, &mut self.state.pool);
+            finish_and_read(gpu, pool, recorded, staging, bytes, self.progress, |bytes| take(pixels, bytes))?;
+            in_use.release(pool);
+        }
+        self.state.pool.put_buffer(result);
+        Ok(())
+    }
+
+    fn uniform(&mut self, in_use: &mut InUse, bytes: &[u8]) -> Result<Buffer> {
+        let buffer = self.state.pool.buffer(self.gpu, UNIFORM, bytes.len() as u64)?;
+        in_use.buffers.push(buffer.clone());
+        self.gpu.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    }
+
+    /// A bind group of resources in the order of their bindings.
+    fn bind(&self, layout: &wgpu::BindGroupLayout, resources: &[BindingResource]) -> BindGroup {
+        let numbered = (0u32..).zip(resources.iter().cloned());
+        let entries: Vec<BindGroupEntry> =
+            numbered.map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
+        self.gpu.device.create_bind_group(&BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+}

@@ -1,0 +1,42 @@
+//! What the tests of the gpu renderer share.
+#![allow(dead_code)]
+
+use glam::{DMat4, DVec3};
+use shadowlab::parameterization::PostWarp;
+use shadowlab::render::gpu::GpuRenderer;
+use shadowlab::{Camera, Error, Parameterization, Partition};
+
+/// Where set, a missing adapter is a failure instead of a skip.
+const REQUIRE: &str = "SHADOWLAB_REQUIRE_ALL";
+
+/// A renderer, or nothing on a machine without adapters, which is told.
+pub fn renderer() -> Option<GpuRenderer> {
+    match GpuRenderer::new(None) {
+        Ok(renderer) => Some(renderer),
+        Err(Error::NoAdapter { .. }) if std::env::var_os(REQUIRE).is_none() => {
+            eprintln!("SKIPPED: no graphics adapter (set {REQUIRE}=1 to make this a failure)");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A parameterization of one map.
+pub fn single_map(shadow_clip_from_world: DMat4) -> Parameterization {
+    let eye_depth = [0.0, 1e9];
+    Parameterization {
+        technique: "matrix".into(),
+        settings: vec![],
+        partitions: vec![Partition { shadow_clip_from_world, post_warp: PostWarp::None, eye_depth }],
+        resolution: 64,
+        border_texels: 0,
+        values: vec![],
+        notes: vec![],
+    }
+}
+
+/// A camera at a height above the origin that looks down, x to the right, -z to the top.
+pub fn camera_above(height: f64) -> Camera {
+    let eye = DVec3::new(0.0, height, 0.0);
+    Camera::look_at(eye, DVec3::ZERO, DVec3::NEG_Z, 0.8, 1.0, 0.1, 10.0 * height).unwrap()
+}

@@ -106,14 +106,21 @@ impl WarpSpace {
             (low, high, sum) = (low.min(p.truncate()), high.max(p.truncate()), sum + p.truncate());
         }
         let depth_of = |p: &DVec3| (*p - view.eye).dot(view.camera.forward());
-        let first = vertices.iter().min_by(|a, b| depth_of(a).total_cmp(&depth_of(b))).copied().unwrap_or(mean);
-        let first_image = rows.project(first);
         // Both ends of the line through the image of the vertex nearest the eye, back in space: at the spot depth of that
-        // vertex, since z of the perspective depends on nothing else.
-        let spot_depth = spot.depth().dot(first.extend(1.0));
+        // vertex, since z of the perspective depends on nothing else. Vertices on the near plane are equally near up to
+        // rounding; their mean does not depend on which of them rounding puts first.
+        let [eye_near, eye_far] = view.eye_depth;
+        let tied = eye_near + f64::EPSILON.sqrt() * (eye_far - eye_near);
+        let (mut first_x, mut spot_depth, mut count) = (0.0, 0.0, 0.0);
+        for p in vertices.iter().filter(|p| depth_of(p) <= tied) {
+            first_x += rows.project(*p).x;
+            spot_depth += spot.depth().dot(p.extend(1.0));
+            count += 1.0;
+        }
+        let (first_x, spot_depth) = (first_x / count, spot_depth / count);
         let tangent = spot.frustum.tan_half[0];
         let back = |y: f64| {
-            let (x, y) = (axis.y * first_image.x + axis.x * y, -axis.x * first_image.x + axis.y * y);
+            let (x, y) = (axis.y * first_x + axis.x * y, -axis.x * first_x + axis.y * y);
             let across = (spot.frame.right * x + spot.frame.up * y) * tangent;
             depth_of(&(spot.frustum.apex + (spot.frame.along + across) * spot_depth))
         };

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use glam::DVec4;
+
 use super::{Settings, Spec, TECHNIQUES};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView, MapSize};
@@ -84,7 +86,7 @@ pub(super) fn single_map(
         notes.insert(0, format!("the camera sees no part of the scene{lit}: the map covers what the light can reach"));
     }
     let partition = Partition {
-        shadow_clip_from_world: clip_from_world.matrix(),
+        shadow_clip_from_world: through_light(clip_from_world, &view.light).matrix(),
         post_warp: PostWarp::None,
         eye_depth: view.eye_depth,
     };
@@ -97,4 +99,15 @@ pub(super) fn single_map(
         values,
         notes,
     }
+}
+
+/// The same rows with x, y and w exactly zero at a placed light (theory.md 0.1), where the way through local coordinates
+/// left the rounding of the translation.
+fn through_light(rows: &Rows, light: &Light) -> Rows {
+    let p = light.point();
+    if p.w == 0.0 {
+        return *rows;
+    }
+    let row = |r: DVec4| r.truncate().extend(-r.truncate().dot(p.truncate()));
+    Rows { x: row(rows.x), y: row(rows.y), z: rows.z, w: row(rows.w) }
 }

@@ -73,7 +73,7 @@ pub fn specs() -> &'static [LibrarySpec] {
 /// range, a fraction where a whole number belongs, or a parameter given twice.
 ///
 /// ```
-/// let forest = shadowlab::scene::library::build("forest", 1, &[("trees", 200.0)])?;
+/// let forest = shadowlab::scene::library::build("forest", 1, &[("trees".into(), 200.0)])?;
 /// assert!(forest.scene.instances().len() > 200);
 /// # Ok::<(), shadowlab::Error>(())
 /// ```

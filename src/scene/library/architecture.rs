@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::builder::Shape;
+use super::builder::{Shape, smoothed};
 
 /// A column of 4.5 m and 0.36 m radius with base, `flutes` flutes, and a capital under a square slab.
 pub(super) fn column(flutes: usize) -> Shape {
@@ -97,7 +97,7 @@ pub(super) fn baluster() -> Shape {
     foot.with(Shape::lathe(&profile, 18)).with(Shape::block(DVec3::new(0.2, 0.05, 0.2)).moved(DVec3::Y * 0.67))
 }
 
-/// A stone urn of 0.95 m with flutes.
+/// A stone urn of 0.95 m with 18 flutes.
 pub(super) fn urn() -> Shape {
     let profile = [
         [0.0, 0.0],
@@ -118,9 +118,9 @@ pub(super) fn urn() -> Shape {
         [0.2, 0.82],
         [0.0, 0.8],
     ];
-    Shape::lathe_modulated(&profile, 72, |turn, height| {
-        let hollow = if (0.25..0.75).contains(&height) { (PI * (turn * 18.0).fract()).sin() } else { 0.0 };
-        1.0 - 0.05 * hollow
+    Shape::lathe_modulated(&smoothed(&profile, 3), 54, |turn, height| {
+        let fades = ((height - 0.26) / 0.1).min((0.76 - height) / 0.1).clamp(0.0, 1.0);
+        1.0 - 0.06 * fades * (PI * (turn * 18.0).fract()).sin()
     })
 }
 

@@ -235,6 +235,34 @@ pub(super) fn circle(segments: usize) -> impl Iterator<Item = (f64, DVec2)> {
     })
 }
 
+/// `steps` rows for each interval of a table: a cubic through all rows that never overshoots: tangents of at most three times
+/// the gentler slope keep every column monotone between rows (Fritsch and Carlson 1980).
+pub(super) fn smoothed<const N: usize>(rows: &[[f64; N]], steps: usize) -> Vec<[f64; N]> {
+    let last = rows.len() - 1;
+    // Half the sum of the slopes on both sides, at most three times the gentler one, 0 at a turning point.
+    let tangent = |k: usize, n: usize| {
+        let before = rows[k][n] - rows[k.saturating_sub(1)][n];
+        let after = rows[(k + 1).min(last)][n] - rows[k][n];
+        let limit = 3.0 * before.abs().min(after.abs());
+        if before * after <= 0.0 { 0.0 } else { (0.5 * (before + after)).clamp(-limit, limit) }
+    };
+    let mut curve = Vec::with_capacity(last * steps + 1);
+    for k in 0..last {
+        for step in 0..steps {
+            let t = step as f64 / steps as f64;
+            let (t2, t3) = (t * t, t * t * t);
+            curve.push(std::array::from_fn(|n| {
+                (2.0 * t3 - 3.0 * t2 + 1.0) * rows[k][n]
+                    + (t3 - 2.0 * t2 + t) * tangent(k, n)
+                    + (3.0 * t2 - 2.0 * t3) * rows[k + 1][n]
+                    + (t3 - t2) * tangent(k + 1, n)
+            }));
+        }
+    }
+    curve.push(rows[last]);
+    curve
+}
+
 fn mean(points: &[DVec3]) -> DVec3 {
     points.iter().sum::<DVec3>() / points.len() as f64
 }

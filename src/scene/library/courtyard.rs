@@ -69,10 +69,10 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     planting(&mut assembly, seed, end)?;
 
     let camera = Camera::look_at(
-        DVec3::new(-6.2, TERRACE + 1.7, 6.1),
-        DVec3::new(0.5, 1.6, -24.0),
+        DVec3::new(-6.2, TERRACE + 1.6, 6.1),
+        DVec3::new(0.5, 1.2, -24.0),
         DVec3::Y,
-        52f64.to_radians(),
+        54f64.to_radians(),
         16.0 / 9.0,
         0.3,
         160.0,

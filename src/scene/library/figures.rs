@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::builder::{Shape, circle};
+use super::builder::{Shape, circle, smoothed};
 
 /// What a figure holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,11 +119,9 @@ pub(super) fn figure(pose: Pose, segments: usize) -> Shape {
 }
 
 fn robe(segments: usize) -> Shape {
-    const STEPS: usize = 4;
-    let count = (BODY.len() - 1) * STEPS;
-    let rings: Vec<Vec<DVec3>> = (0..=count)
-        .map(|k| {
-            let [height, x, z, fold] = body_at(k, STEPS);
+    let rings: Vec<Vec<DVec3>> = smoothed(&BODY, 4)
+        .into_iter()
+        .map(|[height, x, z, fold]| {
             // The weight rests on one leg: the hips swing aside and the chest swings back.
             let sway = 0.045 * (height * 2.6).sin() * (1.9 - height).max(0.0);
             circle(segments)
@@ -136,27 +134,6 @@ fn robe(segments: usize) -> Shape {
         })
         .collect();
     Shape::skin(&rings)
-}
-
-/// The body's measures at sub-step `k`: Catmull-Rom through [`BODY`].
-fn body_at(k: usize, steps: usize) -> [f64; 4] {
-    let last = BODY.len() - 1;
-    let i = (k / steps).min(last - 1);
-    let t = (k - i * steps) as f64 / steps as f64;
-    let (a, b, c, d) = (BODY[i.saturating_sub(1)], BODY[i], BODY[i + 1], BODY[(i + 2).min(last)]);
-    std::array::from_fn(|n| {
-        let (m0, m1) = (0.5 * (c[n] - a[n]), 0.5 * (d[n] - b[n]));
-        let (t2, t3) = (t * t, t * t * t);
-        // Heights stay linear between the rows, so that rings never overtake each other.
-        if n == 0 {
-            b[0] + t * (c[0] - b[0])
-        } else {
-            (2.0 * t3 - 3.0 * t2 + 1.0) * b[n]
-                + (t3 - 2.0 * t2 + t) * m0
-                + (3.0 * t2 - 2.0 * t3) * c[n]
-                + (t3 - t2) * m1
-        }
-    })
 }
 
 fn arm(figure: &mut Shape, [shoulder, elbow, hand]: [DVec3; 3], segments: usize) {

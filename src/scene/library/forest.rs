@@ -14,7 +14,7 @@ use super::assembly::{Assembly, standing};
 use super::random::{Noise, Random};
 use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::terrain::HeightField;
-use super::trees::{oak, poplar, spruce};
+use super::trees::{oak, poplar, shrub, spruce};
 use crate::error::Result;
 use crate::scene::{Camera, DirectionalLight, Light};
 
@@ -53,7 +53,7 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
 };
 
 /// Cells of the terrain along each edge.
-const CELLS: usize = 220;
+const CELLS: usize = 320;
 
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (trees, extent) = (values.count("trees"), values.number("extent"));
@@ -63,15 +63,15 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let mut assembly = Assembly::default();
     assembly.fixed(&terrain.solid(-3.0 * extent.min(60.0) * hills.relief.max(0.2)))?;
     plant(&mut assembly, seed, trees, &hills, &terrain)?;
+    undergrowth(&mut assembly, seed, trees / 8, &hills, &terrain)?;
 
     let eye = hills.eye();
     let ground = terrain.height_at(eye.x, eye.y);
-    let eye = DVec3::new(eye.x, ground + 3.2, eye.y);
-    let ahead = 0.25 * extent;
-    let target = DVec3::new(hills.glade(eye.z - ahead), 0.0, eye.z - ahead);
-    let target = DVec3::new(target.x, terrain.height_at(target.x, target.z) + 4.0, target.z);
+    let eye = DVec3::new(eye.x, ground + 4.5, eye.y);
+    let ahead = 0.2 * extent;
+    let target = DVec3::new(hills.glade(eye.z - ahead), eye.y - 0.11 * ahead, eye.z - ahead);
     let camera = Camera::look_at(eye, target, DVec3::Y, 50f64.to_radians(), 16.0 / 9.0, 0.5, 1.2 * extent)?;
-    let light = Light::Directional(DirectionalLight::new(DVec3::new(-0.8, -0.42, 0.28))?);
+    let light = Light::Directional(DirectionalLight::new(DVec3::new(-0.85, -0.44, -0.2))?);
     Ok(LibraryScene { name: SPEC.name, scene: assembly.scene()?, camera, light })
 }
 
@@ -83,16 +83,16 @@ struct Hills {
 }
 
 impl Hills {
-    /// The height of the land: a viewpoint, a valley before it, hills that rise towards the far side.
+    /// The height of the land: it falls from the viewer into a valley and rises to hills on the far side.
     fn height(&self, x: f64, z: f64) -> f64 {
+        let ahead = self.eye().y - z;
+        let t = ahead / self.extent;
         let rolling = 13.0 * self.noise.octaves(x / 190.0, z / 190.0, 4);
-        let ahead = ((self.eye().y - z) / self.extent).max(0.0);
-        let beside = (x - self.glade(z)) / 160.0;
-        let valley = -10.0 * bell(beside);
-        // Down at first, then up: the far slope faces the viewer like a screen.
-        let fall = -16.0 * bell((ahead - 0.22) / 0.2);
-        let rise = 48.0 * smooth((ahead - 0.3) / 0.6);
-        self.relief * (rolling + valley + fall + rise)
+        let calm = 1.0 - 0.75 * bell(DVec2::new(x, z).distance(self.eye()) / (0.16 * self.extent));
+        let fall = -30.0 * smooth((t + 0.04) / 0.3);
+        // The far slope faces the viewer like a screen.
+        let rise = 72.0 * smooth((t - 0.24) / 0.66);
+        self.relief * (calm * rolling + fall + rise)
     }
     /// The middle line of the glade, x over z.
     fn glade(&self, z: f64) -> f64 {
@@ -102,7 +102,7 @@ impl Hills {
     fn glade_half_width(&self, z: f64) -> f64 {
         let ahead = self.eye().y - z;
         let breath = 1.0 + 0.45 * self.noise.at(20.5, z / 31.0);
-        10.0 * breath * (1.0 - smooth((ahead - 0.3 * self.extent) / (0.1 * self.extent)))
+        6.0 * breath * (1.0 - smooth((ahead - 0.3 * self.extent) / (0.1 * self.extent)))
     }
     /// Where the viewer stands, x and z: on the glade, near the border of the terrain.
     fn eye(&self) -> DVec2 {
@@ -155,7 +155,7 @@ fn plant(assembly: &mut Assembly, seed: u64, trees: usize, hills: &Hills, terrai
         let (heading, size, draw) = (random.direction(), random.range(0.6, 1.3), random.unit());
         let off_glade = (p.x - hills.glade(p.y)).abs() - hills.glade_half_width(p.y);
         let from_eye = p.distance(hills.eye());
-        if off_glade < 0.0 || from_eye < 14.0 {
+        if off_glade < 0.0 || from_eye < 13.0 {
             continue;
         }
         let mood = kinds.octaves(p.x / 90.0, p.y / 90.0, 3) + 0.5 * (draw - 0.5);
@@ -168,6 +168,26 @@ fn plant(assembly: &mut Assembly, seed: u64, trees: usize, hills: &Hills, terrai
         let stretch = DAffine3::from_scale(DVec3::new(1.0, random.range(0.85, 1.2), 1.0));
         assembly.place(species[kind], standing(at, heading, size) * stretch);
         planted += 1;
+    }
+    Ok(())
+}
+
+/// Shrubs, denser around the viewer, on the glade as well.
+fn undergrowth(assembly: &mut Assembly, seed: u64, shrubs: usize, hills: &Hills, terrain: &HeightField) -> Result<()> {
+    let mut random = Random::new(seed, 10);
+    let kinds = [shrub(&mut random), shrub(&mut random), shrub(&mut random)];
+    let kinds = kinds.iter().map(|s| assembly.part(s)).collect::<Result<Vec<_>>>()?;
+    let inside = 0.5 * hills.extent - 4.0;
+    for _ in 0..shrubs {
+        // The power of a uniform number crowds them near the eye (a root and a product: exact on every platform).
+        let u = random.unit();
+        let out = hills.extent * u * u.sqrt();
+        let p = hills.eye() + random.direction() * (5.0 + out);
+        let (heading, size, kind) = (random.direction(), random.range(0.4, 1.2), random.below(3));
+        if p.abs().max_element() < inside {
+            let at = DVec3::new(p.x, terrain.height_at(p.x, p.y), p.y);
+            assembly.place(kinds[kind], standing(at, heading, size));
+        }
     }
     Ok(())
 }

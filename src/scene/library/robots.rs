@@ -65,8 +65,9 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let mut assembly = Assembly::default();
     // As many columns as rows, or one more.
     let columns = (1..).find(|c| c * c >= robots).unwrap_or(1);
+    let rows = robots.div_ceil(columns);
     let half = 0.5 * SPACING * columns as f64;
-    let reach = 4.0 * half + 20.0;
+    let reach = 4.0 * half + 80.0;
     assembly.fixed(&Shape::cuboid(DVec3::new(-reach, -1.0, -reach), DVec3::new(reach, 0.0, reach)))?;
     let parts = parts(&mut assembly)?;
     for k in 0..robots {
@@ -81,15 +82,15 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
         place_robot(&mut assembly, &parts, DVec3::new(x, 0.0, z), heading, &joints);
     }
     let camera = Camera::look_at(
-        DVec3::new(-0.45 * half, 2.9, half + 4.6),
-        DVec3::new(-0.05 * half, 0.55, -0.15 * half),
+        DVec3::new(-0.5 * half, 3.0 + 0.1 * half, 1.5 * half + 2.4),
+        DVec3::new(0.07 * half, 0.45, half - 0.5 * SPACING * rows as f64),
         DVec3::Y,
-        42f64.to_radians(),
+        37f64.to_radians(),
         16.0 / 9.0,
         0.5,
         100.0 + 2.0 * reach,
     )?;
-    let light = Light::Directional(DirectionalLight::new(DVec3::new(-0.72, -0.5, 0.42))?);
+    let light = Light::Directional(DirectionalLight::new(DVec3::new(-0.74, -0.5, 0.3))?);
     Ok(LibraryScene { name: SPEC.name, scene: assembly.scene()?, camera, light })
 }
 

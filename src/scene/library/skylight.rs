@@ -23,7 +23,7 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
     params: &[
         LibraryParam {
             name: "bars",
-            default: 9.0,
+            default: 11.0,
             min: 1.0,
             max: 60.0,
             whole: true,
@@ -51,7 +51,7 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
 
 const HALF: f64 = 6.0;
 const CEILING: f64 = 6.0;
-const OPENING: f64 = 3.6;
+const OPENING: f64 = 5.0;
 
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let mut random = Random::new(seed, 5);
@@ -67,10 +67,10 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     skylight(&mut assembly, values.count("bars"))?;
     cloth(&mut assembly, &mut random)?;
     objects(&mut assembly, &mut random, &floor)?;
-    let eye = DVec3::new(2.9, 3.3, 5.3);
+    let eye = DVec3::new(2.6, 2.9, 5.4);
     let camera =
-        Camera::look_at(eye, DVec3::new(-0.9, 1.15, -1.5), DVec3::Y, 58f64.to_radians(), 16.0 / 9.0, 0.2, 40.0)?;
-    let sun = DVec3::new(-0.28, -1.0, -0.3);
+        Camera::look_at(eye, DVec3::new(-0.8, 1.35, -1.5), DVec3::Y, 58f64.to_radians(), 16.0 / 9.0, 0.2, 40.0)?;
+    let sun = DVec3::new(-0.42, -1.0, -0.62);
     let light = if values.count("spot") == 1 {
         Light::Spot(SpotLight::new(
             DVec3::new(1.2, 12.0, 1.2),

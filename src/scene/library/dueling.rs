@@ -3,8 +3,9 @@
 //! ```text
 //!    eye >-----------  view  ----------->        <----- light, 13 degrees high
 //! ```
-//! What it shows: near the eye the light's rays are far from its own near side, and perspective warps fall back to uniform or
-//! worse (Stamminger and Drettakis 2002, section 5; Wimmer, Scherzer and Purgathofer 2004, section 4).
+//! What it shows: with light and view nearly parallel a perspective warp has no perspective aliasing to remove and LiSPSM
+//! falls back to uniform (Scherzer 2005, "Robust Shadow Maps for Large Environments"); the same setting with shadows
+//! towards the viewer is figure 3 of Chong and Gortler, "Scene Optimized Shadow Mapping".
 
 use glam::{DAffine3, DVec3};
 

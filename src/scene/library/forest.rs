@@ -1,9 +1,9 @@
-//! A forest on rolling hills: ten thousand trees from eight meshes, several million triangles through instancing.
+//! A forest on rolling hills: ten thousand trees from eight meshes, shrubs from three, several million triangles.
 //!
 //! ```text
-//!        eye
-//!     ___ o _      a glade runs from the eye down a valley; trees keep off it
-//!    /  \   \____^^^^____^^^^^
+//!     eye                              ^^^^^
+//!    __o__                       ^^^^^/          a glade runs from the eye down into the valley; trees keep off it
+//!         \_____^^^^^^^^^^^_____/
 //! ```
 //! What it shows: shadows from 10 m to a kilometre, and whether a tool keeps instances shared. Trees are placed by a
 //! low-discrepancy sequence, so that any number of them covers the ground evenly.
@@ -46,7 +46,7 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
             min: 0.0,
             max: 4.0,
             whole: false,
-            doc: "height of the hills, 1 = about 60 m",
+            doc: "height of the hills, 1 = about 70 m",
         },
     ],
     build,
@@ -61,7 +61,7 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let half = DVec2::splat(0.5 * extent);
     let terrain = HeightField::new(-half, half, [CELLS, CELLS], |x, z| hills.height(x, z));
     let mut assembly = Assembly::default();
-    assembly.fixed(&terrain.solid(-3.0 * extent.min(60.0) * hills.relief.max(0.2)))?;
+    assembly.fixed(&terrain.solid(-60.0 * hills.relief - 2.0))?;
     plant(&mut assembly, seed, trees, &hills, &terrain)?;
     undergrowth(&mut assembly, seed, trees / 8, &hills, &terrain)?;
 
@@ -87,6 +87,7 @@ impl Hills {
     fn height(&self, x: f64, z: f64) -> f64 {
         let ahead = self.eye().y - z;
         let t = ahead / self.extent;
+        // Value noise in four octaves stays within 13 * 2 m; 26 + 30 m is the deepest that the land can lie.
         let rolling = 13.0 * self.noise.octaves(x / 190.0, z / 190.0, 4);
         let calm = 1.0 - 0.75 * bell(DVec2::new(x, z).distance(self.eye()) / (0.16 * self.extent));
         let fall = -30.0 * smooth((t + 0.04) / 0.3);

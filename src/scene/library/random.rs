@@ -1,6 +1,6 @@
 //! Seeded random numbers and smooth noise for the procedural scenes.
 //!
-//! The generator is SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators", figure 17).
+//! The generator is SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators").
 //! Only integer operations, +, -, *, / and square roots are used, all of them exactly defined by IEEE 754, so that a
 //! seed means the same scene on every platform.
 

@@ -1,7 +1,7 @@
 //! A group of jointed robots on a plane, about 11,000 triangles: small parts, gaps between limbs, one flat receiver.
 //!
-//! Source of the idea: Chong and Gortler 2004, "A lixel for every pixel", and Chong and Gortler 2007, "Scene optimized shadow mapping", test on robots
-//! over a plane. These robots are our own; every limb is an instance of one of seven meshes.
+//! In the spirit of the scene "Robots" of "Theory to Practice: Generalized Minimum-Norm Perspective Shadow Maps" (2007,
+//! section 4). These robots are our own; every limb is an instance of one of seven meshes.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 

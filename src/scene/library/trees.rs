@@ -39,7 +39,7 @@ pub(super) fn oak(random: &mut Random) -> Shape {
     let fork = DVec3::new(0.1, 2.4, 0.05);
     let mut tree = Shape::tube(&[(DVec3::Y * -ROOT_DEPTH, 0.45), (DVec3::Y * 0.4, 0.3), (fork, 0.24)], 7);
     // The golden angle spreads the lumps around the crown whatever their number; built from its cosine and sine.
-    let golden = DVec2::new(-0.737_368_878_078_320_1, 0.675_490_294_261_523_8);
+    let golden = DVec2::new(-0.737_368_878_078_319_7, 0.675_490_294_261_523_8);
     let mut heading = random.direction();
     for lump in 0..LUMPS {
         let t = lump as f64 / (LUMPS - 1) as f64;

@@ -186,3 +186,17 @@ def test_axes_are_taken_and_returned():
     plt.close(figure)
     assert plot.eye_view(g, SUN, np.ones((6, 8))).images
     plt.close("all")
+
+
+def test_marks_grow_and_hide_no_other():
+    marked = np.zeros((5, 6), bool)
+    marked[1, 2] = marked[4, 5] = True
+    grown = pictures.widened(marked, 2)
+    assert np.argwhere(grown).tolist() == [[1, 2], [1, 3], [2, 2], [2, 3], [4, 5]]
+    np.testing.assert_array_equal(pictures.widened(marked, 1), marked)
+    g = view()
+    image = np.zeros((6, 8), np.int8)
+    image[2, 3], image[2, 4] = 1, 2
+    picture = pictures.difference(g, SUN, np.ones((6, 8), np.int8), image, width=3)
+    assert tuple(picture[2, 3]) == pictures.FALSE_SHADOW_RGB
+    assert tuple(picture[2, 4]) == pictures.FALSE_LIGHT_RGB

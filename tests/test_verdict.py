@@ -34,7 +34,7 @@ def table(*rows):
 
 def test_the_warp_that_pays():
     text = verdict(table(("uniform", 1024, 3000, 1000), ("lispsm", 1024, 900, 100)))
-    assert "lispsm at 1024² has the fewest wrong pixels: 1,000 pixels (1 % of 100,000 compared" in text
+    assert "lispsm at 1024² has the fewest wrong pixels: 1,000 pixels (1.00 % of 100,000 compared" in text
     assert "900 false shadow, 100 false light" in text
     assert (
         "lispsm is worth it here: at 1024² it leaves 4 times fewer wrong pixels than uniform (1,000 against 4,000)"
@@ -90,7 +90,7 @@ def test_no_ratio_against_nothing():
 
 def test_one_row_alone_is_not_compared():
     assert verdict(table(("lispsm", 1024, 1, 0))) == (
-        "lispsm at 1024² gets 1 pixel wrong (0.001 % of 100,000 compared; 1 false shadow, 0 false light)."
+        "lispsm at 1024² gets 1 pixel wrong (0.00100 % of 100,000 compared; 1 false shadow, 0 false light)."
     )
     assert verdict(table(("lispsm", 1024, 0, 0))) == "lispsm at 1024² gets all 100,000 compared pixels right."
 
@@ -141,6 +141,25 @@ def test_every_number_comes_from_the_table(counts):
 
 def test_shares_are_never_rounded_to_nothing():
     assert share_text(0.0) == "0 %"
-    assert share_text(1e-7) == "1e-05 %"
+    assert share_text(1e-7) == "1.00e-05 %"
     assert share_text(0.99999) == "100 %"
     assert (times(1.04), times(2.0), times(9.94), times(123.4)) == ("1", "2", "9.9", "123")
+
+
+def test_many_techniques_give_one_sentence_beside_the_best():
+    rows = table(("uniform", 512, 1000, 0), ("lispsm", 512, 250, 0), ("tsm", 512, 500, 0), ("psm", 512, 2000, 0))
+    text = verdict(rows)
+    assert "lispsm is worth it here" in text
+    assert text.endswith(
+        "The others have, of the wrong pixels of uniform at equal resolution: tsm 0.5 times and psm 2 times."
+    )
+
+
+def test_slight_differences_are_called_slight():
+    better = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 900, 0)))
+    assert (
+        "lispsm is slightly better here: at 512² it leaves 10.0 % fewer wrong pixels than uniform (900 against"
+        in better
+    )
+    worse = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 1200, 0)))
+    assert "lispsm is slightly worse here: at 512² it has 20.0 % more wrong pixels than uniform (1,200 against" in worse

@@ -26,9 +26,9 @@ def document(title: str, shared: str, body: str) -> str:
     )
 
 
-def figure(content: str, caption: str) -> str:
-    """A figure with its caption, both HTML."""
-    return f"<figure>{content}<figcaption>{caption}</figcaption></figure>"
+def figure(content: str, caption: str, aspect: float) -> str:
+    """A figure with its caption, both HTML; figures of one row share its width so that they are equally high."""
+    return f'<figure style="flex:{aspect:.4g} 1 0">{content}<figcaption>{caption}</figcaption></figure>'
 
 
 def data_uri(content: bytes) -> str:

@@ -77,7 +77,7 @@ def truth_mask(truth: np.ndarray) -> np.ndarray:
     return table[np.asarray(truth, dtype=np.int8) + 2]
 
 
-def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray) -> np.ndarray:
+def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
     """The wrong pixels over a pale grey eye view.
 
     `FALSE_SHADOW_RGB` where the map shades what is lit, `FALSE_LIGHT_RGB` where it lights what is in shadow.
@@ -88,13 +88,29 @@ def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray) -
         From `sl.trace.shadow_mask`; it shades the grey view.
     image : (H, W) int8
         From `sl.aliasing.misclassified`: 1 false shadow, 2 false light, everything else is left grey.
+    width : int
+        Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
     """
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     # Lifted into the upper third, so that both colours are darker than anything beside them.
     picture = np.repeat(np.rint(158.0 + 0.36 * grey)[..., None], 3, axis=-1).astype(np.uint8)
-    picture[np.asarray(image) == 1] = FALSE_SHADOW_RGB
-    picture[np.asarray(image) == 2] = FALSE_LIGHT_RGB
+    kinds = ((1, FALSE_SHADOW_RGB), (2, FALSE_LIGHT_RGB))
+    for kind, colour in kinds if width > 1 else ():
+        picture[widened(np.asarray(image) == kind, width)] = colour
+    for kind, colour in kinds:  # the pixels themselves last, so that none is hidden by its neighbour
+        picture[np.asarray(image) == kind] = colour
     return picture
+
+
+def widened(marked: np.ndarray, width: int) -> np.ndarray:
+    """The marks (H, W), each grown to a square of `width` pixels to the right and down."""
+    grown = marked.copy()
+    for shift in range(1, width):
+        grown[:, shift:] |= marked[:, : marked.shape[1] - shift]
+    rows = grown.copy()
+    for shift in range(1, width):
+        grown[shift:] |= rows[: rows.shape[0] - shift]
+    return grown
 
 
 def relief(depth: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ from .verdict import share_text
 WINDOW_SHARE = 8
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024
+# Width that the page shows a picture of the eye view in, pixels of the screen; single pixels of larger ones would fade.
+SHOWN_PX = 520
 
 
 def save(study: Any, directory: Path) -> Path:
@@ -115,7 +117,7 @@ def section_table(study: Any) -> str:
         "not compared; surfaces that face away from the light are dark in both.</p>"
         '<div class="scroll"><table><thead><tr><th scope="col">technique</th>'
         + "".join(f'<th scope="col">{h}</th>' for h in heads)
-        + '<th scope="col" class="text"></th><th scope="col">false shadow</th><th scope="col">false light</th>'
+        + '<th scope="col" class="bar-cell"></th><th scope="col">false shadow</th><th scope="col">false light</th>'
         + f"{timing}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
         + f"{key}{error_chart(study.table)}</section>\n"
     )
@@ -180,31 +182,33 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     stem = f"{slug(run.label)}_{run.resolution}"
     stem = stem if f"{stem}_eye.png" not in files else f"{stem}_{index}"
     aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
-    shown: list[str] = []
     shaded = pictures.shade(study.gbuffer, study.light, run.mask)
     files[f"{stem}_eye.png"] = pictures.png(shaded)
+    light_view = map_figure(study, run, name, stem, files)
+    eye_text = f"Eye view with the shadows of {name}"
     if run.errors is None:
-        shown.append(
-            figure(picture(shaded, f"Eye view with the shadows of {name}", aspect), "<b>Eye view</b> with its shadows")
-        )
+        eye = figure(picture(shaded, eye_text, aspect), "<b>Eye view</b> with its shadows", aspect)
+        rows = [eye + light_view]
     else:
-        e = run.errors
-        counts = f"{int(e.false_shadow):,} pixels of false shadow, {int(e.false_light):,} of false light"
-        wrong = pictures.difference(study.gbuffer, study.light, study.truth, e.image)
-        files[f"{stem}_difference.png"] = pictures.png(wrong)
-        flip = flipping(files[f"{stem}_eye.png"], f"Eye view with the shadows of {name}", aspect)
         hint = '<span class="screen-only"> Point at it or tap it to see the truth in its place.</span>'
+        flip = flipping(files[f"{stem}_eye.png"], eye_text, aspect)
+        wrong = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image)
+        files[f"{stem}_difference.png"] = pictures.png(wrong)
+        width = max(1, round(max(study.size) / SHOWN_PX))
+        wide = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image, width=width)
+        drawn = f", each drawn {width} pixels wide" if width > 1 else ""
+        counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
         swatches = '<span class="key"><i class="s"></i>false shadow <i class="l"></i>false light</span>'
-        shown.append(figure(flip, f"<b>Eye view</b> with its shadows.{hint}"))
-        shown.append(
-            figure(
-                picture(wrong, f"Wrong pixels of {name}: {counts}", aspect),
-                f"<b>Wrong pixels</b>: {counts}.<br>{swatches}",
-            )
-        )
-        shown.append(figure(use("truth", aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray"))
-    shown.append(map_figure(study, run, name, stem, files))
-    grid = f'<div class="pictures">{"".join(shown)}</div>'
+        rows = [
+            figure(flip, f"<b>Eye view</b> with its shadows.{hint}", aspect) + light_view,
+            figure(use("truth", aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray.", aspect)
+            + figure(
+                picture(wide, f"Wrong pixels of {name}: {counts}", aspect),
+                f"<b>Wrong pixels</b>{drawn}: {counts}.<br>{swatches}",
+                aspect,
+            ),
+        ]
+    grid = "".join(f'<div class="pictures">{row}</div>' for row in rows)
     return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
 
 
@@ -223,7 +227,7 @@ def map_figure(study: Any, run: Any, name: str, stem: str, files: dict[str, byte
     caption = (
         f"<b>From the light</b>, near is pale; the camera frustum in orange. {covered} of the texels hold a caster."
     )
-    return figure(f'<div class="layers">{"".join(made)}</div>' if len(made) > 1 else made[0], caption)
+    return figure(f'<div class="layers">{"".join(made)}</div>' if len(made) > 1 else made[0], caption, 1.0)
 
 
 def numbers_of(run: Any) -> str:

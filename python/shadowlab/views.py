@@ -4,8 +4,8 @@ The camera stands at a three-quarter angle and holds the whole bounding box as t
 a fixed orientation each pair of opposite frustum planes bounds the position in closed form, so nothing is searched.
 
         side view                     the box touches one pair of planes;
-      e .                             the other pair has room to spare, and
-        `  .   +------+               the eye is centred between them
+      e .                             the other pair has room to spare, the
+        `  .   +------+               same on both sides of the picture
          `   . |      |
           `    +------+
 """
@@ -23,6 +23,9 @@ AZIMUTH_RAD = math.radians(30.0)
 ELEVATION_RAD = math.radians(27.0)
 # The middle of what painters of architecture and engines use; wide enough that near and far differ.
 FOV_Y_RAD = math.radians(50.0)
+# Elevation of the light over a scene at least half as high as wide, and over a flat one: morning and early morning.
+HIGH_SUN_RAD = math.radians(38.0)
+LOW_SUN_RAD = math.radians(22.0)
 # Share of the picture left free around the box.
 MARGIN = 0.06
 # Room between the box and the near and far planes, as a share of their depth: enough for rounding in any renderer.
@@ -59,7 +62,8 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
     from ._core import Camera, DirectionalLight
 
     right, up, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
-    inner = box_corners(padded_bounds(scene if focus is None else focus))
+    framed = padded_bounds(scene if focus is None else focus)
+    inner = box_corners(framed)
     center = inner.mean(axis=0)
     safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
     eye = center + fitting_offset(inner - center, right, up, forward, FOV_Y_RAD, safe_aspect)
@@ -69,7 +73,7 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
     camera = Camera.look_at(
         eye, eye + forward * reach, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
     )
-    return camera, DirectionalLight(side_light(right, forward))
+    return camera, DirectionalLight(side_light(right, forward, framed))
 
 
 def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
@@ -92,14 +96,19 @@ def orientation(azimuth: float, elevation: float) -> tuple[np.ndarray, np.ndarra
     return right, np.cross(right, forward), forward
 
 
-def side_light(right: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """The way a light travels from the left, a little from behind the viewer, 38 degrees high.
+def side_light(right: np.ndarray, forward: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """The way a light travels from the left, a little from behind the viewer.
 
-    Shadows fall to the right across the picture, and most of what the eye sees is lit.
+    Shadows fall to the right across the picture, and most of what the eye sees is lit. The lower a scene is for its
+    width, the lower stands the light: hills and towns seen whole have only short shadows under a high one.
     """
+    across, height, depth = bounds[1] - bounds[0]
+    share = min(1.0, 2.0 * height / max(across, depth)) if max(across, depth) > 0 else 1.0
+    elevation = LOW_SUN_RAD + (HIGH_SUN_RAD - LOW_SUN_RAD) * share
     ahead = np.array([forward[0], 0.0, forward[2]])
     ahead /= np.linalg.norm(ahead)
-    travels: np.ndarray = 0.75 * right + 0.2 * ahead - np.array([0.0, 0.6, 0.0])
+    level = 0.966 * right + 0.259 * ahead  # 15 degrees from behind
+    travels: np.ndarray = math.cos(elevation) * level - math.sin(elevation) * np.array([0.0, 1.0, 0.0])
     return travels
 
 
@@ -127,18 +136,32 @@ def fitting_offset(
     """Where the eye stands, relative to the origin of `corners`, so that they fill the picture up to the margin.
 
     With eye = x right + y up - d forward, the corner (r, u, f) lies between the right and left planes when
-    max(r - t f) <= x + t d and max(-r - t f) <= -x + t d; the sum bounds d, the difference centres x. Likewise y.
+    max(r - t f) <= x + t d and max(-r - t f) <= -x + t d; the sum bounds d. Likewise for y; the larger d is taken.
     """
     depth = corners @ forward
-    offset = np.zeros(3)
     distance = 0.0
     tan_y = math.tan(0.5 * fov_y) * (1 - MARGIN)
     for axis, tangent in ((right, tan_y * aspect), (up, tan_y)):
         across = corners @ axis
         high, low = (across - tangent * depth).max(), (-across - tangent * depth).max()
         distance = max(distance, (high + low) / (2 * tangent))
-        offset += 0.5 * (high - low) * axis
-    return offset - distance * forward
+    return (
+        centred(corners @ right, depth + distance) * right
+        + centred(corners @ up, depth + distance) * up
+        - distance * forward
+    )
+
+
+def centred(across: np.ndarray, depth: np.ndarray) -> float:
+    """The x that minimises max |across - x| / depth: as much room on both sides of the picture.
+
+    The largest of these lines is convex in x, and least where a rising one meets a falling one.
+    """
+    total = depth[:, None] + depth
+    crossings = ((across[:, None] * depth + across * depth[:, None]) / np.where(total > 0, total, 1.0)).ravel()
+    # A corner in the eye's own plane has no place in the picture; it is kept out of it by the near plane.
+    sizes = np.abs(across[:, None] - crossings) / np.where(depth > 0, depth, np.inf)[:, None]
+    return float(crossings[sizes.max(axis=0).argmin()])
 
 
 def depth_range(

@@ -32,10 +32,14 @@ def test_what_is_missing_comes_with_a_command(monkeypatch):
 
 
 def test_no_adapter_is_no_failure(monkeypatch):
+    def no_renderer(backend):
+        raise sl.errors.DeviceError(f"no graphics adapter: found none; install a driver for {backend}")
+
     monkeypatch.setattr("shadowlab._core.adapters", list)
+    monkeypatch.setattr("shadowlab._core.Renderer", no_renderer)
     finding = doctor.adapters()
     assert finding.state == "optional"
-    assert finding.fix
+    assert finding.fix == "install a driver for gpu"
 
 
 @pytest.mark.parametrize("wrong", ["all lit", "all dark", "inverted"])

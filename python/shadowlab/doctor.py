@@ -127,18 +127,18 @@ def needed() -> list[Finding]:
 def adapters() -> Finding:
     """The graphics adapters; without one the CPU renderer does everything."""
     from . import _core
+    from .errors import DeviceError
 
     found = [f"{a['name']} ({a['backend']}, {a['device_type']})" for a in _core.adapters()]
     if found:
         return Finding("graphics", "ok", "; ".join(found))
-    return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", adapter_fix())
-
-
-def adapter_fix() -> str:
-    """The command that brings a graphics adapter."""
-    if platform.system() == "Linux":
-        return "apt-get install libvulkan1 mesa-vulkan-drivers (a software adapter; a card's own driver is faster)"
-    return "update the graphics driver"
+    fix = ""
+    try:
+        _core.Renderer("gpu")
+    except DeviceError as error:
+        # The core knows whether there is no driver here or no GPU renderer in this build, and what helps.
+        fix = str(error).rpartition("; ")[2]
+    return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", fix)
 
 
 def extras() -> list[Finding]:

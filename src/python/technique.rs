@@ -144,12 +144,17 @@ pub fn value_text(value: &Value) -> String {
 
 fn range_text(kind: &Kind) -> String {
     match kind {
-        Kind::Number { min, max } => format!("{min} to {max}"),
+        Kind::Number { min, max } => span_text(*min, *max),
         Kind::Integer { min, max } => format!("{min} to {max}"),
         Kind::Flag => "True or False".into(),
         Kind::Choice(words) => words.join(", "),
-        Kind::ChoiceOrNumber { words, min, max } => format!("{}, or {min} to {max}", words.join(", ")),
+        Kind::ChoiceOrNumber { words, min, max } => format!("{}, or {}", words.join(", "), span_text(*min, *max)),
     }
+}
+
+/// A range; the largest number there is means no limit, and has 309 digits.
+fn span_text(min: f64, max: f64) -> String {
+    if max == f64::MAX { format!("{min} or more") } else { format!("{min} to {max}") }
 }
 
 fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {

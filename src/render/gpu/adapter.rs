@@ -81,8 +81,7 @@ const NO_ADAPTER_FIX: &str = if cfg!(target_os = "linux") {
 
 /// The adapters that can draw and give back a depth map, best first.
 ///
-/// OpenGL is asked only where nothing else is found: it offers the same devices once more with less, and its libraries
-/// write to standard error on machines without a display.
+/// OpenGL is asked only where nothing else is found: it offers the same devices once more, with less.
 fn usable() -> Vec<(wgpu::Adapter, AdapterInfo)> {
     let modern = of_backends(Backends::VULKAN | Backends::METAL | Backends::DX12);
     if modern.is_empty() { of_backends(Backends::GL) } else { modern }

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec4};
 use rayon::prelude::*;
 
+use super::guard_band::GuardBand;
 use super::scene_cache::DeviceScene;
 use crate::geometry::Aabb;
 use crate::scene::Scene;
@@ -33,8 +34,16 @@ pub(super) struct DrawList {
 }
 
 impl DrawList {
-    /// Appends what a pass under `clip_from_world` can show; gives its draws.
-    pub fn push_pass(&mut self, scene: &Scene, on_device: &DeviceScene, clip_from_world: &DMat4) -> Vec<Draw> {
+    /// Appends what a pass under `clip_from_world` can show; gives its draws. The matrices are for the viewport that `guard`
+    /// sets.
+    pub fn push_pass(
+        &mut self,
+        scene: &Scene,
+        on_device: &DeviceScene,
+        clip_from_world: &DMat4,
+        guard: GuardBand,
+    ) -> Vec<Draw> {
+        let viewport_from_clip = guard.viewport_from_clip();
         let visible: Vec<(u32, ClipFromLocal)> = on_device
             .order
             .par_iter()
@@ -42,7 +51,7 @@ impl DrawList {
             .filter_map(|&instance| {
                 let clip_from_local = scene.clip_from_local(clip_from_world, instance as usize);
                 let bounds = scene.mesh_of(instance as usize).bounds_local();
-                may_show(&clip_from_local, bounds).then(|| (instance, single(&clip_from_local)))
+                may_show(&clip_from_local, bounds).then(|| (instance, single(&(viewport_from_clip * clip_from_local))))
             })
             .collect();
         let mut draws: Vec<Draw> = Vec::new();

@@ -9,6 +9,7 @@ use wgpu::{
 
 use super::device::Gpu;
 use super::draw_list::{Draw, DrawList};
+use super::guard_band::GuardBand;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
 use super::scene_cache::{DeviceScene, SceneCache};
@@ -61,11 +62,12 @@ impl Session<'_> {
         size: [u32; 2],
     ) -> Result<Texture> {
         let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
+        let guard = GuardBand::new(self.gpu, size);
         let mut list = DrawList::default();
         let mut passes = Vec::with_capacity(clips_from_world.len());
         for clip_from_world in clips_from_world {
             self.progress.check()?;
-            passes.push(list.push_pass(scene, &on_device, clip_from_world));
+            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard));
         }
         let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let texture = self.state.pool.texture(self.gpu, DEPTH, size, passes.len() as u32)?;
@@ -77,6 +79,7 @@ impl Session<'_> {
                 depth_stencil_attachment: Some(depth_attachment(&view)),
                 ..Default::default()
             });
+            guard.set(&mut pass);
             pass.set_pipeline(&self.pipelines.depth);
             pass.set_vertex_buffer(1, matrices.slice(..));
             draw_indexed(&mut pass, &on_device, draws);

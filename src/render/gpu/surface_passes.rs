@@ -10,6 +10,7 @@ use wgpu::{
 };
 
 use super::draw_list::DrawList;
+use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
@@ -53,8 +54,9 @@ impl Session<'_> {
     ) -> Result<Drawn> {
         let pipelines = self.pipelines.surface(self.gpu)?;
         let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
+        let guard = GuardBand::new(self.gpu, size);
         let mut list = DrawList::default();
-        let draws = list.push_pass(scene, &on_device, &camera.clip_from_world());
+        let draws = list.push_pass(scene, &on_device, &camera.clip_from_world(), guard);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let placements = space.placements(scene, &on_device, &list.instances);
@@ -82,6 +84,7 @@ impl Session<'_> {
             depth_stencil_attachment: Some(depth_attachment(&depth_view)),
             ..Default::default()
         });
+        guard.set(&mut pass);
         match &pipelines.ids {
             IdsPipeline::Indexed(pipeline) => {
                 pass.set_pipeline(pipeline);

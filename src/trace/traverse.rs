@@ -13,6 +13,8 @@ pub type Face = (u32, u32);
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor {
+    /// Whether near boxes are worth entering first.
+    const IN_ORDER: bool;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
@@ -98,7 +100,13 @@ fn walk<K: Kernel, V: Visitor>(
             }
             let mut nearest = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            if bits != 0 {
+            if !V::IN_ORDER {
+                while bits != 0 {
+                    let child = bits.trailing_zeros() as usize % WIDTH;
+                    bits &= bits - 1;
+                    stack.push((node.children[child], entry[child]));
+                }
+            } else if bits != 0 {
                 // Insertion into the stack keeps the nearest on top; two or three children are the rule.
                 let base = stack.len();
                 while bits != 0 {
@@ -178,6 +186,8 @@ impl<const BAND: bool> Closest<BAND> {
 }
 
 impl<const BAND: bool> Visitor for Closest<BAND> {
+    const IN_ORDER: bool = true;
+
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
         [self.t_min, self.t]
@@ -218,6 +228,8 @@ pub struct Blocked {
 }
 
 impl Visitor for Blocked {
+    const IN_ORDER: bool = false;
+
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
         [self.t_min, self.t_max]
@@ -254,6 +266,8 @@ pub struct SurelyBlocked {
 }
 
 impl Visitor for SurelyBlocked {
+    const IN_ORDER: bool = false;
+
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
         self.possible

@@ -163,3 +163,6 @@ def test_slight_differences_are_called_slight():
     )
     worse = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 1200, 0)))
     assert "lispsm is slightly worse here: at 512² it has 20.0 % more wrong pixels than uniform (1,200 against" in worse
+    rows = [("uniform", 512, 100, 0), ("uniform", 1024, 50, 0), ("lispsm", 512, 110, 0), ("lispsm", 1024, 55, 0)]
+    several = verdict(table(*rows))
+    assert "lispsm is slightly worse here: it is worse than uniform at every resolution from 512² to 1024²" in several

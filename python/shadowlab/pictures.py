@@ -130,7 +130,8 @@ def relief(depth: np.ndarray) -> np.ndarray:
     gy, gx = np.gradient(np.where(covered, depth, high)) if min(depth.shape) > 1 else (np.zeros_like(depth),) * 2
     slope = gx + gy
     slope = slope - np.median(slope[covered])
-    steep = float(np.percentile(np.abs(slope[covered]), 85.0)) or span / max(depth.shape)
+    # Where all is one plane only rounding stands out; a slope through a fourth of the depths over the map is not less.
+    steep = max(float(np.percentile(np.abs(slope[covered]), 85.0)), 0.25 * span / max(depth.shape))
     tone = np.clip(tone + 0.16 * np.tanh(slope / (2.0 * steep)), 0.0, 1.0)
     picture[covered] = np.rint(255.0 * tone[covered, None] * np.array([0.97, 0.985, 1.0])).astype(np.uint8)
     return picture

@@ -60,9 +60,10 @@ def difference_view(
     *,
     title: str = "",
     aspect: float | None = None,
+    width: int = 1,
 ) -> Any:
-    """Axes with the wrong pixels in colour over a grey eye view; see `difference`."""
-    picture = difference(gbuffer, light, truth, image)
+    """Axes with the wrong pixels in colour, each drawn `width` pixels wide, over a grey eye view; see `difference`."""
+    picture = difference(gbuffer, light, truth, image, width=width)
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
@@ -117,17 +118,20 @@ def study_figure(study: Any) -> Any:
     runs = [run for run in study.runs if run.mask is not None]
     columns = 3 if study.truth is not None else 2
     shape = (max(1, len(runs)), columns)
-    figure, grid = plt.subplots(*shape, figsize=(4.2 * columns, 3.9 * shape[0]), layout="constrained", squeeze=False)
     aspect = study.camera.aspect
+    ratios = [aspect] * (columns - 1) + [1.0]  # so that all pictures of a row are equally high
+    figure, grid = plt.subplots(
+        *shape, figsize=(13.0, 13.5 / sum(ratios) * shape[0]), width_ratios=ratios, layout="constrained", squeeze=False
+    )
     for row, run in zip(grid, runs, strict=False):
         eye_view(study.gbuffer, study.light, run.mask, row[0], title=f"{run.label}, {run.resolution}²", aspect=aspect)
         if run.errors is not None:
             title = f"{run.errors.count:,} wrong ({share_text(run.errors.fraction)})"
-            difference_view(
-                study.gbuffer, study.light, study.truth, run.errors.image, row[1], title=title, aspect=aspect
-            )
+            shown = (study.gbuffer, study.light, study.truth, run.errors.image, row[1])
+            # A picture of the figure is about 400 pixels wide on a screen; single pixels of a larger one would fade.
+            difference_view(*shown, title=title, aspect=aspect, width=max(1, round(max(study.size) / 400)))
         first = run.maps if run.maps.ndim == 2 else run.maps[0]
-        shadow_map(first, row[-1], title="from the light, with the camera frustum")
+        shadow_map(first, row[-1], title="from the light")
         frustum(np.asarray(run.parameterization.matrices)[0], study.camera, row[-1])
     if not runs:
         for ax in grid.ravel():

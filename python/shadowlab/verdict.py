@@ -137,12 +137,15 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
     better = sum(mine * ABOUT_EQUAL < base for mine, base in outcomes)
     worse = sum(base * ABOUT_EQUAL < mine for mine, base in outcomes)
     ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
-    spread = f" ({span(ratios)} times fewer wrong pixels than {base_label} at equal resolution)" if ratios else ""
+    slightly = bool(ratios) and len(ratios) == len(pairs) and min(ratios) >= 1 / SLIGHT and max(ratios) <= SLIGHT
     if better == len(pairs):
-        return f"{label} is worth it here: it is better than {base_label} at every resolution {where}{spread}."
+        how = "slightly better" if slightly else "worth it"
+        spread = f" ({span(ratios)} times fewer wrong pixels)" if ratios and not slightly else ""
+        return f"{label} is {how} here: it is better than {base_label} at every resolution {where}{spread}."
     if worse == len(pairs):
+        how = "slightly worse" if slightly else "not worth it"
         spread = f" ({span([1 / r for r in ratios])} times as many wrong pixels)" if ratios else ""
-        return f"{label} is not worth it here: it is worse than {base_label} at every resolution {where}{spread}."
+        return f"{label} is {how} here: it is worse than {base_label} at every resolution {where}{spread}."
     equal = len(pairs) - better - worse
     return (
         f"Whether {label} is worth it depends on the resolution here: against {base_label} it is better at {better}, "

@@ -327,6 +327,23 @@ def test_debug_shows_where(places):
         cli.main(["compare", places["MESH"], "--light", "0,0,0", "--debug"])
 
 
+def test_a_defect_is_one_line_too(run, mesh, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("division by\nzero")
+
+    monkeypatch.setattr("shadowlab.scenes.load_scene", broken)
+    fails(run("compare", mesh), "ZeroDivisionError: division by zero", "--debug")
+    with pytest.raises(ZeroDivisionError):
+        cli.main(["--debug", "compare", mesh])
+
+
+def test_a_terminal_without_our_letters_gets_question_marks(mesh, tmp_path):
+    words = [sys.executable, "-m", "shadowlab.cli", "compare", mesh, *SMALL, "--out", str(tmp_path)]
+    done = subprocess.run(words, capture_output=True, check=False, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"64?" in done.stdout
+
+
 def test_dropped_faces_are_a_warning_on_one_line(run, tmp_path):
     vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\n"
     (tmp_path / "part.obj").write_text(vertices + "f 1 2 3\nf 1 2 4\n")

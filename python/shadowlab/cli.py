@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import io
 import os
 import re
 import sys
@@ -42,6 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; the exit status."""
     words = joined_negative_values(list(sys.argv[1:] if arguments is None else arguments))
     debug = "--debug" in words
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal without µ or ² shows a question mark
+            stream.reconfigure(errors="replace")
     try:
         with one_line_warnings():
             options = parser().parse_args(words)
@@ -53,12 +57,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever read the output has left (a pager, head); the interpreter must not complain about it when it exits.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (ShadowlabError, MemoryError) as error:
+    except Exception as error:
         if debug:
             raise
-        text = str(error) or f"not enough memory ({type(error).__name__}); choose a smaller size or resolution"
-        print(f"shadowlab: error: {' '.join(text.split())}", file=sys.stderr)
+        print(f"shadowlab: error: {' '.join(explanation(error).split())}", file=sys.stderr)
         return USAGE_ERROR
+
+
+def explanation(error: Exception) -> str:
+    """What went wrong, for a person; anything that is no error of ours is a defect and says so."""
+    if isinstance(error, ShadowlabError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"not enough memory: {error}; choose a smaller size or resolution"
+    return f"{type(error).__name__}: {error}; a defect in shadowlab: please report it with what --debug shows"
 
 
 def joined_negative_values(words: list[str]) -> list[str]:
@@ -90,6 +102,7 @@ def parser() -> Parser:
 
     top = Parser(prog="shadowlab", description="The laboratory for shadow-map parameterizations.")
     top.add_argument("--version", action="version", version=f"shadowlab {__version__}")
+    top.add_argument("--debug", action="store_true", help="show where an error comes from")
     shared = Parser(add_help=False)
     shared.add_argument("--debug", action="store_true", help="show where an error comes from")
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
@@ -213,7 +226,6 @@ def compare_command(options: argparse.Namespace) -> int:
 
 def matrix_command(options: argparse.Namespace) -> int:
     """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
-    import io
     import json
 
     import numpy as np

@@ -61,7 +61,7 @@ def scene(name: str, *, seed: int = 1, **params: float) -> LibraryScene:
             raise ArgumentError(f"{key}: expected a number, got {value!r}; see shadowlab.library.table()") from None
     meshes, mesh_index, transforms, camera, light = _core.library_build(name, seed, given)
     built = LibraryScene(meshes, mesh_index, transforms)
-    shown = [f"seed={seed}"] * (seed != 1) + [f"{k}={v:.12g}" for k, v in given]
+    shown = [f"seed={seed}"] * (seed != 1) + [f"{k}={int(v) if v.is_integer() else v!r}" for k, v in given]
     settings = ",".join(shown)
     built.source = f"@{name}" + (f":{settings}" if settings else "")
     keywords = "".join(f", {k}={v!r}" for k, v in [("seed", seed), *params.items()])

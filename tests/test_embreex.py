@@ -10,6 +10,7 @@ from peers.rays import (
     DIFFERING_SHARE,
     pixel_rays,
     ray_meets,
+    single_precision_lift,
     single_precision_reach,
     unexplained_hits,
     unexplained_occlusions,
@@ -21,7 +22,7 @@ SIZE = (512, 512)
 NAMES = [*LIBRARY, *SHARED]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Traced:
     """What Embree says of an image: rays in coordinates relative to the scene's middle, exactly those it traced."""
 
@@ -59,7 +60,12 @@ class Traced:
     @functools.cached_property
     def shadow_rays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rays from the points hit to the light, rounded to float32: origins, directions, t_max."""
-        points = self.origins[self.hit] + self.t[self.hit, None].astype(np.float64) * self.directions[self.hit]
+        # The distance in double precision: Embree's own would put the point off its triangle by its rounding.
+        origins, directions = self.origins[self.hit].astype(np.float64), self.directions[self.hit].astype(np.float64)
+        corner = self.triangles[self.triangle[self.hit], 0]
+        facing = np.einsum("ij,ij->i", self.normals, directions)
+        t = np.einsum("ij,ij->i", self.normals, corner - origins) / np.where(facing == 0, -1, facing)
+        points = origins + t[:, None] * directions
         light = self.case.light
         if isinstance(light, sl.DirectionalLight):
             towards = np.broadcast_to(-np.asarray(light.direction), points.shape)
@@ -68,8 +74,7 @@ class Traced:
             towards = np.asarray(light.position) - self.embree.origin - points
             t_max = np.ones(len(points))
         side = np.sign(np.einsum("ij,ij->i", self.normals, towards))[:, None]
-        # Off the surface on the light's side by as much as single precision may have put the point below it.
-        lifted = points + 4 * self.reach * side * self.normals
+        lifted = points + single_precision_lift(self.embree.vertices_local) * side * self.normals
         return lifted.astype(np.float32), np.ascontiguousarray(towards, np.float32), t_max.astype(np.float32)
 
     def world(self, points_local) -> np.ndarray:
@@ -118,7 +123,8 @@ def test_occlusion(traced, record_property):
         traced.case.scene, traced.world(origins), directions.astype(np.float64), t_max.astype(np.float64)
     )
     assert ours.dtype == bool
-    assert 0.02 < theirs.mean() < 0.98
+    # Something and not everything is in shadow.
+    assert 0.005 < theirs.mean() < 0.98
     at = np.flatnonzero(ours != theirs)
     record_property("differing", f"{len(at)} of {len(ours)}")
     assert len(at) <= DIFFERING_SHARE * len(ours)
@@ -136,7 +142,8 @@ def test_truth_mask(traced, record_property):
     differs = (truth != theirs) & ~undecided
     record_property("differing", f"{differs.sum()} of {truth.size}, {undecided.sum()} undecided")
     assert differs.sum() <= DIFFERING_SHARE * truth.size
-    assert undecided.sum() <= DIFFERING_SHARE * truth.size
+    # Undecided is an answer for what lies on an edge, not a way out.
+    assert undecided.sum() <= 1e-3 * truth.size
     unexplained = [i for i in np.flatnonzero(differs) if not _pixel_on_edge(traced, i)]
     assert unexplained == []
 

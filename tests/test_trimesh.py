@@ -27,10 +27,10 @@ def _graph() -> trimesh.Scene:
     stretched[:3, 3] = (0, 0, -7)
     turned = rotation_matrix(0.8, (1, 2, 3), (0.5, 0, 0))
     turned[:3, 3] += (-4, 1, 0)
-    scene.add_geometry(box, "box", "box at home")
+    scene.add_geometry(box, "box at home", "box")
     for name, transform in (("mirrored", mirrored), ("sheared", sheared), ("turned", turned)):
         scene.graph.update(frame_to=name, matrix=transform, geometry="box")
-    scene.add_geometry(ball, "ball", "stretched ball", transform=stretched)
+    scene.add_geometry(ball, "stretched ball", "ball", transform=stretched)
     # A child of a sheared parent, mirrored within it.
     scene.graph.update(frame_to="child", frame_from="sheared", matrix=mirrored @ turned, geometry="ball")
     scene.graph.update(frame_to="grandchild", frame_from="child", matrix=turned, geometry="box")

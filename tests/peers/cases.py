@@ -24,7 +24,7 @@ LIBRARY = {
 SHARED = ("dragon_20k.ply", "graveyard.glb", "kenney_city.glb")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     """A scene as shadowlab has it, the same triangles as plain arrays, and where it is seen and lit from."""
 

@@ -12,9 +12,13 @@ import numpy as np
 DIFFERING_SHARE = 2e-4
 """Rays of an image that may differ: 0.02 %."""
 
-# Rounding of a vertex and of a ray's origin, and the handful of operations of a Pluecker test, each half a unit of
-# 2^-23: 16 of them cover Embree's robust test (Woop 2013: 3 products and differences of translated coordinates).
+# Rounding of a vertex and of a ray's origin, and the operations of Embree's robust test (Woop 2013: products and
+# differences of translated coordinates), each half a unit of 2^-23 of the scene's size at most.
 _SINGLE_PRECISION_ERROR = 16 * 2.0**-24
+
+# Coordinates of magnitude d / 2 round by 2^-25 d each, those of a ray's origin and those of the triangle it starts on:
+# sqrt(3) times two of that is how far the origin may come to lie on the wrong side.
+_ORIGIN_ERROR = 2 * 2.0**-24
 
 
 def single_precision_reach(vertices, origins) -> float:
@@ -23,6 +27,11 @@ def single_precision_reach(vertices, origins) -> float:
     low = np.minimum(vertices.min(axis=0), origins.min(axis=0))
     high = np.maximum(vertices.max(axis=0), origins.max(axis=0))
     return _SINGLE_PRECISION_ERROR * float(np.linalg.norm(high - low))
+
+
+def single_precision_lift(vertices) -> float:
+    """Distance to move a point off its triangle so that rounding point and triangle leaves it on that side."""
+    return _ORIGIN_ERROR * float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
 
 def pixel_rays(camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

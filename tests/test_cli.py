@@ -319,7 +319,7 @@ def test_a_mistake_is_one_line(run, places, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     words, *parts = BAD[name]
     fails(run(*[places.get(word, word) for word in words]), *parts)
-    assert list(tmp_path.iterdir()) == [] or name in ("resolution too large", "size too large", "unknown filter")
+    assert list(tmp_path.iterdir()) == [] or name in ("resolution too large", "size too large")
 
 
 def test_debug_shows_where(places):

@@ -12,6 +12,7 @@ import io
 import os
 import re
 import sys
+import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -46,6 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal without µ or ² shows a question mark
             stream.reconfigure(errors="replace")
+    # Mesa's Vulkan layer asks for a Wayland display, and writes a line of its own where there is no session directory.
+    os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
     try:
         with one_line_warnings():
             options = parser().parse_args(words)
@@ -122,9 +125,11 @@ def parser() -> Parser:
     compare.add_argument(
         "--resolution", action="append", metavar="N[,N...]", help="texels along each side of the maps (default: 1024)"
     )
-    compare.add_argument("--backend", default="auto", metavar="cpu|gpu|auto", help="the renderer (default: auto)")
     compare.add_argument(
-        "--filter", default="nearest", metavar="nearest|pcf2x2", help="how maps are read (default: nearest)"
+        "--backend", default="auto", choices=("cpu", "gpu", "auto"), help="the renderer (default: auto)"
+    )
+    compare.add_argument(
+        "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
     )
     compare.add_argument(
         "--out", default="report", metavar="DIR", help="where report.html and the rest go (default: report)"
@@ -198,8 +203,8 @@ def compare_command(options: argparse.Namespace) -> int:
     techniques = {spec: technique_of(spec) for spec in specs}
     if len(techniques) < len(specs):
         raise ArgumentError("technique: the same one is given twice; give each once")
-    renderer = Renderer(options.backend)
     scene, camera, light, source = load_view(options, size)
+    renderer = Renderer(options.backend)
     directory = writable_directory(options.out)
     study = compare(
         scene,

@@ -1,19 +1,24 @@
 //! From a scene to projected vertices and binned triangles, a bounded batch at a time.
 
+use std::ops::Range;
+
 use glam::DMat4;
 use rayon::prelude::*;
 
-use super::binning::{Bands, Bins, Draw};
+use super::binning::{Bands, Bins, Draw, fill};
 use super::screen::{OUTSIDE, ScreenVertex, Viewport, clip_position, project_all, single_precision};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::scene::Scene;
 
-/// Triangles and vertices after which a batch is drawn. Its scratch is then at most 16 bytes a vertex and about 20 a
-/// triangle: 40 MB. One instance is never split, so a mesh beyond this size is a batch of its own.
+/// Vertices and triangles after which a batch ends. Its vertices take 16 bytes each, 16 MB. One instance is never split, so
+/// a mesh beyond this size is a batch of its own.
 const BATCH: usize = 1 << 20;
-/// Triangles that are binned at once: enough to amortise the sort, few enough for a level-2 cache and 16 threads.
-const CHUNK: u32 = 1 << 13;
+/// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
+const CHUNK: u32 = 1 << 12;
+/// Chunks that are binned before the bands are drawn: enough for many threads, while what they leave, up to 120 bytes a
+/// triangle where all are tiny, stays below 32 MB whatever the scene.
+const ROUND: u32 = 64;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
 
@@ -22,12 +27,12 @@ const VERTICES: usize = 1 << 12;
 pub struct Scratch {
     pub vertices: Vec<ScreenVertex>,
     bins: Vec<Bins>,
-    /// How many of the bins the present batch fills.
+    /// How many of the bins the present round fills.
     pub chunks: usize,
 }
 
 impl Scratch {
-    /// The bins of the present batch, in the order of submission.
+    /// The bins of the present round, in the order of submission.
     pub fn bins(&self) -> &[Bins] {
         &self.bins[..self.chunks]
     }
@@ -36,7 +41,6 @@ impl Scratch {
         self.vertices.truncate(2 * BATCH);
         self.vertices.shrink_to(2 * BATCH);
         self.chunks = 0;
-        self.bins.truncate(2 * BATCH / CHUNK as usize);
     }
 }
 
@@ -99,55 +103,76 @@ impl<'a> Batches<'a> {
         Ok(Self { draws, ends })
     }
 
-    pub fn len(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// Projects and bins one batch into `scratch`.
-    pub fn prepare(
+    /// Projects each batch and bins it round by round into `scratch`; calls `draw` after each round.
+    pub fn for_each_round(
         &self,
-        batch: usize,
         viewport: &Viewport,
         bands: Bands,
         scratch: &mut Scratch,
         progress: &Progress,
+        mut draw: impl FnMut(&Scratch) -> Result<()>,
     ) -> Result<()> {
-        let start = if batch == 0 { 0 } else { self.ends[batch - 1] };
-        let draws = &self.draws[start..self.ends[batch]];
-        let count = |d: &Draw| (d.mesh.positions_local().len(), d.mesh.triangles().len() as u32);
-        let Some(last) = draws.last() else { return Ok(()) };
-        let vertex_count = last.first_vertex as usize + count(last).0;
-        let triangle_count = last.first_triangle + count(last).1;
-        if scratch.vertices.len() < vertex_count {
-            scratch.vertices.resize(vertex_count, ScreenVertex::default());
+        let mut start = 0;
+        for &end in &self.ends {
+            let draws = &self.draws[start..end];
+            start = end;
+            let triangle_count = project(draws, viewport, scratch, progress)?;
+            for first in (0..triangle_count).step_by((ROUND * CHUNK) as usize) {
+                bin(draws, first..triangle_count.min(first + ROUND * CHUNK), viewport, bands, scratch, progress)?;
+                draw(scratch)?;
+            }
         }
-        let mut rest = &mut scratch.vertices[..];
-        let mut work = Vec::with_capacity(draws.len());
-        for draw in draws {
-            let (own, after) = rest.split_at_mut(count(draw).0);
-            work.push((draw, own));
-            rest = after;
-        }
-        work.into_par_iter().try_for_each(|(draw, out)| {
-            let positions = draw.mesh.positions_local().par_chunks(VERTICES);
-            positions.zip(out.par_chunks_mut(VERTICES)).try_for_each(|(positions, out)| {
-                progress.check()?;
-                project_all(&draw.clip_from_local, viewport, positions, out);
-                Ok(())
-            })
-        })?;
-        scratch.chunks = triangle_count.div_ceil(CHUNK) as usize;
-        if scratch.bins.len() < scratch.chunks {
-            scratch.bins.resize_with(scratch.chunks, Bins::default);
-        }
-        let vertices = &scratch.vertices[..];
-        scratch.bins[..scratch.chunks].par_iter_mut().enumerate().try_for_each(|(c, bins)| {
+        Ok(())
+    }
+}
+
+/// Projects the vertices of a batch; the number of its triangles.
+fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<u32> {
+    let count = |d: &Draw| (d.mesh.positions_local().len(), d.mesh.triangles().len() as u32);
+    let Some(last) = draws.last() else { return Ok(0) };
+    let vertex_count = last.first_vertex as usize + count(last).0;
+    let triangle_count = last.first_triangle + count(last).1;
+    if scratch.vertices.len() < vertex_count {
+        scratch.vertices.resize(vertex_count, ScreenVertex::default());
+    }
+    let mut rest = &mut scratch.vertices[..];
+    let mut work = Vec::with_capacity(draws.len());
+    for draw in draws {
+        let (own, after) = rest.split_at_mut(count(draw).0);
+        work.push((draw, own));
+        rest = after;
+    }
+    work.into_par_iter().try_for_each(|(draw, out)| {
+        let positions = draw.mesh.positions_local().par_chunks(VERTICES);
+        positions.zip(out.par_chunks_mut(VERTICES)).try_for_each(|(positions, out)| {
             progress.check()?;
-            let first = c as u32 * CHUNK;
-            bins.fill(draws, vertices, first..triangle_count.min(first + CHUNK), viewport, bands);
+            project_all(&draw.clip_from_local, viewport, positions, out);
             Ok(())
         })
+    })?;
+    Ok(triangle_count)
+}
+
+/// Bins triangles of a batch.
+fn bin(
+    draws: &[Draw],
+    triangles: Range<u32>,
+    viewport: &Viewport,
+    bands: Bands,
+    scratch: &mut Scratch,
+    progress: &Progress,
+) -> Result<()> {
+    scratch.chunks = (triangles.end - triangles.start).div_ceil(CHUNK) as usize;
+    if scratch.bins.len() < scratch.chunks {
+        scratch.bins.resize_with(scratch.chunks, Bins::default);
     }
+    let vertices = &scratch.vertices[..];
+    scratch.bins[..scratch.chunks].par_iter_mut().enumerate().try_for_each(|(c, bins)| {
+        progress.check()?;
+        let first = triangles.start + c as u32 * CHUNK;
+        fill(bins, draws, vertices, first..triangles.end.min(first + CHUNK), viewport, bands);
+        Ok(())
+    })
 }
 
 /// The planes of the clip volume a point is beyond.

@@ -7,6 +7,7 @@ mod batch;
 mod binning;
 mod clip;
 mod gbuffer;
+mod lanes;
 pub mod lookup;
 mod mask;
 mod memory;

@@ -6,9 +6,9 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::batch::{Batches, Scratch};
-use super::binning::Bands;
+use super::binning::{Bands, Bins};
 use super::memory::{filled, unwritten, written, written_part};
-use super::raster::{BandArea, DepthPixels, IdPixels, draw_depth, draw_ids};
+use super::raster::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
 use super::screen::Viewport;
 use super::simd::LANES;
 use crate::error::{Error, Result};
@@ -62,16 +62,16 @@ impl Pass<'_> {
 
     fn draw_depth(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let progress = self.progress;
-        self.for_each_batch(size, |scratch, bands, first| {
+        self.for_each_round(size, |scratch, bands, first| {
             let part = bands.rows() * size[0] as usize;
             depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
                 progress.check()?;
-                // SAFETY: the first batch writes everything.
+                // SAFETY: the first round writes everything.
                 let depth = if first { filled(depth, 1.0) } else { unsafe { written_part(depth) } };
                 let area = band_area(size, bands, band);
                 for bins in scratch.bins() {
                     let pixels = &mut DepthPixels { depth };
-                    draw_depth(bins.band(band), &scratch.vertices, &bins.extra, area, pixels);
+                    draw_band(scratch, bins, band, area, pixels);
                 }
                 Ok(())
             })
@@ -80,12 +80,12 @@ impl Pass<'_> {
 
     fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
         let progress = self.progress;
-        self.for_each_batch(size, |scratch, bands, first| {
+        self.for_each_round(size, |scratch, bands, first| {
             let part = bands.rows() * size[0] as usize;
             let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
             parts.try_for_each(|(band, (depth, id))| {
                 progress.check()?;
-                // SAFETY: the first batch writes everything.
+                // SAFETY: the first round writes everything.
                 let (depth, id) = if first {
                     (filled(depth, 1.0), filled(id, NO_TRIANGLE))
                 } else {
@@ -94,15 +94,15 @@ impl Pass<'_> {
                 let area = band_area(size, bands, band);
                 for bins in scratch.bins() {
                     let pixels = &mut IdPixels { depth, id };
-                    draw_ids(bins.band(band), &scratch.vertices, &bins.extra, area, pixels);
+                    draw_band(scratch, bins, band, area, pixels);
                 }
                 Ok(())
             })
         })
     }
 
-    /// Calls `draw` with each batch, prepared; at least once.
-    fn for_each_batch(
+    /// Calls `draw` with each round of triangles, binned, and whether it is the first; at least once.
+    fn for_each_round(
         &mut self,
         drawn_size: [u32; 2],
         mut draw: impl FnMut(&Scratch, Bands, bool) -> Result<()>,
@@ -110,13 +110,14 @@ impl Pass<'_> {
         let batches = Batches::new(self.scene, &self.clip_from_world)?;
         let bands = Bands::new(drawn_size);
         let viewport = Viewport::new(self.size, drawn_size);
-        if batches.len() == 0 {
+        let mut first = true;
+        batches.for_each_round(&viewport, bands, self.scratch, self.progress, |scratch| {
+            draw(scratch, bands, std::mem::take(&mut first))
+        })?;
+        if first {
+            // Nothing is in view.
             self.scratch.chunks = 0;
-            return draw(self.scratch, bands, true);
-        }
-        for batch in 0..batches.len() {
-            batches.prepare(batch, &viewport, bands, self.scratch, self.progress)?;
-            draw(self.scratch, bands, batch == 0)?;
+            draw(self.scratch, bands, true)?;
         }
         Ok(())
     }
@@ -147,6 +148,12 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
             to.write(*from);
         }
     }
+}
+
+fn draw_band<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
+    let bin = bins.band(band);
+    draw_fragments(&bin.fragments, pixels);
+    draw(Entries { entries: &bin.entries, vertices: &scratch.vertices, extra: &bins.extra }, area, pixels);
 }
 
 fn band_area(size: [u32; 2], bands: Bands, band: usize) -> BandArea {

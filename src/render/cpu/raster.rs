@@ -4,23 +4,25 @@
 //! whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or tested edge by edge.
 //! Blocks of pixels start at multiples of [`LANES`], so that a load meets earlier stores of neighbouring triangles whole.
 
-use super::binning::Entry;
+use super::binning::{Entry, Fragment};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::Avx2;
+use super::lanes::{Lanes, Plain};
 use super::screen::ScreenVertex;
-use super::setup::{LargeSetup, SmallSetup};
-use super::simd::{LANES, dispatch};
+use super::setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
+use super::simd::LANES;
 
-/// Rows that the small path treats without a branch between them.
-const ROWS: usize = 4;
 /// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
 /// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
 const BLOCK: [i32; 2] = [32, 8];
 
 /// Where a pass keeps its pixels.
-///
-/// `draw` has the index of the first of [`LANES`] pixels, their depths, and which of them are covered.
 pub trait Pixels {
-    /// Keeps what is nearer than what is there.
-    fn draw(&mut self, at: usize, z: [f32; LANES], covered: [bool; LANES], id: u32);
+    /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
+    /// depths, and negative numbers where they are not covered.
+    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, id: u32);
+    /// The same for one pixel.
+    fn draw_fragment(&mut self, fragment: &Fragment);
 }
 
 /// Depth alone.
@@ -28,33 +30,42 @@ pub struct DepthPixels<'a> {
     pub depth: &'a mut [f32],
 }
 
-/// Depth and the number of the triangle. Of equal depths the smaller number wins, whatever the order of drawing.
+/// Depth and the number of the triangle.
 pub struct IdPixels<'a> {
     pub depth: &'a mut [f32],
     pub id: &'a mut [u32],
 }
 
+#[inline(always)]
+fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
+    pixels[at..].first_chunk_mut().expect("runs of pixels end within the band")
+}
+
 impl Pixels for DepthPixels<'_> {
     #[inline(always)]
-    fn draw(&mut self, at: usize, z: [f32; LANES], covered: [bool; LANES], _id: u32) {
-        let old: &mut [f32; LANES] = (&mut self.depth[at..at + LANES]).try_into().expect("a slice of LANES");
-        for l in 0..LANES {
-            old[l] = if covered[l] & (z[l] < old[l]) { z[l] } else { old[l] };
-        }
+    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, _id: u32) {
+        L::nearest(lanes_at(self.depth, at), z, outside);
+    }
+
+    #[inline(always)]
+    fn draw_fragment(&mut self, f: &Fragment) {
+        let old = &mut self.depth[f.at as usize];
+        *old = smaller(f.z, *old);
     }
 }
 
 impl Pixels for IdPixels<'_> {
     #[inline(always)]
-    fn draw(&mut self, at: usize, z: [f32; LANES], covered: [bool; LANES], id: u32) {
-        let old: &mut [f32; LANES] = (&mut self.depth[at..at + LANES]).try_into().expect("a slice of LANES");
-        let old_id: &mut [u32; LANES] = (&mut self.id[at..at + LANES]).try_into().expect("a slice of LANES");
-        for l in 0..LANES {
-            // Not nearer than the far plane: 1 is also what an empty pixel holds.
-            let nearer = (z[l] < old[l]) | ((z[l] == old[l]) & (z[l] < 1.0) & (id < old_id[l]));
-            let take = covered[l] & nearer;
-            old[l] = if take { z[l] } else { old[l] };
-            old_id[l] = if take { id } else { old_id[l] };
+    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, id: u32) {
+        L::nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
+    }
+
+    #[inline(always)]
+    fn draw_fragment(&mut self, f: &Fragment) {
+        let (old, old_id) = (&mut self.depth[f.at as usize], &mut self.id[f.at as usize]);
+        // At the far plane (1) nothing is drawn: its pixels belong to no triangle, whose number is the largest.
+        if f.z < *old || (f.z == *old && f.z < 1.0 && f.id < *old_id) {
+            (*old, *old_id) = (f.z, f.id);
         }
     }
 }
@@ -70,94 +81,122 @@ pub struct BandArea {
     pub rows: i32,
 }
 
-dispatch! {
-    /// Draws a band's entries of one chunk, depth alone.
-    pub fn draw_depth(entries: &[Entry], vertices: &[ScreenVertex], extra: &[ScreenVertex], area: BandArea, pixels: &mut DepthPixels) = draw_entries
+/// A band's entries of one chunk, with the vertices they point to.
+#[derive(Debug, Clone, Copy)]
+pub struct Entries<'a> {
+    pub entries: &'a [Entry],
+    pub vertices: &'a [ScreenVertex],
+    pub extra: &'a [ScreenVertex],
 }
-dispatch! {
-    /// Draws a band's entries of one chunk, depth and triangle.
-    pub fn draw_ids(entries: &[Entry], vertices: &[ScreenVertex], extra: &[ScreenVertex], area: BandArea, pixels: &mut IdPixels) = draw_entries
+
+/// Draws a band's entries of one chunk with the best instruction set found at run time.
+pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,fma")]
+        fn wide<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
+            draw_entries::<Avx2, P>(entries, area, pixels);
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the processor has the features that `wide` is compiled for.
+            return unsafe { wide(entries, area, pixels) };
+        }
+    }
+    draw_entries::<Plain, P>(entries, area, pixels);
+}
+
+/// Draws the fragments of a band.
+pub fn draw_fragments<P: Pixels>(fragments: &[Fragment], pixels: &mut P) {
+    for fragment in fragments {
+        pixels.draw_fragment(fragment);
+    }
 }
 
 #[inline(always)]
-fn draw_entries<P: Pixels>(
-    entries: &[Entry],
-    vertices: &[ScreenVertex],
-    extra: &[ScreenVertex],
-    area: BandArea,
-    pixels: &mut P,
-) {
-    for group in entries.chunks(LANES) {
-        let mut v = [[ScreenVertex::default(); LANES]; 3];
-        for l in 0..LANES {
-            let entry = &group[l.min(group.len() - 1)];
-            for k in 0..3 {
-                let i = entry.vertices[k];
-                v[k][l] =
-                    if i & Entry::EXTRA == 0 { vertices[i as usize] } else { extra[(i & !Entry::EXTRA) as usize] };
-            }
-        }
-        let setup = SmallSetup::new(&v, area.size);
+fn draw_entries<L: Lanes, P: Pixels>(work: Entries, area: BandArea, pixels: &mut P) {
+    for group in work.entries.chunks(LANES) {
+        let corners = Corners::gather(|l, k| {
+            let i = group[l.min(group.len() - 1)].vertices[k];
+            if i & Entry::EXTRA == 0 { &work.vertices[i as usize] } else { &work.extra[(i & !Entry::EXTRA) as usize] }
+        });
+        let boxes = snapped_box(&corners).pixels(area.size);
+        let setup = SmallSetup::new::<{ LANES as i32 }>(&corners, &boxes);
         for (l, entry) in group.iter().enumerate() {
-            match setup.kind[l] {
-                0 => {}
-                1 if area.rows >= ROWS as i32 => fill_small::<P, ROWS>(&setup, l, area, entry.id, pixels),
-                1 => fill_small::<P, 1>(&setup, l, area, entry.id, pixels),
-                _ => {
-                    if let Some(large) = LargeSetup::new([v[0][l], v[1][l], v[2][l]], area.size) {
-                        fill_large(&large, area, entry.id, pixels);
-                    }
-                }
+            if boxes.small[l] {
+                fill_small::<L, P>(&setup, &boxes.at, l, area, entry.id, pixels);
+            } else if let Some(large) = LargeSetup::new(corners.triangle(l), area.size) {
+                fill_large::<L, P>(&large, area, entry.id, pixels);
             }
         }
     }
 }
 
-/// Fills triangle `l` of a setup, N rows at a time.
-///
-/// A box is moved up or to the left where it would leave the band, which covers more pixels, never others: coverage is
-/// decided by the edges alone, and drawing a pixel twice changes nothing.
+/// 0, 1, 2... times a step.
 #[inline(always)]
-fn fill_small<P: Pixels, const N: usize>(s: &SmallSetup, l: usize, area: BandArea, id: u32, pixels: &mut P) {
+fn steps<L: Lanes>(step: i32) -> L::Int {
+    L::ints(std::array::from_fn(|i| step.wrapping_mul(i as i32)))
+}
+
+/// Edge functions and depth along runs of [`LANES`] pixels, relative to the first pixel of a run.
+struct Run<L: Lanes> {
+    edges: [L::Int; 3],
+    z: L::Float,
+    z_range: [L::Float; 2],
+}
+
+impl<L: Lanes> Run<L> {
+    #[inline(always)]
+    fn new(steps_x: [i32; 3], z_per_x: f32, z_range: [f32; 2]) -> Self {
+        Self {
+            edges: steps_x.map(|step| steps::<L>(step)),
+            z: L::floats(std::array::from_fn(|i| z_per_x * i as f32)),
+            z_range: z_range.map(|z| L::floats([z; LANES])),
+        }
+    }
+
+    /// Draws the run whose first pixel has these edge functions and this depth.
+    #[inline(always)]
+    fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, id: u32, pixels: &mut P) {
+        let edge = |k: usize| L::add(L::ints([edge[k]; LANES]), self.edges[k]);
+        let outside = L::or(L::or(edge(0), edge(1)), edge(2));
+        let z = L::clamp(L::add_floats(L::floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
+        pixels.draw::<L>(at, z, outside, id);
+    }
+}
+
+/// Fills triangle `l` of a setup.
+///
+/// A run that would leave the image on the right is moved to the left, which covers more pixels, never others: coverage is
+/// decided by the edges alone, and the second depth of a pixel differs from its first by a rounding at most.
+#[inline(always)]
+fn fill_small<L: Lanes, P: Pixels>(
+    s: &SmallSetup,
+    boxes: &[[i32; LANES]; 4],
+    l: usize,
+    area: BandArea,
+    id: u32,
+    pixels: &mut P,
+) {
     let width = area.size[0] as i32;
-    let [x0, y0, x1, y1] = [s.pixels[0][l], s.pixels[1][l], s.pixels[2][l], s.pixels[3][l]];
-    let first_row = y0.max(area.first_row) - area.first_row;
-    let last_row = y1.min(area.first_row + area.rows - 1) - area.first_row;
-    let z_range = [s.z_range[0][l], s.z_range[1][l]];
+    let [x0, y0, x1, y1] = [boxes[0][l] & -(LANES as i32), boxes[1][l], boxes[2][l], boxes[3][l]];
+    let first_row = y0.max(area.first_row);
+    let last_row = y1.min(area.first_row + area.rows - 1);
+    let (step_x, step_y) = ([0, 1, 2].map(|k: usize| s.step_x[k][l]), [0, 1, 2].map(|k: usize| s.step_y[k][l]));
+    let [z_first, z_x, z_y] = [s.z[0][l], s.z[1][l], s.z[2][l]];
+    let run = Run::<L>::new(step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
     let mut x = x0;
     while x <= x1 {
         let column = x.min(width - LANES as i32);
-        let mut row = first_row;
-        while row <= last_row {
-            row = row.min(area.rows - N as i32);
-            let (dx, dy) = (column - x0, row + area.first_row - y0);
-            let mut edge = [[0i32; LANES]; 3];
-            for k in 0..3 {
-                let start = s.edge[k][l] + s.step_x[k][l] * dx + s.step_y[k][l] * dy;
-                for (i, e) in edge[k].iter_mut().enumerate() {
-                    *e = start + s.step_x[k][l] * i as i32;
-                }
-            }
-            let mut z_row = [0f32; LANES];
-            for (i, z) in z_row.iter_mut().enumerate() {
-                *z = s.z[0][l] + s.z[1][l] * (dx + i as i32) as f32;
-            }
-            let at = row as usize * width as usize + column as usize;
-            for r in 0..N {
-                let mut z = [0f32; LANES];
-                let mut covered = [false; LANES];
-                for i in 0..LANES {
-                    z[i] = (z_row[i] + s.z[2][l] * (dy + r as i32) as f32).max(z_range[0]).min(z_range[1]);
-                    covered[i] = edge[0][i] | edge[1][i] | edge[2][i] >= 0;
-                }
-                pixels.draw(at + r * width as usize, z, covered, id);
-                for k in 0..3 {
-                    for e in &mut edge[k] {
-                        *e += s.step_y[k][l];
-                    }
-                }
-            }
-            row += N as i32;
+        let (dx, dy) = (column - x0, first_row - y0);
+        let mut edge = [0, 1, 2].map(|k: usize| s.edge[k][l] + step_x[k] * dx + step_y[k] * dy);
+        let z_column = z_first + z_x * dx as f32;
+        let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+        let mut rows_down = dy as f32;
+        for _ in first_row..=last_row {
+            run.draw(edge, z_column + z_y * rows_down, at, id, pixels);
+            edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
+            at += width as usize;
+            rows_down += 1.0;
         }
         x += LANES as i32;
     }
@@ -165,7 +204,7 @@ fn fill_small<P: Pixels, const N: usize>(s: &SmallSetup, l: usize, area: BandAre
 
 /// Fills a triangle of any size, block by block.
 #[inline(always)]
-fn fill_large<P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixels: &mut P) {
+fn fill_large<L: Lanes, P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixels: &mut P) {
     let width = area.size[0] as i32;
     let [x0, y0, x1, y1] = s.pixels;
     let (first_row, end_row) = (y0.max(area.first_row), (y1 + 1).min(area.first_row + area.rows));
@@ -175,7 +214,7 @@ fn fill_large<P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixels: &mut P
         let mut left = x0 & -(LANES as i32);
         while left <= x1 {
             let columns = BLOCK[0].min((x1 + 1 - left + LANES as i32 - 1) & -(LANES as i32)).min(width - left);
-            fill_block(s, [left, top], [columns, rows], area, id, pixels);
+            fill_block::<L, P>(s, [left, top], [columns, rows], area, id, pixels);
             left += BLOCK[0];
         }
         top += BLOCK[1];
@@ -183,7 +222,7 @@ fn fill_large<P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixels: &mut P
 }
 
 #[inline(always)]
-fn fill_block<P: Pixels>(
+fn fill_block<L: Lanes, P: Pixels>(
     s: &LargeSetup,
     [left, top]: [i32; 2],
     [columns, rows]: [i32; 2],
@@ -194,7 +233,7 @@ fn fill_block<P: Pixels>(
     // Steps of the edges that cross the block, and their values at its first pixel; zero for one that holds all over it.
     let mut edges = [[0i32; 3]; 3];
     // The last run of pixels may start up to LANES - 1 columns before the block.
-    let reach_left = if columns < LANES as i32 { LANES as i32 - columns } else { 0 };
+    let reach_left = (LANES as i32 - columns).max(0);
     for (edge, [a, b, e]) in edges.iter_mut().zip(s.edges) {
         let first = e + a * i64::from(left) + b * i64::from(top);
         let (across, down) = (a * i64::from(columns - 1), b * i64::from(rows - 1));
@@ -211,20 +250,14 @@ fn fill_block<P: Pixels>(
     let z_first = (z0 + zx * f64::from(left) + zy * f64::from(top)) as f32;
     let (zx, zy) = (zx as f32, zy as f32);
     let width = area.size[0] as i32;
+    let run = Run::<L>::new(edges.map(|[a, ..]| a), zx, s.z_range);
     for r in 0..rows {
         let row = (top + r - area.first_row) as usize * width as usize;
         let mut x = 0;
         while x < columns {
             let dx = x.min(width - LANES as i32 - left);
-            let mut z = [0f32; LANES];
-            let mut covered = [false; LANES];
-            for i in 0..LANES {
-                let c = dx + i as i32;
-                z[i] = (z_first + zx * c as f32 + zy * r as f32).max(s.z_range[0]).min(s.z_range[1]);
-                let e = edges.map(|[a, b, e]| e + a * c + b * r);
-                covered[i] = e[0] | e[1] | e[2] >= 0;
-            }
-            pixels.draw(row + (left + dx) as usize, z, covered, id);
+            let edge = edges.map(|[a, b, e]| e + a * dx + b * r);
+            run.draw(edge, z_first + zx * dx as f32 + zy * r as f32, row + (left + dx) as usize, id, pixels);
             x += LANES as i32;
         }
     }

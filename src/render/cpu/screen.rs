@@ -19,7 +19,7 @@ pub const OUTSIDE: u32 = 0b11_1111;
 /// Not to be divided by w as it is: before the near plane, w too small, or beyond the guard band.
 pub const CLIP: u32 = 1 << 6;
 
-/// A projected vertex; x (right) and y (down) in grid steps, not rounded yet. Meaningless apart from `code` where that says
+/// A projected vertex; x (right) and y (down) in grid steps, not rounded yet. Zero apart from `code` where that says
 /// [`CLIP`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C, align(16))]
@@ -30,6 +30,15 @@ pub struct ScreenVertex {
     pub z: f32,
     /// Bits of [`OUTSIDE`] and [`CLIP`].
     pub code: u32,
+}
+
+impl ScreenVertex {
+    /// Its four words, the last one the bits of `code`.
+    #[inline(always)]
+    pub fn as_record(&self) -> &[f32; 4] {
+        // SAFETY: four words in this order (`repr(C)`), and every pattern of bits is a float.
+        unsafe { &*std::ptr::from_ref(self).cast() }
+    }
 }
 
 /// From clip space to the fixed-point grid.
@@ -60,6 +69,15 @@ impl Viewport {
         let inverse_w = 1.0 / w;
         [x * inverse_w * self.scale[0] + self.offset[0], y * inverse_w * self.scale[1] + self.offset[1], z * inverse_w]
     }
+}
+
+/// A coordinate of a vertex without [`CLIP`] rounded to the grid, halves to even.
+#[inline(always)]
+pub fn snapped(x: f32) -> i32 {
+    debug_assert!(x.abs() <= 2.0 * GUARD_PIXELS as f32 * SUBPIXEL, "{x} is beyond the guard band");
+    // SAFETY: such vertices lie within the guard band, whose grid coordinates are below 2^24, and are no NaN: both
+    // `project_block` and `clip::projected` see to it. The checked cast costs eight instructions a lane.
+    unsafe { x.round_ties_even().to_int_unchecked() }
 }
 
 /// `clip_from_local` in f32, column-major, scaled by a power of two so that its largest element is in [1, 2).
@@ -131,10 +149,9 @@ fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [
             | bit(z < 0.0, 4)
             | bit(z > w, 5)
             | bit(!guarded, 6);
-        let [sx, sy, sz] = viewport.project([x, y, z, w]);
-        screen[0][l] = sx;
-        screen[1][l] = sy;
-        screen[2][l] = sz;
+        for (s, v) in screen.iter_mut().zip(viewport.project([x, y, z, w])) {
+            s[l] = if guarded { v } else { 0.0 };
+        }
     }
     std::array::from_fn(|l| ScreenVertex { x: screen[0][l], y: screen[1][l], z: screen[2][l], code: code[l] })
 }

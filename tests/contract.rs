@@ -305,6 +305,38 @@ fn without_a_warp_the_notes_say_why() {
 }
 
 #[test]
+fn a_spot_inside_a_box_says_what_it_cannot_see() {
+    let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "cube").expect("the cube");
+    for (light_name, light) in spots(&scene, &camera) {
+        for name in ["uniform", "lispsm"] {
+            let p = with_params(name, &[]).parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
+            let told = p.notes.iter().filter(|note| note.contains("inside a mesh's box")).count();
+            assert_eq!(told, usize::from(light_name == "inside"), "{name} {light_name}: {:?}", p.notes);
+        }
+    }
+}
+
+#[test]
+fn fitting_to_the_scene_never_costs_texels() {
+    let light = directional(DVec3::new(0.4, -1.0, -0.3));
+    for (name, scene, camera) in by_hand() {
+        let texel = |focus: &str| {
+            let t = with_params("uniform", &[("focus", Value::Choice(focus.into()))]);
+            let p = t.parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
+            (p.value("texel_x").expect("a size"), p.value("texel_y").expect("a size"))
+        };
+        if Receivers::new(&View { name: name.into(), scene: scene.clone(), camera, light }).view.coverage
+            != shadowlab::focus::Coverage::AsAsked
+        {
+            continue;
+        }
+        let (fit, frustum) = (texel("scene-fit"), texel("frustum"));
+        let room = 1.0 + TOLERANCE;
+        assert!(fit.0 <= frustum.0 * room && fit.1 <= frustum.1 * room, "{name}: {fit:?} and {frustum:?}");
+    }
+}
+
+#[test]
 fn lights_and_resolutions_that_cannot_be_served_are_errors() {
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "cube").expect("the cube");
     let point = Light::Point(shadowlab::scene::PointLight::new(DVec3::Y * 9.0, 50.0).expect("a light"));

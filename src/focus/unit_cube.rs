@@ -109,16 +109,23 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
     let scene_planes = view.scene_planes();
     // Boxes that stick out of the scene's by no more than this need no cut: far above rounding, far below a texel.
     let slack = f64::EPSILON.sqrt() * view.scene_box.extent().max_element();
+    let mut outward = [DVec4::ZERO; 12];
+    let mut planes = 0;
+    for plane in view.receiver_planes() {
+        outward[planes] = plane.functional();
+        planes += 1;
+    }
     let mut found = Aabb::EMPTY;
     for i in 0..scene.instances().len() {
         let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local()[i], view.origin);
-        if view.receiver_planes().any(|plane| instance.range(plane.functional()).0 > 0.0) {
+        if outward[..planes].iter().any(|f| instance.range(*f).0 > 0.0) {
             continue;
         }
         let hull = instance.aabb();
-        let axis_aligned = instance.half.iter().all(|h| h.abs().max_element() == h.length());
         let holds_scene = hull.min.cmple(view.scene_box.min).all() && hull.max.cmpge(view.scene_box.max).all();
-        if axis_aligned && (holds_scene || scene.instances().len() == 1) {
+        let axis_aligned = || instance.half.iter().all(|h| h.abs().max_element() == h.abs().element_sum());
+        // A box that holds the scene's, or is it up to rounding, holds K.
+        if (holds_scene || scene.instances().len() == 1) && axis_aligned() {
             return *whole;
         }
         if !found.is_empty() && growth(provisional, &found).iter().all(|f| instance.range(*f).1 <= 0.0) {
@@ -187,12 +194,26 @@ pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, sce
     nearest.filter(|z| z.is_finite())
 }
 
-/// The smallest depth along a spot's axis that a caster above the receivers can have; nothing where no box is.
-pub fn nearest_depth(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> Option<f64> {
+/// What a spot's map spans along its axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotDepths {
+    /// Depth of the nearest caster above the receivers, and of the farthest receiver.
+    pub range: [f64; 2],
+    /// Whether a caster's box reaches closer to the light than a map can begin
+    /// ([`NEAREST_SHARE_OF_REACH`](super::NEAREST_SHARE_OF_REACH)); what is there casts no shadow.
+    pub begins_late: bool,
+}
+
+/// The depths along a spot's axis that receivers, and the casters above them, can have.
+pub fn spot_depths(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> SpotDepths {
     // z / w = -1 / depth: grows with depth, and needs no near or far to be known.
     let rows = Rows { z: DVec4::NEG_W, ..spot.perspective(spot.frustum.near, spot.frustum.far) };
     let extent = Aabb::from_points(view.receivers.vertices().iter().map(|p| rows.project(*p)));
-    nearest_caster(&rows, &extent, view, scene).map(|z| -z.recip())
+    let (_, far) = view.receivers.range(spot.depth());
+    let near = nearest_caster(&rows, &extent, view, scene).map_or(far, |z| -z.recip());
+    // Cut by the plane of the nearest depth, up to the rounding of that cut.
+    let begins_late = near <= spot.frustum.near * (1.0 + f64::EPSILON.sqrt());
+    SpotDepths { range: [near, far], begins_late }
 }
 
 /// The extents padded where receivers lie in a plane or line through the light: to one texel, and in depth to the size of a

@@ -17,12 +17,12 @@ use glam::{DVec3, DVec4};
 
 use super::{Aabb, OrientedBox, Plane};
 
-// Derived from theory.md 1: a box cut by a camera frustum (6) and a light frustum (6) has at most 18 faces, so 32 vertices
-// and 48 edges (Euler); swept, at most 18 more faces; cut by box and light frustum again, 12 more. 48 faces in all give
-// 92 vertices and 138 edges; during a cut the old and the new vertices exist side by side.
-const MAX_VERTICES: usize = 128;
-const MAX_EDGES: usize = 192;
-const MAX_FACES: usize = 80;
+// Derived from theory.md 1: K, a box cut by a camera frustum (6) and a light frustum (6), has at most 18 faces, so by Euler
+// 32 vertices and 48 edges; during a cut old and new vertices exist side by side. Swept and cut again, real views stay below
+// as well. 64, so that a set of vertices or of faces is one machine word.
+const MAX_VERTICES: usize = 64;
+const MAX_EDGES: usize = 128;
+const MAX_FACES: usize = 64;
 const NONE: u8 = u8::MAX;
 
 /// A vertex this many units in the last place of the coordinates from a plane lies on it. Derived from the error bound of
@@ -68,6 +68,7 @@ const BOX_EDGES: [[u8; 4]; 12] = [
 ];
 
 impl ConvexBody {
+    #[inline]
     fn blank() -> Self {
         Self {
             vertices: [DVec3::ZERO; MAX_VERTICES],
@@ -81,6 +82,7 @@ impl ConvexBody {
     }
     /// A body with the topology of a box: corners in the order of [`Aabb::corners`], normals in the order -x, +x, -y, +y,
     /// -z, +z. Frustums are such bodies.
+    #[inline]
     pub fn from_hexahedron(corners: &[DVec3; 8], normals: &[DVec3; 6]) -> Self {
         let mut body = Self::blank();
         body.vertices[..8].copy_from_slice(corners);
@@ -93,11 +95,13 @@ impl ConvexBody {
         body
     }
     /// An axis-aligned box as a body.
+    #[inline]
     pub fn from_aabb(bounds: &Aabb) -> Self {
         const NORMALS: [DVec3; 6] = [DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y, DVec3::NEG_Z, DVec3::Z];
         Self::from_hexahedron(&bounds.corners(), &NORMALS)
     }
     /// A parallelepiped as a body.
+    #[inline]
     pub fn from_oriented_box(b: &OrientedBox) -> Self {
         let mut corners = b.corners();
         let mut normals = b.normals();
@@ -146,42 +150,22 @@ impl ConvexBody {
     }
     /// Cuts off everything outside the half-space. A body that only touches it is empty afterwards.
     pub fn clip(&mut self, plane: &Plane) {
-        #[derive(Clone, Copy, PartialEq)]
-        enum Side {
-            In,
-            On,
-            Out,
-        }
         let tolerance = self.tolerance(plane.offset);
         let mut distance = [0.0; MAX_VERTICES];
-        let mut side = [Side::On; MAX_VERTICES];
-        let (mut any_in, mut any_out) = (false, false);
-        for (i, p) in self.vertices().iter().enumerate() {
-            let d = plane.distance(*p);
-            distance[i] = d;
-            if d > tolerance {
-                side[i] = Side::Out;
-                any_out = true;
-            } else if d < -tolerance {
-                side[i] = Side::In;
-                any_in = true;
-            }
+        let (mut inside, mut outside) = (Set(0), Set(0));
+        for (i, (p, d)) in self.vertices().iter().zip(&mut distance).enumerate() {
+            *d = plane.distance(*p);
+            outside.0 |= u64::from(*d > tolerance) << i;
+            inside.0 |= u64::from(*d < -tolerance) << i;
         }
-        if !any_out {
+        if outside.0 == 0 {
             return;
         }
-        if !any_in {
+        if inside.0 == 0 {
             (self.vertex_count, self.edge_count, self.face_count) = (0, 0, 0);
             return;
         }
-        let crossing = |e: &Edge| (side[e.from as usize] == Side::Out) != (side[e.to as usize] == Side::Out);
-        let crossings = self.edges[..self.edge_count].iter().filter(|e| crossing(e)).count();
-        // Cannot happen by the counts above; if rounding made it happen, an uncut body is still a body that holds the cut one.
-        if self.vertex_count + crossings > MAX_VERTICES
-            || self.edge_count + crossings > MAX_EDGES
-            || self.face_count == MAX_FACES
-        {
-            debug_assert!(false, "convex body out of room");
+        if !self.has_room_for_cut(outside) {
             return;
         }
         let cap = self.face_count as u8;
@@ -190,95 +174,124 @@ impl ConvexBody {
         // Where each face, gone round, leaves the half-space and where it comes back.
         let mut exit = [NONE; MAX_FACES];
         let mut entry = [NONE; MAX_FACES];
-        let mut has_inside = [false; MAX_FACES];
+        let (mut cut_faces, mut inner_faces) = (Set(0), Set(0));
         let mut kept = 0;
         for i in 0..self.edge_count {
             let mut e = self.edges[i];
-            let (from, to) = (side[e.from as usize], side[e.to as usize]);
-            if from == Side::In || to == Side::In {
-                has_inside[e.left as usize] = true;
-                has_inside[e.right as usize] = true;
+            let (from_out, to_out) = (outside.has(e.from), outside.has(e.to));
+            if from_out && to_out {
+                continue;
             }
-            match (from == Side::Out, to == Side::Out) {
-                (true, true) => continue,
-                (false, false) => {}
-                (false, true) => {
-                    let border = if from == Side::In { self.cut(e.from, e.to, &distance) } else { e.from };
-                    exit[e.left as usize] = border;
-                    entry[e.right as usize] = border;
-                    if from == Side::On {
-                        continue;
-                    }
-                    e.to = border;
+            if from_out != to_out {
+                cut_faces.add(e.left);
+                cut_faces.add(e.right);
+                let (kept_end, lost_end) = if to_out { (e.from, e.to) } else { (e.to, e.from) };
+                let on_plane = !inside.has(kept_end);
+                let border = if on_plane { kept_end } else { self.cut(kept_end, lost_end, &distance) };
+                let (leaves, returns) = if to_out { (e.left, e.right) } else { (e.right, e.left) };
+                exit[leaves as usize % MAX_FACES] = border;
+                entry[returns as usize % MAX_FACES] = border;
+                if on_plane {
+                    continue;
                 }
-                (true, false) => {
-                    let border = if to == Side::In { self.cut(e.to, e.from, &distance) } else { e.to };
-                    entry[e.left as usize] = border;
-                    exit[e.right as usize] = border;
-                    if to == Side::On {
-                        continue;
-                    }
-                    e.from = border;
-                }
+                inner_faces.add(e.left);
+                inner_faces.add(e.right);
+                *(if to_out { &mut e.to } else { &mut e.from }) = border;
             }
             self.edges[kept] = e;
             kept += 1;
         }
-        // A face that keeps nothing but an edge on the plane gives that edge to the cap.
-        let gone = |face: u8| exit[face as usize] != NONE && !has_inside[face as usize];
-        let mut count = 0;
-        for i in 0..kept {
-            let mut e = self.edges[i];
-            if gone(e.left) {
-                e.left = cap;
+        self.edge_count = kept;
+        // Only where vertices on the plane were all that a face has left inside is the question open.
+        if cut_faces.0 & !inner_faces.0 != 0 {
+            for e in self.edges[..kept].iter().filter(|e| inside.has(e.from) || inside.has(e.to)) {
+                inner_faces.add(e.left);
+                inner_faces.add(e.right);
             }
-            if gone(e.right) {
-                e.right = cap;
-            }
-            if e.left != e.right {
-                self.edges[count] = e;
-                count += 1;
-            }
+            // A face that keeps nothing but an edge on the plane gives that edge to the cap.
+            self.give_edges_to(cap, Set(cut_faces.0 & !inner_faces.0));
         }
-        for face in 0..cap {
+        let mut faces = cut_faces.0 & inner_faces.0;
+        while faces != 0 {
+            let face = faces.trailing_zeros() as u8;
+            faces &= faces - 1;
             let (from, to) = (exit[face as usize], entry[face as usize]);
-            if has_inside[face as usize] && from != NONE && to != NONE && from != to && count < MAX_EDGES {
-                self.edges[count] = Edge { from, to, left: face, right: cap };
-                count += 1;
+            if from != NONE && to != NONE && from != to && self.edge_count < MAX_EDGES {
+                self.edges[self.edge_count] = Edge { from, to, left: face, right: cap };
+                self.edge_count += 1;
             }
         }
-        self.edge_count = count;
-        self.drop_unused_vertices();
+        self.drop_vertices(outside);
+    }
+    /// Whether the vertices and edges of a cut fit. True for every K of theory.md 1 (see [`MAX_VERTICES`]); elsewhere a body
+    /// that stays uncut still holds the cut one.
+    fn has_room_for_cut(&self, outside: Set) -> bool {
+        let crosses = |e: &Edge| outside.has(e.from) != outside.has(e.to);
+        let fits = |new: usize| self.vertex_count + new <= MAX_VERTICES && self.edge_count + new <= MAX_EDGES;
+        self.face_count < MAX_FACES
+            && (fits(self.edge_count) || fits(self.edges[..self.edge_count].iter().filter(|e| crosses(e)).count()))
     }
     /// A new vertex where the edge from an inner to an outer vertex meets the plane.
     fn cut(&mut self, inside: u8, outside: u8, distance: &[f64; MAX_VERTICES]) -> u8 {
-        let (a, b) = (inside as usize, outside as usize);
+        let (a, b) = (inside as usize % MAX_VERTICES, outside as usize % MAX_VERTICES);
         // Always from the inside out, so that both faces of an edge, and coinciding edges of a flat body, agree to the bit.
         let t = distance[a] / (distance[a] - distance[b]);
         self.vertices[self.vertex_count] = self.vertices[a] + (self.vertices[b] - self.vertices[a]) * t;
         self.vertex_count += 1;
         (self.vertex_count - 1) as u8
     }
-    fn drop_unused_vertices(&mut self) {
-        let mut used = [false; MAX_VERTICES];
-        for e in &self.edges[..self.edge_count] {
-            used[e.from as usize] = true;
-            used[e.to as usize] = true;
-        }
-        let mut renamed = [0; MAX_VERTICES];
-        let mut count = 0;
-        for i in 0..self.vertex_count {
-            if used[i] {
-                renamed[i] = count as u8;
-                self.vertices[count] = self.vertices[i];
-                count += 1;
+    /// Puts `cap` in the place of some faces; an edge between two of them goes.
+    fn give_edges_to(&mut self, cap: u8, gone: Set) {
+        let mut kept = 0;
+        for i in 0..self.edge_count {
+            let mut e = self.edges[i];
+            e.left = if gone.has(e.left) { cap } else { e.left };
+            e.right = if gone.has(e.right) { cap } else { e.right };
+            if e.left != e.right {
+                self.edges[kept] = e;
+                kept += 1;
             }
         }
-        self.vertex_count = count;
-        for e in &mut self.edges[..self.edge_count] {
-            e.from = renamed[e.from as usize];
-            e.to = renamed[e.to as usize];
+        self.edge_count = kept;
+    }
+    /// Closes the gaps that vertices without an edge leave: the last ones move there.
+    fn drop_vertices(&mut self, dropped: Set) {
+        if self.vertex_count == 0 {
+            return;
         }
+        let all = u64::MAX >> (MAX_VERTICES - self.vertex_count);
+        let mut holes = dropped.0 & all;
+        let count = self.vertex_count - holes.count_ones() as usize;
+        let mut moving = all & !holes & (u64::MAX << count.min(63));
+        self.vertex_count = count;
+        if moving == 0 || count == MAX_VERTICES {
+            return;
+        }
+        let mut renamed: [u8; MAX_VERTICES] = std::array::from_fn(|i| i as u8);
+        while moving != 0 {
+            let (from, to) = (moving.trailing_zeros() as usize, holes.trailing_zeros() as usize);
+            self.vertices[to] = self.vertices[from];
+            renamed[from] = to as u8;
+            moving &= moving - 1;
+            holes &= holes - 1;
+        }
+        for e in &mut self.edges[..self.edge_count] {
+            e.from = renamed[e.from as usize % MAX_VERTICES];
+            e.to = renamed[e.to as usize % MAX_VERTICES];
+        }
+    }
+}
+
+/// A set of vertices or faces, one bit each. Indices are below 64; the remainder tells the compiler so.
+#[derive(Clone, Copy)]
+struct Set(u64);
+
+impl Set {
+    fn has(self, i: u8) -> bool {
+        self.0 >> (i % 64) & 1 == 1
+    }
+    fn add(&mut self, i: u8) {
+        self.0 |= 1 << (i % 64);
     }
 }
 

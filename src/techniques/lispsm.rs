@@ -12,11 +12,11 @@
 
 use super::registry::{check_light, single_map};
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::uniform_rows;
+use super::uniform::{spot_depth_range, uniform_rows};
 use super::{Settings, Technique};
 use crate::error::Result;
 
-use crate::focus::{Coverage, Focus, FocusedView, MapSize, NoWarp, WarpSpace, fit, nearest_depth};
+use crate::focus::{Coverage, Focus, FocusedView, MapSize, NoWarp, WarpSpace, fit};
 use crate::parameterization::{Parameterization, Value};
 use crate::scene::{Camera, Light, Scene};
 
@@ -102,7 +102,7 @@ impl Technique for Lispsm {
         let view = FocusedView::new(scene, camera, light, Focus::SceneFit);
         let mut values = Vec::with_capacity(8);
         let mut notes = Vec::new();
-        let provisional = match self.warp_space(&view, scene) {
+        let provisional = match self.warp_space(&view, scene, &mut notes) {
             Some(Ok(space)) => {
                 let distance = self.warp_distance(&space, &view, &mut notes);
                 values.push(("warp_distance", distance));
@@ -118,9 +118,10 @@ impl Technique for Lispsm {
             Some(Err(reason)) => {
                 values.push(("kappa", 0.0));
                 notes.push(format!("no warp, a uniform map: {}", reason.reason()));
-                uniform_rows(&view, scene)
+                // What there is to note of the spot's depths is noted.
+                uniform_rows(&view, scene, &mut Vec::new())
             }
-            None => uniform_rows(&view, scene),
+            None => uniform_rows(&view, scene, &mut notes),
         };
         let rows = fit(&provisional, &view, scene, &size);
         Ok(single_map(self, &view, &rows.moved_to_world(view.origin), &size, values, notes))
@@ -129,7 +130,12 @@ impl Technique for Lispsm {
 
 impl Lispsm {
     /// Where the warp acts; nothing where nothing is seen.
-    fn warp_space(&self, view: &FocusedView, scene: &Scene) -> Option<std::result::Result<WarpSpace, NoWarp>> {
+    fn warp_space(
+        &self,
+        view: &FocusedView,
+        scene: &Scene,
+        notes: &mut Vec<String>,
+    ) -> Option<std::result::Result<WarpSpace, NoWarp>> {
         if view.coverage == Coverage::NothingSeen {
             return None;
         }
@@ -141,9 +147,8 @@ impl Lispsm {
         match (&view.light, view.spot()) {
             (Light::Directional(l), _) => Some(WarpSpace::directional(view, l.direction(), towards, &casters)),
             (_, Some(spot)) => {
-                let far = view.receivers.range(spot.depth()).1;
-                let near = nearest_depth(&spot, view, scene).unwrap_or(far);
-                Some(WarpSpace::spot(view, &spot, [near, far], towards))
+                let depths = spot_depth_range(&spot, view, scene, notes);
+                Some(WarpSpace::spot(view, &spot, depths, towards))
             }
             _ => None,
         }

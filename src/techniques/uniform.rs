@@ -8,7 +8,7 @@ use super::registry::{check_light, single_map};
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use super::{Settings, Technique};
 use crate::error::Result;
-use crate::focus::{Focus, FocusedView, MapSize, fit, nearest_depth, scene_depth, stable_grid};
+use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, fit, scene_depth, spot_depths, stable_grid};
 use crate::geometry::Rows;
 use crate::parameterization::{Parameterization, Value};
 use crate::rays::LightFrame;
@@ -71,15 +71,10 @@ impl Technique for Uniform {
             return Ok(self.stable_map(scene, camera, light, &size));
         }
         let view = FocusedView::new(scene, camera, light, self.focus);
-        let rows = fit(&uniform_rows(&view, scene), &view, scene, &size);
-        Ok(single_map(
-            self,
-            &view,
-            &rows.moved_to_world(view.origin),
-            &size,
-            texel_sizes(&view, &rows, &size),
-            Vec::new(),
-        ))
+        let mut notes = Vec::new();
+        let rows = fit(&uniform_rows(&view, scene, &mut notes), &view, scene, &size);
+        let values = texel_sizes(&view, &rows, &size);
+        Ok(single_map(self, &view, &rows.moved_to_world(view.origin), &size, values, notes))
     }
 }
 
@@ -87,16 +82,11 @@ impl Uniform {
     fn stable_map(&self, scene: &Scene, camera: &Camera, light: &Light, size: &MapSize) -> Parameterization {
         let whole = FocusedView::new(scene, camera, light, Focus::Scene);
         let (Light::Directional(directional), true) = (light, self.focus != Focus::Scene) else {
-            let note = "stable: the map covers all that the light reaches, whatever the camera sees";
-            let rows = fit(&uniform_rows(&whole, scene), &whole, scene, size);
-            return single_map(
-                self,
-                &whole,
-                &rows.moved_to_world(whole.origin),
-                size,
-                texel_sizes(&whole, &rows, size),
-                vec![note.into()],
-            );
+            let mut notes =
+                vec!["stable: the map covers all that the light reaches, whatever the camera sees".to_string()];
+            let rows = fit(&uniform_rows(&whole, scene, &mut notes), &whole, scene, size);
+            let values = texel_sizes(&whole, &rows, size);
+            return single_map(self, &whole, &rows.moved_to_world(whole.origin), size, values, notes);
         };
         let along = directional.direction();
         let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
@@ -107,17 +97,31 @@ impl Uniform {
 
 /// The light's own projection before the fit (theory.md 2): orthographic, or a spot's perspective over the depths of
 /// receivers and casters. The frame leans on the view direction, so that the map stands upright as a warped one does.
-pub(super) fn uniform_rows(view: &FocusedView, scene: &Scene) -> Rows {
+pub(super) fn uniform_rows(view: &FocusedView, scene: &Scene, notes: &mut Vec<String>) -> Rows {
     match (&view.light, view.spot()) {
         (_, Some(spot)) => {
-            let far = view.receivers.range(spot.depth()).1;
-            let near = nearest_depth(&spot, view, scene).unwrap_or(far);
+            let [near, far] = spot_depth_range(&spot, view, scene, notes);
             spot.perspective(near, far)
         }
         (Light::Directional(l), _) => frame_of_view(view, l.direction()).orthographic(),
         // Refused before: a point light has no single map.
         (light, None) => LightFrame::any(light.to_light(view.origin)).orthographic(),
     }
+}
+
+/// The depths of a spot's map; notes what its beginning leaves out.
+pub(super) fn spot_depth_range(
+    spot: &SpotFrustum,
+    view: &FocusedView,
+    scene: &Scene,
+    notes: &mut Vec<String>,
+) -> [f64; 2] {
+    let depths = spot_depths(spot, view, scene);
+    if depths.begins_late {
+        let near = spot.frustum.near;
+        notes.push(format!("the light is inside a mesh's box: what is nearer to it than {near:.4} casts no shadow"));
+    }
+    depths.range
 }
 
 /// The frame whose y axis is the view direction in the shadow plane; the camera's up where the light runs along the view.

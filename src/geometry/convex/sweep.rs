@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{ConvexBody, Edge, MAX_EDGES, MAX_FACES, MAX_VERTICES, NONE};
+use super::{ConvexBody, Edge, MAX_EDGES, MAX_FACES, MAX_VERTICES, NONE, Set};
 use crate::geometry::{Aabb, Plane};
 
 impl ConvexBody {
@@ -59,7 +59,8 @@ impl ConvexBody {
                 body.push_edge(Edge { from: v as u8, to: top[v], left: side_out[v], right: side_in[v] });
             }
         }
-        body.finish()
+        body.finish();
+        body
     }
     /// The convex hull of the body and a point.
     pub fn hull_with(&self, p: DVec3) -> Self {
@@ -105,29 +106,32 @@ impl ConvexBody {
                 body.push_edge(Edge { from: v as u8, to: apex, left: side_out[v], right: side_in[v] });
             }
         }
-        body.finish()
+        body.finish();
+        body
     }
     /// How many edges lie between a chosen face and one that is not.
     fn silhouette(&self, chosen: impl Fn(u8) -> bool) -> usize {
         self.edges[..self.edge_count].iter().filter(|e| chosen(e.left) != chosen(e.right)).count()
     }
-    /// Whether so many more vertices fit, and a face and two edges for each edge of the silhouette. True for all bodies
-    /// that [`MAX_FACES`] was derived for; otherwise a box around the result is given, which only holds more.
+    /// Whether so many more vertices fit, and a face and two edges for each edge of the silhouette. True for every K (see
+    /// [`MAX_VERTICES`]); otherwise a box around the result is given, which only holds more.
     fn has_room_for(&self, vertices: usize, silhouette: usize) -> bool {
-        let room = self.vertex_count + vertices <= MAX_VERTICES
+        self.vertex_count + vertices <= MAX_VERTICES
             && self.face_count + silhouette <= MAX_FACES
-            && self.edge_count + 2 * silhouette <= MAX_EDGES;
-        debug_assert!(room, "convex body out of room");
-        room
+            && self.edge_count + 2 * silhouette <= MAX_EDGES
     }
     fn push_edge(&mut self, e: Edge) {
         self.edges[self.edge_count] = e;
         self.edge_count += 1;
     }
-    fn finish(mut self) -> Self {
-        self.drop_unused_vertices();
+    fn finish(&mut self) {
+        let mut used = Set(0);
+        for e in &self.edges[..self.edge_count] {
+            used.add(e.from);
+            used.add(e.to);
+        }
+        self.drop_vertices(Set(!used.0));
         self.magnitude = self.vertices().iter().fold(self.magnitude, |m, p| m.max(p.abs().max_element()));
-        self
     }
 }
 

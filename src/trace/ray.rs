@@ -18,7 +18,7 @@ pub const SLAB_SLACK: f32 = 1.0 + 6.0 * f32::EPSILON;
 /// length 64 in a box of size 2 that moves the ray by 2^-54, far below `pad`.
 const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 60) as f64;
 /// Bound on f32 roundings in the box test, relative to the largest of origin and box: origin to f32, its product with
-/// the inverse direction, and the plane's, 2^-24 each; one more for good measure of the pad itself.
+/// the inverse direction, and the plane's, 2^-24 each; four cover that what is rounded includes the pad.
 const F32_PAD: f64 = 4.0 * (f32::EPSILON as f64 / 2.0);
 /// Bound on f64 roundings in entering the box and in the triangle test, relative to the origin's magnitude: fewer than
 /// eight operations of 2^-53.

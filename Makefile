@@ -33,8 +33,8 @@ define NEEDS
 @"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "make: $(PYTHON) cannot make environments: apt-get install python3-venv" >&2; exit 2; }
 endef
 
-demo: $(DEMO_VENV)/.installed ## compare two techniques on a bundled scene; leaves report/
-	$(DEMO_BIN)/shadowlab compare @courtyard --technique uniform --technique lispsm --resolution 1024 \
+demo: $(DEMO_VENV)/.installed ## compare techniques on a bundled scene; prints the table, leaves report/
+	$(DEMO_BIN)/shadowlab compare @courtyard --technique uniform --technique lispsm --resolution 512,1024,2048 \
 	  --backend cpu --out "$(OUT)"
 
 # The package alone, and without wgpu, since the demo draws with the embedded renderer: half the build time.

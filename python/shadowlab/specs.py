@@ -1,4 +1,4 @@
-"""Texts that name things: `lispsm:near=optimal`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again."""
+"""Texts that name things: `lispsm:near=basic`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again."""
 
 from __future__ import annotations
 

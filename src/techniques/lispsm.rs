@@ -15,7 +15,6 @@ use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use super::uniform::{spot_depth_range, uniform_rows};
 use super::{Settings, Technique};
 use crate::error::Result;
-
 use crate::focus::{Coverage, Focus, FocusedView, MapSize, NoWarp, WarpSpace, fit};
 use crate::parameterization::{Parameterization, Value};
 use crate::scene::{Camera, Light, Scene};
@@ -31,9 +30,9 @@ pub static SPEC: Spec = Spec {
             name: "near",
             unit: "world units",
             default: Default::Choice("delta-z"),
-            kind: Kind::ChoiceOrNumber { words: &["delta-z", "optimal", "basic"], min: 0.0, max: f64::MAX },
-            doc: "warp distance, from the reference point to the near end of the receivers: the optimal formula over the \
-                  depth the body spans (delta-z, the same as optimal), over the view's depth range (basic), or a length",
+            kind: Kind::ChoiceOrNumber { words: &["delta-z", "basic"], min: 0.0, max: f64::MAX },
+            doc: "warp distance, from the reference point to the near end of the receivers: by formula over the depth the \
+                  body spans (delta-z), by formula over the view's depth range (basic), or a length",
         },
         ParamSpec {
             name: "near_factor",

@@ -1,7 +1,8 @@
 """The same work here and in other programs, side by side in one process: `make bench`, or `python benches/peers.py`.
 
 Runs are interleaved (ours, theirs, ours, theirs, ...), so that a busy moment of the machine meets both; minimum and
-median of each are told, and ratios are of the minima. What is compared:
+median of each are told, and ratios are of the minima. Beside the ratio of times stands that of processor time, all
+threads together: it says who does less work, and says it on a busy machine too. What is compared:
 
 - shadow map to numpy: `Renderer.shadow_map` against OpenGL through moderngl (the same vertices and matrix, geometry
 kept on
@@ -90,14 +91,19 @@ def interleaved(work: dict, seconds: float, least: int = 5) -> dict[str, dict[st
     """Minimum and median milliseconds of each function, called in turn until `seconds` have gone by."""
     for run in work.values():
         run()
-    times: dict[str, list[float]] = {name: [] for name in work}
+    wall: dict[str, list[float]] = {name: [] for name in work}
+    cpu: dict[str, list[float]] = {name: [] for name in work}
     begin = time.perf_counter()
-    while time.perf_counter() - begin < seconds or min(map(len, times.values())) < least:
+    while time.perf_counter() - begin < seconds or min(map(len, wall.values())) < least:
         for name, run in work.items():
-            start = time.perf_counter()
+            start, start_cpu = time.perf_counter(), time.process_time()
             run()
-            times[name].append(1e3 * (time.perf_counter() - start))
-    return {name: {"min_ms": min(t), "median_ms": float(np.median(t)), "runs": len(t)} for name, t in times.items()}
+            wall[name].append(1e3 * (time.perf_counter() - start))
+            cpu[name].append(1e3 * (time.process_time() - start_cpu))
+    return {
+        name: {"min_ms": min(t), "median_ms": float(np.median(t)), "cpu_ms": min(cpu[name]), "runs": len(t)}
+        for name, t in wall.items()
+    }
 
 
 class Bench:
@@ -117,12 +123,13 @@ class Bench:
 
     def row(self, table: str, what: str, ours: dict, theirs: dict, peer: str, goal: float | None) -> None:
         """Keep and print one comparison."""
-        ratio = theirs["min_ms"] / ours["min_ms"]
+        ratio, cpu_ratio = theirs["min_ms"] / ours["min_ms"], theirs["cpu_ms"] / ours["cpu_ms"]
         row = {"table": table, "what": what, "peer": peer, "ours": ours, "theirs": theirs, "ratio": ratio, "goal": goal}
+        row["cpu_ratio"] = cpu_ratio
         self.rows.append(row)
         verdict = "" if goal is None else f"   goal {goal:.1f}x {'reached' if ratio >= goal else 'MISSED'}"
         times = "".join(f"{t['min_ms']:9.2f} /{t['median_ms']:8.2f}" for t in (ours, theirs))
-        print(f"  {what:<34}{times}{ratio:8.2f}x{verdict}", flush=True)
+        print(f"  {what:<34}{times}{ratio:8.2f}x{cpu_ratio:8.2f}x{verdict}", flush=True)
 
     def shadow_maps(self) -> None:
         """Shadow map to numpy, both renderers, against moderngl."""
@@ -200,7 +207,7 @@ class Bench:
         }
         times = interleaved(work, 3 * self.seconds)
         both = [
-            {key: times[a][key] + times[b][key] for key in ("min_ms", "median_ms")}
+            {key: times[a][key] + times[b][key] for key in ("min_ms", "median_ms", "cpu_ms")}
             for a, b in (("primary", "shadow"), ("embree primary", "embree shadow"))
         ]
         self.row(f"rays, {label}", "primary rays", times["primary"], times["embree primary"], "embreex", None)
@@ -231,7 +238,7 @@ class Bench:
 
 def head(title: str, peer: str, note: str) -> None:
     """Print a table's title."""
-    print(f"\n{title}{': ours, ' + peer + ', ratio' if peer else ''}")
+    print(f"\n{title}{': ours, ' + peer + ', ratio, ratio of processor time' if peer else ''}")
     if note:
         print(f"  ({note})")
 

@@ -109,7 +109,7 @@ fn a_fan_covers_each_texel_once() {
         };
         let turn = if n % 2 == 0 { 0.0 } else { random.number(0.0, 7.0) };
         let rim: Vec<DVec2> =
-            (0..8).map(|k| hub + 90.0 * DVec2::from_angle(turn + f64::from(k) * 0.785_398_163_397)).collect();
+            (0..8).map(|k| hub + 90.0 * DVec2::from_angle(turn + f64::from(k) * std::f64::consts::FRAC_PI_4)).collect();
         let mut times = vec![0; (size[0] * size[1]) as usize];
         for k in 0..8 {
             let corners = [hub, rim[k], rim[(k + 1) % 8]].map(|p| p.extend(0.5));

@@ -44,6 +44,10 @@ fn resolve(
     let n = pixel_count(size);
     let width = size[0] as usize;
     let first_ids = first_ids(scene);
+    // Rays are affine in the pixel, so three of them tell all.
+    let corner = camera.pixel_ray(0.5, 0.5, size);
+    let (right, down) = (camera.pixel_ray(1.5, 0.5, size) - corner, camera.pixel_ray(0.5, 1.5, size) - corner);
+    let eye_from_origin = camera.eye() - scene.origin();
     let (mut position, mut normal) = (unwritten::<[f32; 3]>(n)?, unwritten::<[f32; 3]>(n)?);
     let (mut triangle, mut instance) = (unwritten::<i32>(n)?, unwritten::<i32>(n)?);
     let rows = (position.par_chunks_mut(width), normal.par_chunks_mut(width));
@@ -66,9 +70,9 @@ fn resolve(
                 _ => Surface::new(scene, camera, &first_ids, ids[x]),
             };
             known = Some(surface);
-            let ray = camera.pixel_ray(x as f64 + 0.5, y as f64 + 0.5, size);
+            let ray = corner + x as f64 * right + y as f64 * down;
             let (p_from_eye, n) = surface.seen_along(camera, ray, f64::from(depth[x]));
-            position[x].write((camera.eye() - scene.origin() + p_from_eye).as_vec3().to_array());
+            position[x].write((eye_from_origin + p_from_eye).as_vec3().to_array());
             normal[x].write(n.as_vec3().to_array());
             triangle[x].write(surface.triangle);
             instance[x].write(surface.instance);

@@ -21,7 +21,7 @@ pub struct Bias {
 
 impl Default for Bias {
     /// Chosen on five library scenes under uniform and LiSPSM maps of 512 and 2048 texels against traced truth: a tenth of
-    /// a texel takes away acne of curved surfaces and has the fewest wrong pixels in sum, or within 1 % of the fewest; half
+    /// a texel takes away acne of curved surfaces and has the fewest wrong pixels in sum, or within 1.1 % of the fewest; half
     /// a texel leaks up to 12 % more. The slope is 1 (exact for planes), 1/256 for rasterisers that take the plane of depth
     /// through vertices rounded to their grid, and a hundredth for rounding; `ndc` covers a few units in the last place of
     /// depth near 1.

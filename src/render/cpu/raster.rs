@@ -262,3 +262,67 @@ fn fill_block<L: Lanes, P: Pixels>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::screen::{Viewport, project_all};
+    use super::*;
+
+    /// Vertices from a small generator (Knuth's MMIX constants): some triangles tiny, some over the whole image.
+    fn vertices(count: usize, size: [u32; 2]) -> Vec<ScreenVertex> {
+        let mut state = 7u64;
+        let mut number = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let mut middle = glam::Vec3::ZERO;
+        let positions: Vec<glam::Vec3> = (0..count)
+            .map(|i| {
+                if i % 3 == 0 {
+                    middle = glam::Vec3::new(number(), number(), number()) * 2.0 - 1.0;
+                }
+                let reach = [0.02, 0.1, 1.0, 20.0][i / 3 % 4];
+                let p = middle + reach * (glam::Vec3::new(number(), number(), number()) - 0.5);
+                p.with_z(0.5 + 0.4 * p.z.clamp(-1.0, 1.0))
+            })
+            .collect();
+        let identity = glam::Mat4::IDENTITY.to_cols_array_2d();
+        let mut out = vec![ScreenVertex::default(); count];
+        project_all(&identity, &Viewport::new(size, size), &positions, &mut out);
+        out
+    }
+
+    #[test]
+    fn both_instruction_sets_draw_the_same_bits() {
+        let size = [101, 70];
+        let vertices = vertices(3 * 900, size);
+        let entries: Vec<Entry> =
+            (0..900).map(|id| Entry { vertices: [3 * id, 3 * id + 1, 3 * id + 2], id: id / 2 }).collect();
+        let work = Entries { entries: &entries, vertices: &vertices, extra: &[] };
+        let drawn = |plain: bool, first_row: i32, rows: i32| {
+            let n = size[0] as usize * rows as usize;
+            let (mut depth, mut id) = (vec![1.0f32; n], vec![u32::MAX; n]);
+            let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
+            let area = BandArea { size, first_row, rows };
+            if plain {
+                draw_entries::<Plain, _>(work, area, pixels)
+            } else {
+                draw(work, area, pixels)
+            }
+            let mut alone = vec![1.0f32; n];
+            let pixels = &mut DepthPixels { depth: &mut alone };
+            if plain {
+                draw_entries::<Plain, _>(work, area, pixels)
+            } else {
+                draw(work, area, pixels)
+            }
+            assert_eq!(depth, alone);
+            (depth.iter().map(|z| z.to_bits()).collect::<Vec<_>>(), id)
+        };
+        for (first_row, rows) in [(0, 70), (32, 32), (64, 6), (69, 1)] {
+            let (plain, best) = (drawn(true, first_row, rows), drawn(false, first_row, rows));
+            assert!(plain.1.iter().any(|&id| id != u32::MAX));
+            assert_eq!(plain, best);
+        }
+    }
+}

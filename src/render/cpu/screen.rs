@@ -155,3 +155,31 @@ fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [
     }
     std::array::from_fn(|l| ScreenVertex { x: screen[0][l], y: screen[1][l], z: screen[2][l], code: code[l] })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_instruction_sets_project_the_same_bits() {
+        let m = single_precision(&glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0));
+        let viewport = Viewport::new([640, 480], [640, 480]);
+        let positions: Vec<Vec3> = (0..1003)
+            .map(|i| Vec3::new((i as f32 * 0.37).sin(), (i as f32 * 0.71).cos(), -1.0 + (i as f32 * 0.11).sin() * 1.1))
+            .collect();
+        let (mut best, mut plain) = (vec![ScreenVertex::default(); 1003], vec![ScreenVertex::default(); 1003]);
+        project_all(&m, &viewport, &positions, &mut best);
+        project_all_body(&m, &viewport, &positions, &mut plain);
+        assert_eq!(best, plain);
+        assert!(best.iter().any(|v| v.code & CLIP != 0) && best.iter().any(|v| v.code == 0));
+    }
+
+    #[test]
+    fn matrices_of_any_magnitude_become_the_same() {
+        let m = glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0);
+        for exponent in [-1000, -30, 1, 900] {
+            assert_eq!(single_precision(&(m * 2f64.powi(exponent))), single_precision(&m));
+        }
+        assert_eq!(single_precision(&DMat4::ZERO), [[0.0; 4]; 4]);
+    }
+}

@@ -33,8 +33,8 @@ def test_depth_of_a_scene(name, technique, renderer, moderngl_peer, request, rec
     assert ours.dtype == np.float32
     # A map of nothing would agree with another one.
     assert (theirs < 1).mean() > 0.05
-    cuts = renderer.backend == "gpu"
-    difference = assert_agree(ours, theirs, case.vertices, case.faces, p.matrix, driver_cuts=cuts)
+    by_driver = renderer.backend == "gpu"
+    difference = assert_agree(ours, theirs, case.vertices, case.faces, p.matrix, by_driver=by_driver)
     record_property("difference", str(difference))
 
 
@@ -48,7 +48,7 @@ def test_depth_for_a_spot_light(technique, renderer, moderngl_peer):
     theirs = moderngl_peer.depth(case.vertices, case.faces, p.matrix, (RESOLUTION, RESOLUTION))
     ours = renderer.shadow_map(case.scene, p, resolution=RESOLUTION)
     assert (theirs < 1).mean() > 0.05
-    assert_agree(ours, theirs, case.vertices, case.faces, p.matrix, driver_cuts=renderer.backend == "gpu")
+    assert_agree(ours, theirs, case.vertices, case.faces, p.matrix, by_driver=renderer.backend == "gpu")
 
 
 def _soup(rng) -> tuple[np.ndarray, np.ndarray]:
@@ -87,8 +87,8 @@ def test_depth_of_random_triangles_under_a_random_matrix(kind, seed, renderer, m
     ours = renderer.shadow_map(scene, sl.Parameterization.from_matrix(clip_from_world), resolution=size)
     assert (theirs < 1).mean() > 0.2
     # Few large texels under many slivers, put there to differ: ten times the share, each explained all the same.
-    cuts = renderer.backend == "gpu"
-    assert_agree(ours, theirs, vertices, faces, clip_from_world, share=10 * DIFFERING_SHARE, driver_cuts=cuts)
+    by_driver = renderer.backend == "gpu"
+    assert_agree(ours, theirs, vertices, faces, clip_from_world, share=10 * DIFFERING_SHARE, by_driver=by_driver)
 
 
 def test_without_clip_control_opengl_says_the_same(moderngl_peer):

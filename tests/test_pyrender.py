@@ -59,8 +59,8 @@ def test_depth_from_the_lights_camera(name, kind, renderer, pyrender_peer, pyren
     p = sl.Parameterization.from_matrix(clip_from_world)
     ours = renderer.shadow_map(case.scene, p, resolution=size)
     assert (theirs < 1).mean() > 0.05
-    cuts = renderer.backend == "gpu"
-    assert_agree(ours, theirs, case.vertices, case.faces, clip_from_world, driver_cuts=cuts)
+    by_driver = renderer.backend == "gpu"
+    assert_agree(ours, theirs, case.vertices, case.faces, clip_from_world, by_driver=by_driver)
 
 
 @pytest.mark.parametrize("kind", ["directional", "spot"])
@@ -79,8 +79,8 @@ def test_the_shadow_texture_that_pyrender_renders(name, kind, renderer, pyrender
     assert (theirs < 1).mean() > 0.02
     clip_from_world = matrix @ _relative(case)
     ours = renderer.shadow_map(case.scene, sl.Parameterization.from_matrix(clip_from_world), resolution=SHADOW_TEXTURE)
-    cuts = renderer.backend == "gpu"
-    assert_agree(ours, theirs, case.vertices, case.faces, clip_from_world, driver_cuts=cuts)
+    by_driver = renderer.backend == "gpu"
+    assert_agree(ours, theirs, case.vertices, case.faces, clip_from_world, by_driver=by_driver)
 
 
 def test_pyrenders_orthographic_distance_is_wrong_and_undone_exactly(pyrender_peer, pyrender, tools):

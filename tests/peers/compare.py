@@ -92,6 +92,7 @@ class _Piece:
     outline: np.ndarray
     plane: np.ndarray
     snap: float
+    rounding: float
     depth_error: float
     width: float
     span: float
@@ -115,7 +116,9 @@ class _Piece:
         return max((lost for o, lost in self.cuts if _distance_inside(o, x, y) >= -self.snap), default=0.0)
 
 
-def compare(ours, theirs, vertices, faces, clip_from_world, tolerance: float = DEPTH_TOLERANCE) -> Difference:
+def compare(
+    ours, theirs, vertices, faces, clip_from_world, tolerance: float = DEPTH_TOLERANCE, by_driver: bool = False
+) -> Difference:
     """Where two (H, W) depth maps of the same world triangles differ, with the reason for each texel.
 
     Raises AssertionError where more than ten times :data:`DIFFERING_SHARE` differ: then the maps show different
@@ -135,20 +138,22 @@ def compare(ours, theirs, vertices, faces, clip_from_world, tolerance: float = D
     reason = []
     for row, column in zip(rows, columns, strict=True):
         near = pieces_of.get((row, column), [])
-        reason.append(_reason(near, column + 0.5, row + 0.5, ours[row, column], theirs[row, column], tolerance))
+        reason.append(
+            _reason(near, column + 0.5, row + 0.5, ours[row, column], theirs[row, column], tolerance, by_driver)
+        )
     return Difference(differs.size, rows, columns, ours[rows, columns], theirs[rows, columns], np.array(reason, "U12"))
 
 
 def assert_agree(
-    ours, theirs, vertices, faces, clip_from_world, share: float = DIFFERING_SHARE, driver_cuts: bool = False, **options
+    ours, theirs, vertices, faces, clip_from_world, share: float = DIFFERING_SHARE, by_driver: bool = False, **options
 ) -> Difference:
     """The difference of two maps, which is small and explained texel by texel; AssertionError otherwise.
 
-    `driver_cuts` allows `cut` texels: ours is drawn by a driver whose clipping is not ours to mend.
+    `by_driver`: ours is drawn by a driver too, whose clipping and planes are not ours to mend. It allows `cut`.
     """
-    difference = compare(ours, theirs, vertices, faces, clip_from_world, **options)
+    difference = compare(ours, theirs, vertices, faces, clip_from_world, by_driver=by_driver, **options)
     # What the other program's or the driver's arithmetic lost is told, but does not count as a difference of ours.
-    wrong = difference.count - difference.of("theirs") - (difference.of("cut") if driver_cuts else 0)
+    wrong = difference.count - difference.of("theirs") - (difference.of("cut") if by_driver else 0)
     assert wrong <= share * difference.texel_count, f"more than {100 * share} %: {difference}"
     assert difference.of("unexplained") == 0, str(difference)
     assert difference.of("steep") == 0, str(difference)
@@ -246,7 +251,8 @@ def _piece(corner: np.ndarray, error: np.ndarray, size: np.ndarray) -> _Piece | 
     w_min = polygon[:, 3].min()
     # x / w errs by (error of x + |x / w| error of w) / w with |x / w| <= 1.
     ndc_error = (error[:, :3].max(axis=1) + error[:, 3]).max() / w_min
-    snap = np.sqrt(2) * 2.0 ** -(SUBPIXEL_BITS + 1) + 0.5 * size.max() * ndc_error + _VIEWPORT_ERROR * size.max()
+    rounding = 0.5 * size.max() * ndc_error + _VIEWPORT_ERROR * size.max()
+    snap = np.sqrt(2) * 2.0 ** -(SUBPIXEL_BITS + 1) + rounding
     # Depth is affine in x and y on the map: z = plane . (x, y, w) with x, y in texels times w.
     clip_to_texels = np.array([[0.5 * size[0], 0, 0.5 * size[0]], [0, -0.5 * size[1], 0.5 * size[1]], [0, 0, 1]])
     xyw = corner[:, [0, 1, 3]] @ clip_to_texels.T
@@ -255,7 +261,7 @@ def _piece(corner: np.ndarray, error: np.ndarray, size: np.ndarray) -> _Piece | 
     except np.linalg.LinAlgError:
         plane = np.array([np.inf, np.inf, 0.0])
     depth_error = ndc_error + _plane_error(span, _length(outline), width)
-    return _Piece(outline, plane, snap, depth_error, width, span, was_cut=polygon is not corner)
+    return _Piece(outline, plane, snap, rounding, depth_error, width, span, was_cut=polygon is not corner)
 
 
 def _plane_error(span: float, length: float, width: float) -> float:
@@ -294,7 +300,9 @@ def _distance_inside(outline: np.ndarray, x: float, y: float) -> float:
     return distance if inside else -distance
 
 
-def _reason(pieces: list[_Piece], x: float, y: float, ours: float, theirs: float, tolerance: float) -> str:
+def _reason(
+    pieces: list[_Piece], x: float, y: float, ours: float, theirs: float, tolerance: float, by_driver: bool
+) -> str:
     """Why a texel whose centre is (x, y) may hold either depth."""
     inside = np.array([_distance_inside(p.outline, x, y) for p in pieces])
     snap = np.array([p.snap for p in pieces])
@@ -305,10 +313,13 @@ def _reason(pieces: list[_Piece], x: float, y: float, ours: float, theirs: float
         depth[i] = p.plane @ [x, y, 1.0] if np.isfinite(slope) else 0.5
         slack[i] = tolerance + p.depth_error + (slope * p.snap if np.isfinite(slope) else 1.0)
         cut[i] = p.cut_error(x, y)
+    # Narrower than the rounding of its corners, a triangle has no plane; a driver draws what its arithmetic makes of
+    # it, also beyond the range of the corners' depths.
+    planeless = may_cover & np.array([p.width <= 2 * p.rounding for p in pieces], bool)
     nearest_sure = (depth + slack + cut)[covers].min(initial=np.inf)
     sources = []
-    for value in (ours, theirs):
-        found = may_cover & (np.abs(depth - value) <= slack + cut)
+    for value, drawn_by_driver in ((ours, by_driver), (theirs, True)):
+        found = may_cover & (np.abs(depth - value) <= slack + cut) | (planeless & drawn_by_driver)
         empty = value == 1.0 and not covers.any()
         if not (found.any() or empty) or value > nearest_sure:
             return "unexplained"

@@ -269,6 +269,10 @@ fn awkward_sizes_and_names_have_typed_errors() {
     let mut none = p.clone();
     none.partitions.clear();
     assert!(matches!(renderer.depth_maps(&scene, &none, [4; 2], &progress), Err(Error::InvalidArgument { .. })));
+    // Positions are stored in single precision.
+    let huge = scene.transformed(&DAffine3::from_scale(DVec3::splat(1e100))).unwrap();
+    let far = Camera::look_at(DVec3::Y * 5e100, DVec3::ZERO, DVec3::Z, 1.0, 1.0, 1e98, 1e102).unwrap();
+    assert!(matches!(renderer.gbuffer(&huge, &far, [4; 2], &progress), Err(Error::InvalidArgument { .. })));
     // A matrix with a NaN has no picture.
     let broken = single_map(DMat4::from_cols_array(&[f64::NAN; 16]));
     assert!(matches!(renderer.depth_maps(&scene, &broken, [4; 2], &progress), Err(Error::InvalidArgument { .. })));

@@ -65,3 +65,15 @@ pub fn check_size(name: &'static str, size: [u32; 2]) -> Result<[u32; 2]> {
     let expected = format!("sides between 1 and {MAX_IMAGE_SIDE}");
     Err(Error::argument(name, expected, format!("{} x {}", size[0], size[1]), "choose another size"))
 }
+
+/// Refuses scenes whose positions would not survive in f32.
+pub(crate) fn check_extent(scene: &Scene) -> Result<()> {
+    // Derived from f32: coordinates relative to the middle must not overflow, and their last digits must be normal numbers.
+    let smallest = f64::from(f32::MIN_POSITIVE) / f64::from(f32::EPSILON);
+    let extent = scene.bounds().extent().max_element();
+    if extent == 0.0 || (smallest..=f64::from(f32::MAX)).contains(&extent) {
+        return Ok(());
+    }
+    let expected = format!("an extent between {smallest:e} and {:e} (positions are stored as f32)", f32::MAX);
+    Err(Error::argument("scene", expected, format!("{extent:e}"), "scale the scene and the camera"))
+}

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 use super::memory::{unwritten, written};
 use super::passes::{NO_TRIANGLE, Pass, pixel_count};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::image::GBuffer;
 use crate::progress::Progress;
+use crate::render::check_extent;
 use crate::scene::{Camera, Scene};
 
 /// The G-buffer of what `pass` sees.
@@ -19,18 +20,6 @@ pub fn gbuffer(pass: &mut Pass, camera: &Camera) -> Result<GBuffer> {
     check_extent(scene)?;
     let (depth, ids) = pass.depth_and_ids()?;
     resolve(scene, camera, size, depth, &ids, progress)
-}
-
-/// Refuses scenes whose positions would not survive in f32.
-fn check_extent(scene: &Scene) -> Result<()> {
-    // Derived from f32: coordinates relative to the middle must not overflow, and their last digits must be normal numbers.
-    let smallest = f64::from(f32::MIN_POSITIVE) / f64::from(f32::EPSILON);
-    let extent = scene.bounds().extent().max_element();
-    if extent == 0.0 || (smallest..=f64::from(f32::MAX)).contains(&extent) {
-        return Ok(());
-    }
-    let expected = format!("an extent between {smallest:e} and {:e} (positions are stored as f32)", f32::MAX);
-    Err(Error::argument("scene", expected, format!("{extent:e}"), "scale the scene and the camera"))
 }
 
 fn resolve(

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::image::{DepthMaps, GBuffer, ShadowMask};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, check_size};
+use crate::render::{MaskSettings, Renderer, check_extent, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
@@ -100,6 +100,7 @@ impl Renderer for GpuRenderer {
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
         check_size("size", size)?;
+        check_extent(scene)?;
         self.gpu.check_texture("a G-buffer", size, 1)?;
         let pixels = size[0] as usize * size[1] as usize;
         let mut gbuffer = GBuffer {
@@ -134,6 +135,7 @@ impl Renderer for GpuRenderer {
         let size = check_size("size", settings.size)?;
         let resolution = check_size("resolution", settings.resolution)?;
         check_partitions(p)?;
+        check_extent(scene)?;
         self.gpu.check_texture("a shadow mask", size, 1)?;
         self.gpu.check_texture("a set of shadow maps", resolution, p.partitions.len() as u32)?;
         let space = EyeSpace::new(scene, camera);

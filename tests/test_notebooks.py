@@ -1,0 +1,23 @@
+"""Every notebook runs from top to bottom, asserts included, and is stored without its output."""
+
+from pathlib import Path
+
+import pytest
+from conftest import imported
+
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.ipynb"))
+
+
+def test_there_are_notebooks():
+    assert NOTEBOOKS
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_notebook_runs_and_is_stored_clean(path: Path):
+    nbformat, nbclient = imported("nbformat"), imported("nbclient")
+    imported("ipykernel")
+    notebook = nbformat.read(path, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "clear the outputs before storing the notebook"
+    # A failing cell or assert raises, with the cell in the message.
+    done = nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(path.parent)}}).execute()
+    assert any("image/png" in output.get("data", {}) for cell in done.cells for output in cell.get("outputs", []))

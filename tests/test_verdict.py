@@ -7,7 +7,8 @@ import re
 import pandas as pd
 import pytest
 
-from shadowlab.verdict import share_text, times, verdict
+import shadowlab as sl
+from shadowlab.verdict import NO_WARP, share_text, times, verdict
 
 
 def table(*rows):
@@ -25,11 +26,21 @@ def table(*rows):
                 "false_light": light if known else None,
                 "share": (shadow + light) / compared if known else None,
                 "compared": compared if known else None,
+                "undecided": 0 if known else None,
+                "notes": "",
                 "failure": failure[0] if failure else "",
             }
         )
-    counts = dict.fromkeys(("resolution", "misclassified", "false_shadow", "false_light", "compared"), "Int64")
+    counts = dict.fromkeys(
+        ("resolution", "misclassified", "false_shadow", "false_light", "compared", "undecided"), "Int64"
+    )
     return pd.DataFrame(made).astype(counts)
+
+
+def test_the_note_of_a_technique_without_warp_is_the_one_the_verdict_looks_for():
+    scene = sl.library.scene("robots")
+    along = sl.DirectionalLight(scene.camera.forward)
+    assert any(NO_WARP in note for note in sl.technique("lispsm").parameterize(scene, scene.camera, along).notes)
 
 
 def test_the_warp_that_pays():
@@ -127,7 +138,19 @@ def test_without_truth_nothing_is_claimed():
 def test_nothing_to_compare():
     rows = table(("uniform", 1024, 0, 0))
     rows["compared"] = pd.array([0], dtype="Int64")
-    assert verdict(rows).startswith("No pixel could be compared")
+    assert verdict(rows) == "No pixel could be compared: the camera sees nothing of the scene."
+    rows["undecided"] = 7
+    assert verdict(rows) == "No pixel could be compared: the truth of all 7 visible pixels is undecided."
+
+
+def test_a_technique_that_did_not_warp_is_told_and_not_compared():
+    rows = table(("uniform", 512, 30, 10), ("lispsm", 512, 30, 10))
+    rows["notes"] = ["", f"{NO_WARP}the light is parallel to the view"]
+    text = verdict(rows)
+    assert text.startswith("uniform at 512² gets 40 pixels wrong")
+    assert text.endswith("lispsm does not warp here (the light is parallel to the view): its map is a uniform one.")
+    assert "worth it" not in text
+    assert "difference" not in text
 
 
 @pytest.mark.parametrize("counts", [(4000, 1000), (7, 7), (0, 12), (12, 0), (100, 97)])

@@ -237,6 +237,8 @@ def numbers_of(run: Any) -> str:
         e = run.errors
         parts.append(f"<b>{int(e.count):,}</b> wrong of {int(e.compared):,} pixels ({share_text(e.fraction)})")
         parts.append(f"{int(e.undecided):,} undecided")
+        if e.unmatched:
+            parts.append(f"{int(e.unmatched):,} on silhouettes seen by one alone")
     parts += [f"fit {run.fit_us:.1f} µs"] if run.fit_us is not None else []
     parts += [f"map {run.render_ms:.1f} ms", f"mask {run.mask_ms:.1f} ms"]
     return f'<p class="numbers">{" · ".join(parts)}</p>'

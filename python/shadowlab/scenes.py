@@ -26,6 +26,10 @@ _Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 
 _GROUND_SIDE = 12.0
 
 
+_AS_GIVEN = np.eye(4)
+_AS_GIVEN.flags.writeable = False  # shared by all scenes that were not turned
+
+
 class Scene(_core.Scene):
     """Meshes and their instances. Immutable.
 
@@ -43,7 +47,7 @@ class Scene(_core.Scene):
 
     source: str = ""
     recipe: str = ""
-    world_from_source: npt.NDArray[np.float64] = np.eye(4)
+    world_from_source: npt.NDArray[np.float64] = _AS_GIVEN
 
     @classmethod
     def from_arrays(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Scene:

@@ -23,9 +23,9 @@ T = TypeVar("T")
 
 COLUMNS = (
     "technique", "settings", "resolution", "misclassified", "false_shadow", "false_light", "share", "compared",
-    "undecided", "fit_us", "render_ms", "mask_ms", "notes", "failure",
+    "undecided", "unmatched", "fit_us", "render_ms", "mask_ms", "notes", "failure",
 )  # fmt: skip
-COUNTS = ("resolution", "misclassified", "false_shadow", "false_light", "compared", "undecided")
+COUNTS = ("resolution", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched")
 TIMES = ("share", "fit_us", "render_ms", "mask_ms")
 
 # A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
@@ -67,6 +67,7 @@ class Run:
             "share": None if errors is None else float(errors.fraction),
             "compared": None if errors is None else int(errors.compared),
             "undecided": None if errors is None else int(errors.undecided),
+            "unmatched": None if errors is None else int(errors.unmatched),
             "fit_us": self.fit_us,
             "render_ms": self.render_ms,
             "mask_ms": self.mask_ms,

@@ -14,6 +14,8 @@ ABOUT_EQUAL = 1.05
 # so a map with a quarter more texels along each side does as much.
 SLIGHT = 1.25
 BASELINE = "uniform"
+# How a technique's note begins where it fell back to the uniform map; the reason follows.
+NO_WARP = "no warp, a uniform map: "
 
 
 def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> str:
@@ -37,10 +39,14 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> 
     elif any(_missing(row["misclassified"]) for row in drawn):
         sentences.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
-        sentences.append("No pixel could be compared: nothing that the camera sees faces the light.")
+        sentences.append(_nothing_compared(drawn[0]))
     else:
-        sentences += _fewest(drawn)
-        sentences += _warps_against_uniform(drawn, technique_of_label)
+        unwarped = {row["technique"]: row["notes"].split(NO_WARP, 1)[1] for row in drawn if NO_WARP in row["notes"]}
+        warped = [row for row in drawn if row["technique"] not in unwarped]
+        sentences += _fewest(warped or drawn)
+        sentences += _warps_against_uniform(warped, technique_of_label)
+        for label, reason in unwarped.items():
+            sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
     for failure in dict.fromkeys((row["technique"], row["failure"]) for row in failed):
         sentences.append(f"{failure[0]} failed: {failure[1].rstrip('.')}.")
     return " ".join(sentences)
@@ -50,6 +56,13 @@ def _missing(value: Any) -> bool:
     import pandas as pd
 
     return bool(pd.isna(value))
+
+
+def _nothing_compared(row: Mapping[str, Any]) -> str:
+    """Why there is no number: nothing seen, or nothing that rays could decide."""
+    if int(row["undecided"]) > 0:
+        return f"No pixel could be compared: the truth of all {int(row['undecided']):,} visible pixels is undecided."
+    return "No pixel could be compared: the camera sees nothing of the scene."
 
 
 def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:

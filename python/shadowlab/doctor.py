@@ -15,7 +15,7 @@ EXTRAS = (
     ("pyrender", "peers", "tests against pyrender"),
     ("embreex", "peers", "tests against Embree"),
     ("ipywidgets", "notebook", "progress bars in notebooks"),
-    ("dask", "distributed", "sweeps on a cluster"),
+    ("dask", "distributed", "many studies on a cluster"),
 )
 NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}

@@ -65,7 +65,7 @@ test: setup ## everything it needs, then the Rust tests, then the Python tests
 # The tests say "skipped: why" on standard error where an adapter is missing; SHADOWLAB_REQUIRE_ALL=1 makes that a failure.
 test-rust:
 	@mkdir -p $(LOGS)
-	cargo test 2>&1 | tee $(LOGS)/rust.log
+	cargo test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
 
 test-python: setup
 	@mkdir -p $(LOGS)

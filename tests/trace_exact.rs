@@ -139,6 +139,36 @@ fn first_hits_are_those_of_brute_force() {
     assert_agrees_with_brute_force(&scene, &rays(300, 3, 1e6));
 }
 
+/// Rays of a camera travel in company; alone, each has to say the same to the last bit.
+#[test]
+fn the_company_of_other_rays_changes_no_answer() {
+    let (points, faces) = icosphere(4);
+    let ball = Arc::new(Mesh::new(&arrays(&points), &faces).unwrap());
+    let at = |mesh, x: f64| Instance { mesh, world_from_mesh: DAffine3::from_translation(DVec3::new(x, 0.1, 0.2)) };
+    let one = placed(soup(3000, 12), DAffine3::IDENTITY);
+    let many = Scene::new(vec![ball, soup(500, 13)], vec![at(0, 0.0), at(1, 0.3), at(0, -1.1)]).unwrap();
+    for scene in [one, many] {
+        let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+        for reach in [1.0, 40.0] {
+            let eye = reach * DVec3::new(0.3, 1.9, 2.2);
+            let fov = 1.2 / reach;
+            let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, fov, 1.0, 0.01, 1e3).unwrap();
+            let pixels = (0..97 * 97).map(|i| (f64::from(i % 97) + 0.5, f64::from(i / 97) + 0.5));
+            let d: Vec<[f64; 3]> = pixels.map(|(x, y)| camera.pixel_ray(x, y, [97, 97]).to_array()).collect();
+            let o = vec![eye.to_array(); d.len()];
+            let together = tracer.first_hit(&o, &d, &Progress::new()).unwrap();
+            assert!(together.iter().filter(|h| h.instance >= 0).count() > 2000);
+            let until: Vec<f64> = together.iter().map(|h| h.t.min(2.0 * reach)).collect();
+            let blocked = tracer.occluded(&o, &d, &until, &Progress::new()).unwrap();
+            for i in 0..d.len() {
+                assert_eq!(tracer.first_hit(&o[i..=i], &d[i..=i], &Progress::new()).unwrap()[0], together[i]);
+                let alone = tracer.occluded(&o[i..=i], &d[i..=i], &until[i..=i], &Progress::new()).unwrap()[0];
+                assert_eq!(alone, blocked[i]);
+            }
+        }
+    }
+}
+
 fn shear() -> DMat3 {
     DMat3::from_cols(DVec3::new(-1.0, 0.2, 0.0), DVec3::new(0.7, 1.0, 0.0), DVec3::new(0.0, -0.4, 1.0))
 }

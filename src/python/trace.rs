@@ -1,12 +1,16 @@
 //! Truth by ray casting.
 
+use std::borrow::Cow;
+
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
 use super::camera::PyCamera;
-use super::convert::{argument_error, array, image, rows3, run_watched, size2};
+use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
 use super::scene::PyScene;
+use crate::trace::Hit;
 
 /// (H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there.
 #[pyfunction]
@@ -42,17 +46,18 @@ pub fn first_hit<'py>(
     let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
     let directions = rows3(&directions)?;
     let scene = &*scene;
-    let hits = run_watched(py, None, |progress| scene.tracer(progress)?.first_hit(origins, directions, progress))?;
-    let source = |h: &crate::trace::Hit| match h.triangle {
+    let source = |h: &Hit| match h.triangle {
         ..0 => -1,
         triangle => scene.scene.mesh_of(h.instance as usize).source_face(triangle as usize) as i32,
     };
-    let n = hits.len();
-    Ok((
-        image(py, hits.iter().map(|h| h.t).collect(), [n])?,
-        image(py, hits.iter().map(source).collect(), [n])?,
-        image(py, hits.iter().map(|h| h.instance).collect(), [n])?,
-    ))
+    let (t, triangle, instance): (Vec<f64>, Vec<i32>, Vec<i32>) = run_watched(py, None, |progress| {
+        let hits = scene.tracer(progress)?.first_hit(origins, directions, progress)?;
+        let t = hits.par_iter().map(|h| h.t).collect();
+        let triangle = hits.par_iter().map(source).collect();
+        Ok((t, triangle, hits.par_iter().map(|h| h.instance).collect()))
+    })?;
+    let n = t.len();
+    Ok((image(py, t, [n])?, image(py, triangle, [n])?, image(py, instance, [n])?))
 }
 
 /// Whether anything lies at 0 < t < t_max on each ray: (N,) bool.
@@ -69,16 +74,14 @@ pub fn occluded<'py>(
     let origins = rows3(&origins)?;
     let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
     let directions = rows3(&directions)?;
-    let limits = match t_max {
-        None => vec![f64::INFINITY; origins.len()],
-        Some(t) => match t.extract::<f64>() {
-            Ok(t) => vec![t; origins.len()],
-            Err(_) => array::<f64>(t, "t_max", &[Some(origins.len())])?.as_slice()?.to_vec(),
-        },
+    let each = match t_max {
+        Some(t) if t.extract::<f64>().is_err() => Some(array::<f64>(t, "t_max", &[Some(origins.len())])?),
+        _ => None,
     };
-    if let Some(bad) = limits.iter().find(|t| t.is_nan()) {
-        return Err(argument_error(py, "t_max", "numbers, infinity for no limit", bad, "check where it comes from"));
-    }
+    let limits = match (&each, t_max) {
+        (Some(each), _) => Cow::Borrowed(each.as_slice()?),
+        (None, t) => Cow::Owned(vec![t.map_or(Ok(f64::INFINITY), |t| t.extract())?; origins.len()]),
+    };
     let scene = &*scene;
     let answers =
         run_watched(py, None, |progress| scene.tracer(progress)?.occluded(origins, directions, &limits, progress))?;

@@ -111,10 +111,17 @@ impl Camera {
     /// Where the centre of pixel (x, y) of a width x height image meets the plane at depth 1: `p - eye`, not normalised, so
     /// that `eye + z * ray` has camera depth `z`.
     pub fn pixel_ray(&self, x: f64, y: f64, size: [u32; 2]) -> DVec3 {
+        self.pixel_rays(size)(x, y)
+    }
+    /// [`Camera::pixel_ray`] for many pixels of one image: the tangents are found once.
+    pub(crate) fn pixel_rays(&self, size: [u32; 2]) -> impl Fn(f64, f64) -> DVec3 {
         let (tx, ty) = self.tan_half_fov();
-        let ndc_x = 2.0 * x / f64::from(size[0]) - 1.0;
-        let ndc_y = 1.0 - 2.0 * y / f64::from(size[1]);
-        self.forward + self.right * (ndc_x * tx) + self.up * (ndc_y * ty)
+        let (forward, right, up) = (self.forward, self.right, self.up);
+        move |x, y| {
+            let ndc_x = 2.0 * x / f64::from(size[0]) - 1.0;
+            let ndc_y = 1.0 - 2.0 * y / f64::from(size[1]);
+            forward + right * (ndc_x * tx) + up * (ndc_y * ty)
+        }
     }
 }
 

@@ -1,11 +1,17 @@
 //! Many rays at once.
 
+use std::mem::MaybeUninit;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::bundle::{BUNDLE, RayBits};
 use super::kernel::Kernel;
+use super::together::{Stacks, traverse_together};
 use super::tracer::{Inner, Tracer};
-use super::traverse::{Blocked, Closest, Stack, WorldRay, traverse};
+use super::traverse::WorldRay;
+use super::visit::{Blocked, Closest};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -39,7 +45,7 @@ impl Tracer {
     /// [`Error::InvalidArgument`] for arrays of different lengths, a row that is not finite, a zero direction;
     /// [`Error::Interrupted`].
     pub fn first_hit(&self, origins: &[[f64; 3]], directions: &[[f64; 3]], progress: &Progress) -> Result<Vec<Hit>> {
-        check_rays(origins, directions)?;
+        check_lengths(origins, directions)?;
         let rays = Rays { origins, directions, t_max: None };
         run(rays, progress, Hit::NONE, |rays, out| first_hits(&self.inner, rays, out))
     }
@@ -57,14 +63,10 @@ impl Tracer {
         t_max: &[f64],
         progress: &Progress,
     ) -> Result<Vec<bool>> {
-        check_rays(origins, directions)?;
+        check_lengths(origins, directions)?;
         if t_max.len() != origins.len() {
             let expected = format!("{} values, one a ray", origins.len());
             return Err(Error::argument("t_max", expected, t_max.len(), "give one limit for each ray"));
-        }
-        if let Some(row) = t_max.iter().position(|t| t.is_nan()) {
-            let fix = "give infinity for a ray without end";
-            return Err(Error::argument(format!("t_max[{row}]"), "a number", "NaN", fix));
         }
         let rays = Rays { origins, directions, t_max: Some(t_max) };
         run(rays, progress, false, |rays, out| blocked(&self.inner, rays, out))
@@ -88,6 +90,29 @@ impl<'a> Rays<'a> {
             t_max: self.t_max.map(|t| &t[range]),
         }
     }
+    /// The first ray that has no answer.
+    fn first_bad(&self) -> Option<usize> {
+        // The sum of zeros is zero, and of infinities and NaN not a number; without branches.
+        let is_finite = |row: &[f64; 3]| row[0] * 0.0 + row[1] * 0.0 + row[2] * 0.0 == 0.0;
+        let is_good =
+            |i: usize| is_finite(&self.origins[i]) & is_finite(&self.directions[i]) & (self.directions[i] != [0.0; 3]);
+        let t_max = self.t_max.unwrap_or_default();
+        let rays = (0..self.origins.len()).find(|&i| !is_good(i));
+        let limits = t_max.iter().position(|t| t.is_nan());
+        rays.into_iter().chain(limits).min()
+    }
+    fn error_of(&self, row: usize) -> Error {
+        let (origin, direction) = (self.origins[row], self.directions[row]);
+        let fix = "leave the ray out";
+        if !origin.iter().all(|x| x.is_finite()) {
+            return Error::argument(format!("origins[{row}]"), "three finite numbers", format!("{origin:?}"), fix);
+        }
+        if !direction.iter().all(|x| x.is_finite()) || direction == [0.0; 3] {
+            let expected = "three finite numbers, not all zero";
+            return Error::argument(format!("directions[{row}]"), expected, format!("{direction:?}"), fix);
+        }
+        Error::argument(format!("t_max[{row}]"), "a number", "NaN", "give infinity for a ray without end")
+    }
     /// Relative to the scene's origin.
     fn ray(&self, i: usize, scene_origin: DVec3) -> WorldRay {
         WorldRay {
@@ -97,66 +122,98 @@ impl<'a> Rays<'a> {
     }
 }
 
-fn run<'a, T: Copy + Send>(
+fn run<'a, T: Copy + Send + Sync>(
     rays: Rays<'a>,
     progress: &Progress,
     nothing: T,
     work: impl Fn(Rays<'a>, &mut [T]) + Sync,
 ) -> Result<Vec<T>> {
-    let mut out = vec![nothing; rays.origins.len()];
-    progress.set_total(out.len() as u64);
-    out.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, out)| {
+    let count = rays.origins.len();
+    let mut out = Vec::with_capacity(count);
+    progress.set_total(count as u64);
+    // Rays are checked where they are traced, on all cores and while they are in the cache. The first bad row is told
+    // however the work is divided: only chunks behind a bad row are left out.
+    let bad = AtomicUsize::new(usize::MAX);
+    let chunks = out.spare_capacity_mut()[..count].par_chunks_mut(CHUNK);
+    chunks.enumerate().try_for_each(|(chunk, out)| {
         progress.check()?;
-        work(rays.part(chunk * CHUNK, out.len()), out);
+        let first = chunk * CHUNK;
+        let rays = rays.part(first, out.len());
+        // Memory is first touched here, on all cores.
+        let out = filled(out, nothing);
+        if first < bad.load(Ordering::Relaxed) {
+            match rays.first_bad() {
+                Some(row) => {
+                    bad.fetch_min(first + row, Ordering::Relaxed);
+                }
+                None => work(rays, out),
+            }
+        }
         progress.advance(out.len() as u64);
         Ok(())
     })?;
     // Also for no ray at all.
     progress.check()?;
+    match bad.into_inner() {
+        usize::MAX => {}
+        row => return Err(rays.error_of(row)),
+    }
+    // SAFETY: every chunk was filled.
+    unsafe { out.set_len(count) };
     Ok(out)
 }
 
-fn check_rays(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
+/// Writes every element.
+fn filled<T: Copy>(out: &mut [MaybeUninit<T>], value: T) -> &mut [T] {
+    out.fill(MaybeUninit::new(value));
+    // SAFETY: just written, and the layout is the same.
+    unsafe { &mut *(std::ptr::from_mut(out) as *mut [T]) }
+}
+
+fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
     if origins.len() != directions.len() {
         let expected = format!("{} rows, one for each origin", origins.len());
         return Err(Error::argument("directions", expected, directions.len(), "give one direction for each origin"));
     }
-    let finite = |row: &[f64; 3]| row.iter().all(|x| x.is_finite());
-    for (row, (origin, direction)) in origins.iter().zip(directions).enumerate() {
-        if !finite(origin) {
-            let fix = "leave the ray out";
-            return Err(Error::argument(format!("origins[{row}]"), "three finite numbers", format!("{origin:?}"), fix));
-        }
-        if !finite(direction) || *direction == [0.0; 3] {
-            let expected = "three finite numbers, not all zero";
-            let fix = "leave the ray out";
-            return Err(Error::argument(format!("directions[{row}]"), expected, format!("{direction:?}"), fix));
-        }
-    }
     Ok(())
+}
+
+/// The bundle that begins with ray `first`, and which of its rays are there; the last repeats its last one.
+#[inline(always)]
+fn bundle(rays: &Rays, first: usize, scene_origin: DVec3) -> ([WorldRay; BUNDLE], RayBits) {
+    let last = rays.origins.len() - 1;
+    let world = std::array::from_fn(|r| rays.ray((first + r).min(last), scene_origin));
+    (world, RayBits::MAX >> (RayBits::BITS - BUNDLE.min(last + 1 - first) as u32))
 }
 
 #[inline(always)]
 fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
-    let origin = scene.scene.origin();
-    let mut stack = Stack::new();
-    for (i, out) in out.iter_mut().enumerate() {
-        let mut closest = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
-        traverse::<K, _>(scene, &rays.ray(i, origin), &mut closest, &mut stack);
-        if let Some((instance, triangle)) = closest.face {
-            *out = Hit { t: closest.t, triangle: triangle as i32, instance: instance as i32 };
+    let mut stacks = Stacks::default();
+    for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
+        let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
+        let mut closest = [Closest::<false>::new(0.0, f64::INFINITY, 0.0); BUNDLE];
+        traverse_together::<K, _>(scene, &world, bits, &mut closest, &mut stacks);
+        for (out, closest) in out.iter_mut().zip(&closest) {
+            if let Some((instance, triangle)) = closest.face {
+                *out = Hit { t: closest.t, triangle: triangle as i32, instance: instance as i32 };
+            }
         }
     }
 }
 
 #[inline(always)]
 fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) {
-    let origin = scene.scene.origin();
-    let mut stack = Stack::new();
-    for (i, out) in out.iter_mut().enumerate() {
-        let t_max = rays.t_max.map_or(f64::INFINITY, |t| t[i]);
-        let mut blocked = Blocked { t_min: 0.0, t_max, except: None };
-        *out = traverse::<K, _>(scene, &rays.ray(i, origin), &mut blocked, &mut stack);
+    let mut stacks = Stacks::default();
+    for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
+        let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
+        let mut blocked = [Blocked { t_min: 0.0, t_max: f64::INFINITY, except: None }; BUNDLE];
+        for (blocked, t_max) in blocked.iter_mut().zip(rays.t_max.unwrap_or_default().iter().skip(i * BUNDLE)) {
+            blocked.t_max = *t_max;
+        }
+        let ended = traverse_together::<K, _>(scene, &world, bits, &mut blocked, &mut stacks);
+        for (r, out) in out.iter_mut().enumerate() {
+            *out = (ended >> r) & 1 != 0;
+        }
     }
 }
 

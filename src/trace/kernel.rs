@@ -1,11 +1,13 @@
-//! The two inner tests, eight boxes and four triangles at a time: portable, and for AVX2 chosen at run time.
+//! The inner tests, of eight boxes against a ray or the hull of a bundle, of a box against eight rays, of four triangles
+//! against a ray: portable, and for AVX2 chosen at run time.
 //!
 //! Triangles give the same bits in both: every operation is an IEEE addition, multiplication, division or comparison in
 //! the same order, nothing is contracted. Boxes may differ in the last bits, for which they are padded: which of them are
 //! entered has no say in the answer.
 
+use super::bundle::{BUNDLE, Bundle, Hull, RayBits};
 use super::packet::Packet;
-use super::ray::{LocalRay, SLAB_SLACK};
+use super::ray::{Line, LocalRay, SLAB_SLACK};
 use super::tree::{LEAF, Node, WIDTH};
 
 /// Which lanes a ray meets, edges included, and where.
@@ -35,10 +37,14 @@ pub struct BandMeet {
 pub trait Kernel: Copy {
     /// Children whose boxes the ray may meet before `limit` (bits), and where it enters them.
     fn boxes(node: &Node, ray: &LocalRay, limit: f32) -> (u32, [f32; WIDTH]);
+    /// Children whose boxes a ray within the hull may meet before `limit` (bits), and a lower bound of where.
+    fn hull_boxes(node: &Node, hull: &Hull, limit: f32) -> (u32, [f32; WIDTH]);
+    /// The rays that may meet a child's box, each before its limit.
+    fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE]) -> RayBits;
     /// The triangles the ray meets, at any t.
-    fn triangles(packet: &Packet, ray: &LocalRay) -> Meet;
+    fn triangles(packet: &Packet, ray: &Line) -> Meet;
     /// The triangles the ray meets or nearly meets, at any t.
-    fn triangles_band(packet: &Packet, ray: &LocalRay) -> BandMeet;
+    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet;
 }
 
 /// Plain Rust.
@@ -64,7 +70,7 @@ struct Sheared {
 
 impl Portable {
     #[inline(always)]
-    fn sheared(packet: &Packet, ray: &LocalRay, vertex: usize) -> Sheared {
+    fn sheared(packet: &Packet, ray: &Line, vertex: usize) -> Sheared {
         let v = &packet.vertices[vertex];
         let z: [f64; LEAF] = std::array::from_fn(|i| f64::from(v[ray.axes[2]][i]) - ray.origin[2]);
         Sheared {
@@ -92,8 +98,8 @@ impl Kernel for Portable {
         let mut bits = 0;
         let mut entry = [0.0; WIDTH];
         for (i, entry) in entry.iter_mut().enumerate() {
-            let first = |a: usize| node.planes[ray.first_plane[a]][i] * ray.inverse[a] - ray.first_offset[a];
-            let last = |a: usize| node.planes[ray.first_plane[a] ^ 1][i] * ray.inverse[a] - ray.last_offset[a];
+            let first = |a: usize| node.planes[ray.first_plane[a]][i] * ray.inverse[a][0] - ray.first_offset[a][0];
+            let last = |a: usize| node.planes[ray.first_plane[a] ^ 1][i] * ray.inverse[a][0] - ray.last_offset[a][0];
             *entry = max32(max32(first(0), first(1)), max32(first(2), 0.0));
             let exit = min32(min32(min32(last(0), last(1)), last(2)) * SLAB_SLACK, limit);
             bits |= u32::from(*entry <= exit) << i;
@@ -101,7 +107,46 @@ impl Kernel for Portable {
         (bits, entry)
     }
     #[inline(always)]
-    fn triangles(packet: &Packet, ray: &LocalRay) -> Meet {
+    fn hull_boxes(node: &Node, hull: &Hull, limit: f32) -> (u32, [f32; WIDTH]) {
+        let mut bits = 0;
+        let mut entry = [0.0; WIDTH];
+        for (i, entry) in entry.iter_mut().enumerate() {
+            let both = |plane: usize, origin: f32, a: usize| {
+                let away = node.planes[plane][i] - origin;
+                hull.inverse[a].map(|inverse| away * inverse)
+            };
+            let first = |a: usize| {
+                let [s, t] = both(hull.first_plane[a], hull.first_origin[a], a);
+                min32(s, t)
+            };
+            let last = |a: usize| {
+                let [s, t] = both(hull.first_plane[a] ^ 1, hull.last_origin[a], a);
+                max32(s, t)
+            };
+            *entry = max32(max32(first(0), first(1)), max32(first(2), 0.0));
+            let exit = min32(min32(min32(last(0), last(1)), last(2)) * SLAB_SLACK, limit);
+            bits |= u32::from(*entry <= exit) << i;
+        }
+        (bits, entry)
+    }
+    #[inline(always)]
+    fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE]) -> RayBits {
+        let planes = bundle.hull.first_plane;
+        let mut bits = 0;
+        for r in 0..BUNDLE {
+            let first =
+                |a: usize| node.planes[planes[a]][child] * bundle.rays.inverse[a][r] - bundle.rays.first_offset[a][r];
+            let last = |a: usize| {
+                node.planes[planes[a] ^ 1][child] * bundle.rays.inverse[a][r] - bundle.rays.last_offset[a][r]
+            };
+            let entry = max32(max32(first(0), first(1)), max32(first(2), 0.0));
+            let exit = min32(min32(min32(last(0), last(1)), last(2)) * SLAB_SLACK, limits[r]);
+            bits |= u32::from(entry <= exit) << r;
+        }
+        bits
+    }
+    #[inline(always)]
+    fn triangles(packet: &Packet, ray: &Line) -> Meet {
         let [a, b, c] = [0, 1, 2].map(|v| Self::sheared(packet, ray, v));
         let (u, v, w) = (Self::edge(&b, &c), Self::edge(&c, &a), Self::edge(&a, &b));
         let mut meet = Meet { hit: 0, t: [0.0; LEAF] };
@@ -115,7 +160,7 @@ impl Kernel for Portable {
         meet
     }
     #[inline(always)]
-    fn triangles_band(packet: &Packet, ray: &LocalRay) -> BandMeet {
+    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet {
         let [a, b, c] = [0, 1, 2].map(|v| Self::sheared(packet, ray, v));
         let edges = [Self::edge(&b, &c), Self::edge(&c, &a), Self::edge(&a, &b)];
         let band = ray.band;
@@ -144,173 +189,7 @@ impl Kernel for Portable {
 pub use avx2::Avx2;
 
 #[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use std::arch::x86_64::*;
-
-    use super::{BandMeet, Kernel, LEAF, LocalRay, Meet, Node, Packet, SLAB_SLACK, WIDTH};
-
-    /// AVX2. Only to be used below a function with that target feature, on a processor that has it.
-    #[derive(Debug, Clone, Copy)]
-    pub struct Avx2;
-
-    type Vertex = [__m256d; 3];
-
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn store(x: __m256d) -> [f64; 4] {
-        let mut out = [0.0; 4];
-        // SAFETY: four f64 are writable.
-        unsafe { _mm256_storeu_pd(out.as_mut_ptr(), x) };
-        out
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn widened(x: &[f32; LEAF]) -> __m256d {
-        // SAFETY: four f32 are readable.
-        _mm256_cvtps_pd(unsafe { _mm_loadu_ps(x.as_ptr()) })
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn sheared(packet: &Packet, ray: &LocalRay, vertex: usize) -> Vertex {
-        let v = &packet.vertices[vertex];
-        let relative = |axis: usize| _mm256_sub_pd(widened(&v[ray.axes[axis]]), _mm256_set1_pd(ray.origin[axis]));
-        let z = relative(2);
-        let straight = |axis: usize| _mm256_sub_pd(relative(axis), _mm256_mul_pd(_mm256_set1_pd(ray.shear[axis]), z));
-        [straight(0), straight(1), z]
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn edge(a: &Vertex, b: &Vertex) -> __m256d {
-        _mm256_sub_pd(_mm256_mul_pd(b[0], a[1]), _mm256_mul_pd(b[1], a[0]))
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn all3(a: __m256d, b: __m256d, c: __m256d) -> __m256d {
-        _mm256_and_pd(a, _mm256_and_pd(b, c))
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn meet(vertices: &[Vertex; 3], edges: &[__m256d; 3], ray: &LocalRay) -> (u32, __m256d) {
-        let zero = _mm256_setzero_pd();
-        let [u, v, w] = *edges;
-        let area = _mm256_add_pd(_mm256_add_pd(u, v), w);
-        let forward = all3(
-            _mm256_cmp_pd::<_CMP_GE_OQ>(u, zero),
-            _mm256_cmp_pd::<_CMP_GE_OQ>(v, zero),
-            _mm256_cmp_pd::<_CMP_GE_OQ>(w, zero),
-        );
-        let backward = all3(
-            _mm256_cmp_pd::<_CMP_LE_OQ>(u, zero),
-            _mm256_cmp_pd::<_CMP_LE_OQ>(v, zero),
-            _mm256_cmp_pd::<_CMP_LE_OQ>(w, zero),
-        );
-        let hit = _mm256_and_pd(_mm256_or_pd(forward, backward), _mm256_cmp_pd::<_CMP_NEQ_UQ>(area, zero));
-        let bits = _mm256_movemask_pd(hit) as u32;
-        if bits == 0 {
-            return (0, zero);
-        }
-        let [a, b, c] = vertices;
-        let weighted =
-            _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(u, a[2]), _mm256_mul_pd(v, b[2])), _mm256_mul_pd(w, c[2]));
-        (bits, _mm256_div_pd(_mm256_mul_pd(weighted, _mm256_set1_pd(ray.t_per_z)), area))
-    }
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    fn boxes(node: &Node, ray: &LocalRay, limit: f32) -> (u32, [f32; WIDTH]) {
-        let slab = |plane: usize, inverse: f32, offset: f32| {
-            // SAFETY: eight f32, aligned to 32 bytes by Node; a plane's index is below 6.
-            let planes = unsafe { _mm256_load_ps(node.planes.get_unchecked(plane).as_ptr()) };
-            _mm256_fmsub_ps(planes, _mm256_set1_ps(inverse), _mm256_set1_ps(offset))
-        };
-        let first = |a: usize| slab(ray.first_plane[a], ray.inverse[a], ray.first_offset[a]);
-        let last = |a: usize| slab(ray.first_plane[a] ^ 1, ray.inverse[a], ray.last_offset[a]);
-        let entry = _mm256_max_ps(_mm256_max_ps(first(0), first(1)), _mm256_max_ps(first(2), _mm256_setzero_ps()));
-        let exit = _mm256_min_ps(_mm256_min_ps(last(0), last(1)), last(2));
-        let exit = _mm256_min_ps(_mm256_mul_ps(exit, _mm256_set1_ps(SLAB_SLACK)), _mm256_set1_ps(limit));
-        let mut out = [0.0; WIDTH];
-        // SAFETY: eight f32 are writable.
-        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), entry) };
-        (_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32, out)
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn triangles(packet: &Packet, ray: &LocalRay) -> Meet {
-        let vertices = [sheared(packet, ray, 0), sheared(packet, ray, 1), sheared(packet, ray, 2)];
-        let [a, b, c] = &vertices;
-        let (hit, t) = meet(&vertices, &[edge(b, c), edge(c, a), edge(a, b)], ray);
-        Meet { hit, t: store(t) }
-    }
-    #[inline]
-    #[target_feature(enable = "avx2")]
-    fn triangles_band(packet: &Packet, ray: &LocalRay) -> BandMeet {
-        let vertices = [sheared(packet, ray, 0), sheared(packet, ray, 1), sheared(packet, ray, 2)];
-        let [a, b, c] = &vertices;
-        let edges = [edge(b, c), edge(c, a), edge(a, b)];
-        let sign = _mm256_set1_pd(-0.0);
-        let band = _mm256_set1_pd(ray.band);
-        let margin = |a: &Vertex, b: &Vertex| {
-            let along = |k: usize| _mm256_andnot_pd(sign, _mm256_sub_pd(b[k], a[k]));
-            _mm256_mul_pd(_mm256_add_pd(along(0), along(1)), band)
-        };
-        let margins = [margin(b, c), margin(c, a), margin(a, b)];
-        let minus = margins.map(|m| _mm256_xor_pd(m, sign));
-        let near_forward = all3(
-            _mm256_cmp_pd::<_CMP_GE_OQ>(edges[0], minus[0]),
-            _mm256_cmp_pd::<_CMP_GE_OQ>(edges[1], minus[1]),
-            _mm256_cmp_pd::<_CMP_GE_OQ>(edges[2], minus[2]),
-        );
-        let near_backward = all3(
-            _mm256_cmp_pd::<_CMP_LE_OQ>(edges[0], margins[0]),
-            _mm256_cmp_pd::<_CMP_LE_OQ>(edges[1], margins[1]),
-            _mm256_cmp_pd::<_CMP_LE_OQ>(edges[2], margins[2]),
-        );
-        let near = _mm256_movemask_pd(_mm256_or_pd(near_forward, near_backward)) as u32;
-        if near == 0 {
-            let none = [0.0; LEAF];
-            return BandMeet { hit: 0, inside: 0, near: 0, t: none, t_low: none, t_high: none };
-        }
-        let inside_forward = all3(
-            _mm256_cmp_pd::<_CMP_GT_OQ>(edges[0], margins[0]),
-            _mm256_cmp_pd::<_CMP_GT_OQ>(edges[1], margins[1]),
-            _mm256_cmp_pd::<_CMP_GT_OQ>(edges[2], margins[2]),
-        );
-        let inside_backward = all3(
-            _mm256_cmp_pd::<_CMP_LT_OQ>(edges[0], minus[0]),
-            _mm256_cmp_pd::<_CMP_LT_OQ>(edges[1], minus[1]),
-            _mm256_cmp_pd::<_CMP_LT_OQ>(edges[2], minus[2]),
-        );
-        let inside = _mm256_movemask_pd(_mm256_or_pd(inside_forward, inside_backward)) as u32;
-        let (hit, t) = meet(&vertices, &edges, ray);
-        let t_of = |v: &Vertex| _mm256_mul_pd(v[2], _mm256_set1_pd(ray.t_per_z));
-        let (ta, tb, tc) = (t_of(a), t_of(b), t_of(c));
-        BandMeet {
-            hit,
-            inside,
-            near,
-            t: store(t),
-            t_low: store(_mm256_min_pd(_mm256_min_pd(ta, tb), tc)),
-            t_high: store(_mm256_max_pd(_mm256_max_pd(ta, tb), tc)),
-        }
-    }
-
-    impl Kernel for Avx2 {
-        #[inline(always)]
-        fn boxes(node: &Node, ray: &LocalRay, limit: f32) -> (u32, [f32; WIDTH]) {
-            // SAFETY: see the type.
-            unsafe { boxes(node, ray, limit) }
-        }
-        #[inline(always)]
-        fn triangles(packet: &Packet, ray: &LocalRay) -> Meet {
-            // SAFETY: see the type.
-            unsafe { triangles(packet, ray) }
-        }
-        #[inline(always)]
-        fn triangles_band(packet: &Packet, ray: &LocalRay) -> BandMeet {
-            // SAFETY: see the type.
-            unsafe { triangles_band(packet, ray) }
-        }
-    }
-}
+mod avx2;
 
 /// Defines functions that run their generic body with the best kernel of this processor, the whole body compiled for it.
 macro_rules! dispatched {
@@ -348,6 +227,9 @@ mod tests {
 
     use super::*;
     use crate::scene::Mesh;
+    use crate::trace::bundle::Each;
+    use crate::trace::ray::LocalRays;
+    use crate::trace::traverse::WorldRay;
     use crate::trace::tree::{Box3, Item, NO_ITEM, Tree};
 
     /// Both kernels give the same bits, for rays through, beside and exactly at what they test.
@@ -380,7 +262,12 @@ mod tests {
             let direction = target - origin;
             let band = [0.0, 1e-6, 1e-2][i % 3];
             let range = [0.0, f64::INFINITY];
-            let Some(ray) = LocalRay::new(&DAffine3::IDENTITY, &all, origin, direction, range, band) else { continue };
+            let world = WorldRay { origin, direction };
+            let (ray, alive, _) = LocalRay::new(&DAffine3::IDENTITY, &all, &[world], &[range], band, 1);
+            if alive == 0 {
+                continue;
+            }
+            let line = ray.line(0);
             for node in &tree.nodes {
                 let limit = [f32::INFINITY, 1.0][i % 2];
                 let ((plain, at), (simd, simd_at)) =
@@ -388,19 +275,19 @@ mod tests {
                 differ += (plain ^ simd).count_ones();
                 for i in (0..WIDTH).filter(|&i| (plain & simd) >> i & 1 != 0) {
                     // One rounding of a product, in lengths of the ray.
-                    let rounding = f32::EPSILON * 3.0 * ray.inverse.map(f32::abs).into_iter().fold(0.0, f32::max);
+                    let rounding = f32::EPSILON * 3.0 * ray.inverse.map(|x| x[0].abs()).into_iter().fold(0.0, f32::max);
                     assert!((at[i] - simd_at[i]).abs() <= rounding);
                 }
                 boxes += plain.count_ones();
             }
             for first in (0..32).step_by(3) {
                 let packet = Packet::new(&mesh, [first, (first + 1) % 32, (first + 2) % 32, NO_ITEM]);
-                let (a, b) = (Portable::triangles(&packet, &ray), Avx2::triangles(&packet, &ray));
+                let (a, b) = (Portable::triangles(&packet, &line), Avx2::triangles(&packet, &line));
                 assert_eq!(a.hit, b.hit);
                 let at = |lane: usize, bits: u32| (bits >> lane) & 1 != 0;
                 (0..LEAF).filter(|&l| at(l, a.hit)).for_each(|l| assert_eq!(a.t[l].to_bits(), b.t[l].to_bits()));
                 assert!(!at(3, a.hit), "an unused lane was met");
-                let (a, b) = (Portable::triangles_band(&packet, &ray), Avx2::triangles_band(&packet, &ray));
+                let (a, b) = (Portable::triangles_band(&packet, &line), Avx2::triangles_band(&packet, &line));
                 assert_eq!((a.inside, a.near), (b.inside, b.near));
                 assert!(a.inside & !a.near == 0 && a.hit & !a.near == 0);
                 if a.near != 0 {
@@ -412,5 +299,63 @@ mod tests {
         }
         assert!(differ * 1000 <= boxes, "{differ} of {boxes} boxes");
         assert!(boxes > 1000 && hits > 1000 && nears > 1000, "{boxes} {hits} {nears}");
+    }
+
+    /// A box that one ray of a bundle may meet is met by the hull and by that ray in the bundle, in both kernels.
+    #[test]
+    fn bundles_miss_no_box_that_one_of_their_rays_meets() {
+        if !has_avx2() {
+            writeln!(std::io::stderr(), "\nskipped: this processor has no AVX2").expect("standard error");
+            return;
+        }
+        let mut state = 3u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+        };
+        let item = |id: u32, p: Vec3| Item { bounds: Box3 { min: p, max: p + Vec3::splat(0.05) }, id };
+        let items = (0..300).map(|id| item(id, DVec3::new(random(), random(), random()).as_vec3())).collect();
+        let tree = Tree::build(items, LEAF);
+        let (mut met, mut spared) = (0, 0);
+        for i in 0..500 {
+            let reach = [1.5, 100.0][i % 2];
+            let origin = reach * DVec3::new(random(), random(), random());
+            let towards = DVec3::new(random(), random(), random()) - origin;
+            let apart = [0.0, 1e-3, 0.3][i % 3];
+            let world: [WorldRay; BUNDLE] = std::array::from_fn(|_| {
+                let mut moved = || apart * DVec3::new(random(), random(), random());
+                WorldRay { origin: origin + moved(), direction: towards + moved() }
+            });
+            let ranges = [[0.0, f64::INFINITY]; BUNDLE];
+            let (rays, bits, _) = LocalRays::new(&DAffine3::IDENTITY, &tree.bounds, &world, &ranges, 0.0, 0xff);
+            if bits == 0 {
+                continue;
+            }
+            let bundle = Bundle { hull: Hull::new(&rays, bits), rays };
+            let limits = [f32::INFINITY; BUNDLE];
+            for node in &tree.nodes {
+                let (plain, simd) = (
+                    Portable::hull_boxes(node, &bundle.hull, f32::INFINITY).0,
+                    Avx2::hull_boxes(node, &bundle.hull, f32::INFINITY).0,
+                );
+                assert_eq!(plain, simd);
+                for child in 0..WIDTH {
+                    let of_rays = Avx2::rays_in_box(node, child, &bundle, &limits) & bits;
+                    let mut alone = 0;
+                    for r in Each(bits) {
+                        let (ray, alive, _) =
+                            LocalRay::new(&DAffine3::IDENTITY, &tree.bounds, &[world[r]], &[ranges[r]], 0.0, 1);
+                        assert_eq!(alive, 1);
+                        assert_eq!(ray.line(0), bundle.rays.line(r), "a ray is another one among others");
+                        alone |= ((Avx2::boxes(node, &ray, f32::INFINITY).0 >> child) & 1) << r;
+                    }
+                    assert_eq!(alone, of_rays);
+                    assert!(alone == 0 || (simd >> child) & 1 != 0, "the hull misses a box");
+                    met += alone.count_ones();
+                    spared += (!simd >> child) & 1;
+                }
+            }
+        }
+        assert!(met > 1000 && spared > 1000, "{met} {spared}");
     }
 }

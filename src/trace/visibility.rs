@@ -19,9 +19,12 @@
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
+use super::bundle::{BUNDLE, Each, RayBits};
 use super::kernel::{Kernel, dispatched};
+use super::together::{Stacks, traverse_together};
 use super::tracer::{Inner, Tracer};
-use super::traverse::{Blocked, Closest, Face, Stack, SurelyBlocked, WorldRay, traverse};
+use super::traverse::WorldRay;
+use super::visit::{Blocked, Closest, Face, SurelyBlocked};
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
 use crate::progress::Progress;
@@ -29,6 +32,9 @@ use crate::scene::{Camera, Light};
 
 /// Side of the square of pixels whose rays follow each other, so that they find the same boxes in the cache.
 const TILE: usize = 8;
+/// Sides of the block of pixels whose rays travel together.
+const BLOCK: [usize; 2] = [4, 2];
+const _: () = assert!(BLOCK[0] * BLOCK[1] == BUNDLE);
 /// Largest side of an image, the same as the renderers'.
 const MAX_SIDE: u32 = 16384;
 /// Relative error of the cosine between a computed normal and a vector: differences, linear map (3), cross product (3),
@@ -88,13 +94,21 @@ struct Shader<'a> {
 }
 
 /// The point of a surface that is asked about.
+#[derive(Clone, Copy)]
 struct Receiver {
     face: Face,
     point: DVec3,
     /// Unit, towards the eye.
     normal: DVec3,
-    /// Two unit vectors in the plane.
-    tangents: [DVec3; 2],
+    /// Product of the normal with the vector to the light: positive.
+    facing: f64,
+    /// Length of the vector to the light.
+    distance: f64,
+}
+
+impl Receiver {
+    /// Stands where nothing is asked.
+    const NONE: Self = Self { face: (0, 0), point: DVec3::ZERO, normal: DVec3::ZERO, facing: 1.0, distance: 1.0 };
 }
 
 dispatched! {
@@ -104,11 +118,24 @@ dispatched! {
 #[inline(always)]
 fn tile_with<K: Kernel>(shader: &Shader, size: [u32; 2], [left, top]: [usize; 2], rows: &mut [i8]) {
     let width = size[0] as usize;
-    let mut stack = Stack::new();
-    for (y, row) in rows.chunks_mut(width).enumerate() {
-        for (x, out) in row.iter_mut().enumerate().skip(left).take(TILE) {
-            let direction = shader.camera.pixel_ray(x as f64 + 0.5, (top + y) as f64 + 0.5, size);
-            *out = shader.pixel::<K>(direction, &mut stack);
+    let (tile_width, height) = (TILE.min(width - left), rows.len() / width);
+    let direction_of = shader.camera.pixel_rays(size);
+    let mut stacks = Stacks::default();
+    for y in (0..height).step_by(BLOCK[1]) {
+        for x in (left..left + tile_width).step_by(BLOCK[0]) {
+            let at = |r: usize| [x + r % BLOCK[0], y + r / BLOCK[0]];
+            let mut directions = [DVec3::ZERO; BUNDLE];
+            let mut bits = 0;
+            for r in 0..BUNDLE {
+                let [x, y] = at(r);
+                directions[r] = direction_of(x as f64 + 0.5, (top + y) as f64 + 0.5);
+                bits |= u32::from(x < left + tile_width && y < height) << r;
+            }
+            let answers = shader.pixels::<K>(&directions, bits, &mut stacks);
+            for r in Each(bits) {
+                let [x, y] = at(r);
+                rows[y * width + x] = answers[r];
+            }
         }
     }
 }
@@ -128,32 +155,82 @@ impl<'a> Shader<'a> {
         }
     }
 
+    /// The answers for the rays of a bundle from the eye.
     #[inline(always)]
-    fn pixel<K: Kernel>(&self, direction: DVec3, stack: &mut Stack) -> i8 {
-        let ray = WorldRay { origin: self.eye, direction };
-        let mut closest = Closest::<true>::new(self.camera.near(), self.camera.far(), self.eye_band);
-        traverse::<K, _>(self.scene, &ray, &mut closest, stack);
-        let answer = self.shade::<K>(&ray, closest.face, closest.t, stack);
-        if !closest.is_near_edge() || answer == TruthMask::UNDECIDED {
-            return answer;
-        }
-        // Another triangle may be the one that is seen: it has to give the same answer.
-        let (u, v) = direction.normalize().any_orthonormal_pair();
-        for shift in [u, -u, v, -v] {
-            let ray = WorldRay { origin: self.eye + shift * self.eye_band, direction };
-            let mut closest = Closest::<false>::new(self.camera.near(), self.camera.far(), 0.0);
-            traverse::<K, _>(self.scene, &ray, &mut closest, stack);
-            if self.shade::<K>(&ray, closest.face, closest.t, stack) != answer {
-                return TruthMask::UNDECIDED;
+    fn pixels<K: Kernel>(&self, directions: &[DVec3; BUNDLE], bits: RayBits, stacks: &mut Stacks) -> [i8; BUNDLE] {
+        let rays = directions.map(|direction| WorldRay { origin: self.eye, direction });
+        let mut closest = [Closest::<true>::new(self.camera.near(), self.camera.far(), self.eye_band); BUNDLE];
+        traverse_together::<K, _>(self.scene, &rays, bits, &mut closest, stacks);
+        let mut answers = self.shade::<K, true>(&rays, &closest, bits, stacks);
+        for r in Each(bits) {
+            if closest[r].is_near_edge() && answers[r] != TruthMask::UNDECIDED {
+                answers[r] = self.confirm::<K>(directions[r], answers[r], stacks);
             }
         }
-        answer
+        answers
     }
 
-    /// The answer for what a ray from the eye meets at `t`.
+    /// The answer, if it stays the same where the ray from the eye moves across the edge that it nearly meets: another
+    /// triangle may be the one that is seen.
+    #[cold]
+    #[inline(never)]
+    fn confirm<K: Kernel>(&self, direction: DVec3, answer: i8, stacks: &mut Stacks) -> i8 {
+        let (u, v) = direction.normalize().any_orthonormal_pair();
+        let mut rays = [WorldRay { origin: self.eye, direction }; BUNDLE];
+        for (ray, shift) in rays.iter_mut().zip([u, -u, v, -v]) {
+            ray.origin += shift * self.eye_band;
+        }
+        let four = 0b1111;
+        let mut closest = [Closest::<false>::new(self.camera.near(), self.camera.far(), 0.0); BUNDLE];
+        traverse_together::<K, _>(self.scene, &rays, four, &mut closest, stacks);
+        let answers = self.shade::<K, false>(&rays, &closest, four, stacks);
+        if Each(four).all(|r| answers[r] == answer) { answer } else { TruthMask::UNDECIDED }
+    }
+
+    /// The answers for what rays from the eye meet.
     #[inline(always)]
-    fn shade<K: Kernel>(&self, ray: &WorldRay, face: Option<Face>, t: f64, stack: &mut Stack) -> i8 {
-        let Some(face) = face else { return TruthMask::NOTHING };
+    fn shade<K: Kernel, const BAND: bool>(
+        &self,
+        rays: &[WorldRay; BUNDLE],
+        closest: &[Closest<BAND>; BUNDLE],
+        bits: RayBits,
+        stacks: &mut Stacks,
+    ) -> [i8; BUNDLE] {
+        let mut answers = [TruthMask::NOTHING; BUNDLE];
+        let mut receivers = [Receiver::NONE; BUNDLE];
+        let mut shadow_rays = *rays;
+        let mut asked = 0;
+        for r in Each(bits) {
+            let Some(face) = closest[r].face else { continue };
+            match self.receiver(&rays[r], face, closest[r].t) {
+                Ok(receiver) => {
+                    receivers[r] = receiver;
+                    shadow_rays[r] = WorldRay { origin: receiver.point, direction: self.to_light(receiver.point) };
+                    asked |= 1 << r;
+                }
+                Err(answer) => answers[r] = answer,
+            }
+        }
+        if asked == 0 {
+            return answers;
+        }
+        let mut blocked = receivers.map(|receiver| self.surely_blocked(&receiver));
+        let ended = traverse_together::<K, _>(self.scene, &shadow_rays, asked, &mut blocked, stacks);
+        for r in Each(asked) {
+            answers[r] = if (ended >> r) & 1 != 0 {
+                TruthMask::SHADOW
+            } else if !blocked[r].is_possible {
+                TruthMask::LIT
+            } else {
+                self.settle::<K>(&receivers[r], stacks)
+            };
+        }
+        answers
+    }
+
+    /// The surface that a ray from the eye meets at `t`, or the answer where that needs no other ray.
+    #[inline(always)]
+    fn receiver(&self, ray: &WorldRay, face: Face, t: f64) -> std::result::Result<Receiver, i8> {
         let [a, b, c] = self.scene.corners(face.0, face.1);
         let (ab, ac) = (b - a, c - a);
         // Scaled, so that the squares of tiny triangles do not underflow.
@@ -162,7 +239,7 @@ impl<'a> Shader<'a> {
         let area = ab.cross(ac);
         let Some(normal) = area.try_normalize() else {
             // Met by the ray and yet without area in the world: thinner than f64 tells.
-            return TruthMask::UNDECIDED;
+            return Err(TruthMask::UNDECIDED);
         };
         let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
         let point = ray.origin + t * ray.direction;
@@ -175,50 +252,54 @@ impl<'a> Shader<'a> {
         let distance = to_light.length();
         let placed_error = if self.light_point.w == 0.0 { 0.0 } else { self.scene.surface_error };
         if facing == 0.0 {
-            return TruthMask::SHADOW;
+            return Err(TruthMask::SHADOW);
         }
         if facing.abs() <= FACING_ERROR * sliver * distance + placed_error {
-            return TruthMask::UNDECIDED;
+            return Err(TruthMask::UNDECIDED);
         }
         if facing < 0.0 || !self.light.reaches(point + self.scene.scene.origin()) {
-            return TruthMask::SHADOW;
+            return Err(TruthMask::SHADOW);
         }
+        Ok(Receiver { face, point, normal, facing, distance })
+    }
+
+    /// What the shadow ray of a receiver looks for.
+    #[inline(always)]
+    fn surely_blocked(&self, receiver: &Receiver) -> SurelyBlocked {
         let resolution = self.scene.resolution;
         // In units of t: for a directional light `to_light` is a unit vector.
         let at_light = self.at_light();
-        let slack = resolution / distance;
-        let mut blocked = SurelyBlocked {
-            sure: [resolution / facing, at_light - slack],
+        let slack = resolution / receiver.distance;
+        SurelyBlocked {
+            sure: [resolution / receiver.facing, at_light - slack],
             possible: [0.0, at_light + slack],
             band: resolution,
-            except: face,
+            except: receiver.face,
             is_possible: false,
-        };
-        let shadow_ray = WorldRay { origin: point, direction: to_light };
-        if traverse::<K, _>(self.scene, &shadow_ray, &mut blocked, stack) {
-            return TruthMask::SHADOW;
         }
-        if !blocked.is_possible {
-            return TruthMask::LIT;
-        }
-        self.settle::<K>(&Receiver { face, point, normal, tangents: normal.any_orthonormal_pair().into() }, stack)
     }
 
     /// The answer where one ray does not settle it: that of ten, if they agree.
     #[cold]
     #[inline(never)]
-    fn settle<K: Kernel>(&self, receiver: &Receiver, stack: &mut Stack) -> i8 {
+    fn settle<K: Kernel>(&self, receiver: &Receiver, stacks: &mut Stacks) -> i8 {
         let resolution = self.scene.resolution;
-        let [u, v] = receiver.tangents;
+        let (u, v) = receiver.normal.any_orthonormal_pair();
+        let shifts = [DVec3::ZERO, u, -u, v, -v];
+        let five = 0b11111;
         let mut answer = None;
         for (height, light_side) in [(self.scene.surface_error, 1.0), (resolution, -1.0)] {
-            for shift in [DVec3::ZERO, u, -u, v, -v] {
+            let mut rays = [WorldRay { origin: receiver.point, direction: receiver.normal }; BUNDLE];
+            let mut blocked = [Blocked { t_min: 0.0, t_max: 0.0, except: Some(receiver.face) }; BUNDLE];
+            for (r, shift) in shifts.into_iter().enumerate() {
                 let origin = receiver.point + receiver.normal * height + shift * resolution;
                 let direction = self.to_light(origin);
-                let t_max = self.at_light() + light_side * resolution / direction.length();
-                let mut blocked = Blocked { t_min: 0.0, t_max, except: Some(receiver.face) };
-                let ray = WorldRay { origin, direction };
-                let is_blocked = traverse::<K, _>(self.scene, &ray, &mut blocked, stack);
+                rays[r] = WorldRay { origin, direction };
+                blocked[r].t_max = self.at_light() + light_side * resolution / direction.length();
+            }
+            let ended = traverse_together::<K, _>(self.scene, &rays, five, &mut blocked, stacks);
+            for r in Each(five) {
+                let is_blocked = (ended >> r) & 1 != 0;
                 if *answer.get_or_insert(is_blocked) != is_blocked {
                     return TruthMask::UNDECIDED;
                 }

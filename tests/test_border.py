@@ -1,5 +1,6 @@
 """The border between Python and Rust: types, errors, the GIL, Ctrl-C, and arrays that are not copied."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -12,6 +13,8 @@ import shadowlab as sl
 from shadowlab import errors
 from shadowlab.errors import ArgumentError, DeviceError, ShadowlabError, UnknownNameError
 
+CAMERA = sl.Camera.look_at((0, 0, -3), (0, 0, 1))
+LIGHT = sl.DirectionalLight((0, 0, 1))
 SCENE = sl.Scene.from_arrays([[-1, -1, 0.5], [1, -1, 0.5], [0, 1, 0.5]], [[0, 1, 2]])
 
 
@@ -24,6 +27,27 @@ def test_importing_the_package_touches_no_driver_and_no_heavy_library():
         "assert not heavy and not drivers, (heavy, drivers)\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the driver that prints is Mesa on Linux")
+def test_looking_for_adapters_prints_nothing_and_leaves_the_environment_alone():
+    code = "import os, shadowlab as sl; sl.Renderer(); sl._core.adapters(); assert 'XDG_RUNTIME_DIR' not in os.environ"
+    environment = {k: v for k, v in os.environ.items() if k != "XDG_RUNTIME_DIR"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_a_matrix_is_singular_by_its_rank_not_by_its_size():
+    for scale in (1e-150, 1.0, 1e150):
+        sl.Parameterization.from_matrix(np.diag([scale, scale, scale, 1.0]))
+
+
+def test_unaligned_arrays_are_read_right():
+    raw = bytearray(9 * 8 + 1)
+    vertices = np.frombuffer(raw, np.uint8)[1:].view(np.float64).reshape(3, 3)
+    vertices[:] = np.eye(3)
+    assert not vertices.flags.aligned
+    np.testing.assert_array_equal(sl.Scene.from_arrays(vertices, [[0, 1, 2]]).bounds, [[0, 0, 0], [1, 1, 1]])
 
 
 def test_every_public_name_resolves_and_is_documented():
@@ -76,6 +100,20 @@ def test_every_error_has_the_base_and_a_builtin():
         (lambda: sl.Parameterization.from_matrix(np.eye(3)), ArgumentError, r"\(4, 4\)"),
         (lambda: sl.Parameterization.from_matrix(np.full((4, 4), np.nan)), ArgumentError, "finite"),
         (lambda: sl.Parameterization.from_matrix(np.zeros((0, 4, 4))), ArgumentError, "at least one"),
+        (lambda: sl.Parameterization.from_matrix(np.zeros((4, 4))), ArgumentError, "singular"),
+        (lambda: sl.Parameterization.from_matrix(np.eye(4), resolution=1.5), ArgumentError, "resolution"),
+        (lambda: sl.Renderer("cpu").shadow_map("city.glb", np.eye(4)), ArgumentError, "load_scene"),
+        (lambda: sl.Renderer("cpu").gbuffer(SCENE, LIGHT, size=4), ArgumentError, "camera.*look_at"),
+        (lambda: sl.Renderer("cpu").shadow_mask(SCENE, CAMERA, CAMERA, np.eye(4), size=4), ArgumentError, "light"),
+        (
+            lambda: sl.Renderer("cpu").shadow_mask(SCENE, CAMERA, LIGHT, np.eye(4), size=4, bias=0.1),
+            ArgumentError,
+            "unit",
+        ),
+        (lambda: sl.technique("uniform").parameterize(None, CAMERA, LIGHT), ArgumentError, "scene.*NoneType"),
+        (lambda: sl.technique("uniform").parameterize(SCENE, CAMERA, LIGHT, resolution=1.5), ArgumentError, "1.5"),
+        (lambda: sl.technique("uniform").parameterize(SCENE, CAMERA, LIGHT, resolution=0), ArgumentError, "16384"),
+        (lambda: sl.Scene.from_arrays(np.eye(3), [[True, False, True]]), ArgumentError, "truth values"),
         (lambda: sl.Bias(slope=-1), ArgumentError, "slope"),
         (lambda: sl.Bias(world=np.nan), ArgumentError, "world"),
         (lambda: sl.trace.first_hit(SCENE, [[0, 0, 0]], [[0, 0, 0]]), ArgumentError, "direction"),

@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, array, image, mat4_to_array, rows3, vec3, vec3_to_array};
+use super::convert::{OrRaise, array, image, instance_of, mat4_to_array, rows3, vec3, vec3_to_array};
 use crate::scene::Camera;
 
 /// A perspective camera (right-handed, looking along -z of its view space, NDC z in [0, 1]).
@@ -11,6 +11,11 @@ use crate::scene::Camera;
 #[derive(PartialEq, Clone)]
 pub struct PyCamera {
     pub camera: Camera,
+}
+
+/// A camera argument.
+pub fn camera<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyCamera>> {
+    instance_of(value, "camera", "make one with Camera.look_at")
 }
 
 #[pymethods]

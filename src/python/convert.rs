@@ -7,6 +7,7 @@ use glam::{DMat4, DVec3, DVec4};
 use numpy::{
     Element, PyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
+use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -141,13 +142,19 @@ pub fn array<'py, T: Element>(
         kwargs.set_item("order", "C")?;
         let kind: String = raw.getattr("dtype")?.getattr("kind")?.extract()?;
         let wanted = T::get_dtype(py);
-        // Unsigned indices are fine; real numbers as indices are not.
+        // Unsigned indices are fine; truth values and real numbers as indices are not.
+        if kind == "b" {
+            return Err(pyo3::exceptions::PyTypeError::new_err("truth values are no numbers"));
+        }
         if kind == "u" && wanted.getattr("kind")?.extract::<String>()? == "i" {
             kwargs.set_item("casting", "unsafe")?;
         }
         Ok(raw.call_method("astype", (wanted,), Some(&kwargs))?.cast_into::<PyArrayDyn<T>>()?)
     };
-    let direct = value.cast::<PyArrayDyn<T>>().ok().filter(|a| a.is_c_contiguous()).cloned();
+    // numpy allows arrays whose elements straddle their natural alignment; a slice may not.
+    let usable =
+        |a: &&Bound<'py, PyArrayDyn<T>>| a.is_c_contiguous() && (a.data() as usize).is_multiple_of(align_of::<T>());
+    let direct = value.cast::<PyArrayDyn<T>>().ok().filter(usable).cloned();
     let converted = match direct {
         Some(a) => a,
         None => {
@@ -207,6 +214,32 @@ where
     numpy::ndarray::Dim<[usize; N]>: numpy::ndarray::Dimension,
 {
     PyArray1::from_vec(py, data).reshape(shape)
+}
+
+/// An argument that must be one of our classes, or an `ArgumentError` that says what to make of what came.
+pub fn instance_of<'py, T: PyTypeInfo>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+    fix: &'static str,
+) -> PyResult<Bound<'py, T>> {
+    value.cast::<T>().cloned().map_err(|_| {
+        let got = value.get_type().fully_qualified_name().map(|n| n.to_string()).unwrap_or_default();
+        let expected = value.py().get_type::<T>().name().map(|n| n.to_string()).unwrap_or_default();
+        argument_error(value.py(), name, format!("a shadowlab.{expected}"), got, fix)
+    })
+}
+
+/// Texels along a side: a whole number in the range of images.
+pub fn resolution(value: &Bound<'_, PyAny>) -> PyResult<u32> {
+    let limit = crate::render::MAX_IMAGE_SIDE;
+    match value.extract::<i64>() {
+        Ok(n) if (1..=i64::from(limit)).contains(&n) => Ok(n as u32),
+        _ => {
+            let got = value.repr().map(|r| r.to_string()).unwrap_or_default();
+            let expected = format!("a whole number between 1 and {limit}");
+            Err(argument_error(value.py(), "resolution", expected, got, "choose another size"))
+        }
+    }
 }
 
 /// A count of texels or pixels: one positive whole number, or a pair (width, height).

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, rows3};
+use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3};
 use super::technique::{settings_dict, value_text};
 use crate::parameterization::{Parameterization, Partition, PostWarp};
 
@@ -26,6 +26,16 @@ impl From<Parameterization> for PyParameterization {
     }
 }
 
+/// Whether a matrix of sixteen row-major numbers has no inverse; the size of its rows has no say.
+fn is_singular(rows: &[f64; 16]) -> bool {
+    let mut scaled = *rows;
+    for row in scaled.as_chunks_mut::<4>().0 {
+        let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        row.iter_mut().for_each(|x| *x /= largest);
+    }
+    !mat4_from_rows(&scaled).inverse().is_finite()
+}
+
 #[pymethods]
 impl PyParameterization {
     /// Somebody else's matrices as a parameterization.
@@ -40,10 +50,10 @@ impl PyParameterization {
     /// Raises
     /// ------
     /// ArgumentError
-    ///     For another shape or numbers that are not finite.
+    ///     For another shape, numbers that are not finite, or a singular matrix.
     #[staticmethod]
     #[pyo3(signature = (matrix, *, resolution=1024))]
-    fn from_matrix(matrix: &Bound<'_, PyAny>, resolution: u32) -> PyResult<Self> {
+    fn from_matrix(matrix: &Bound<'_, PyAny>, #[pyo3(from_py_with = resolution)] resolution: u32) -> PyResult<Self> {
         let py = matrix.py();
         let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)])
             .or_else(|_| array::<f64>(matrix, "matrix", &[Some(4), Some(4)]))?;
@@ -57,6 +67,10 @@ impl PyParameterization {
                 got,
                 "check where it comes from",
             ));
+        }
+        if numbers.as_chunks::<16>().0.iter().any(is_singular) {
+            let fix = "a shadow matrix has an inverse; check where it comes from";
+            return Err(argument_error(py, "matrix", "matrices of full rank", "a singular one", fix));
         }
         let partitions = numbers.as_chunks::<16>().0.iter().map(|rows| Partition {
             shadow_clip_from_world: mat4_from_rows(rows),

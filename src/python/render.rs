@@ -6,11 +6,11 @@ use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use super::camera::PyCamera;
-use super::convert::{OrRaise, argument_error, image, run_watched, size2, to_exception, vec3_to_array};
+use super::camera::{PyCamera, camera};
+use super::convert::{OrRaise, argument_error, image, instance_of, run_watched, size2, to_exception, vec3_to_array};
 use super::light::light;
 use super::parameterization::PyParameterization;
-use super::scene::PyScene;
+use super::scene::{PyScene, scene};
 use crate::error::Error;
 use crate::image::GBuffer;
 use crate::render::cpu::CpuRenderer;
@@ -90,6 +90,14 @@ impl PyBias {
             b.world, b.texels, b.ndc, b.slope, b.slope_limit
         )
     }
+}
+
+/// A bias argument, or nothing for the default.
+fn bias(value: &Bound<'_, PyAny>) -> PyResult<Option<Bias>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    Ok(Some(instance_of::<PyBias>(value, "bias", "say in which unit, for example Bias(world=0.01)")?.get().bias))
 }
 
 /// What a camera sees, one record a pixel.
@@ -193,7 +201,7 @@ impl PyRenderer {
     #[new]
     #[pyo3(signature = (backend="auto", *, adapter=None))]
     fn new(py: Python<'_>, backend: &str, adapter: Option<&str>) -> PyResult<Self> {
-        let made = py.detach(|| -> crate::Result<Arc<dyn Renderer>> {
+        let made = looking_at_drivers(py, || -> crate::Result<Arc<dyn Renderer>> {
             match backend {
                 "cpu" => Ok(Arc::new(CpuRenderer::new())),
                 "gpu" => gpu(adapter),
@@ -206,7 +214,7 @@ impl PyRenderer {
                     valid: ["auto", "cpu", "gpu"].map(String::from).into(),
                 }),
             }
-        });
+        })?;
         Ok(Self { renderer: made.or_raise(py)? })
     }
     /// "cpu" or "gpu".
@@ -235,7 +243,7 @@ impl PyRenderer {
     #[pyo3(signature = (scene, parameterization, *, resolution=None))]
     fn shadow_map<'py>(
         &self,
-        scene: PyRef<'py, PyScene>,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         parameterization: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -243,7 +251,7 @@ impl PyRenderer {
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
-        let (scene, renderer) = (&scene.scene, &self.renderer);
+        let (scene, renderer) = (&scene.get().scene, &self.renderer);
         let maps = run_watched(py, None, |progress| renderer.depth_maps(scene, p, resolution, progress))?;
         let [w, h] = maps.size.map(|n| n as usize);
         Ok(match maps.layers {
@@ -264,15 +272,15 @@ impl PyRenderer {
     /// -------
     /// GBuffer
     #[pyo3(signature = (scene, camera, *, size))]
-    fn gbuffer(
+    fn gbuffer<'py>(
         &self,
-        scene: PyRef<'_, PyScene>,
-        camera: PyRef<'_, PyCamera>,
-        size: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+        size: &Bound<'py, PyAny>,
     ) -> PyResult<PyGBuffer> {
         let py = size.py();
         let size = size2(size, "size")?;
-        let (core, eye, renderer) = (&scene.scene, &camera.camera, &self.renderer);
+        let (core, eye, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
         let mut g = run_watched(py, None, |progress| renderer.gbuffer(core, eye, size, progress))?;
         if core.meshes().iter().any(|m| m.dropped_faces() > 0) {
             for (triangle, &instance) in g.triangle.iter_mut().zip(&g.instance) {
@@ -305,13 +313,13 @@ impl PyRenderer {
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
-        scene: PyRef<'py, PyScene>,
-        camera: PyRef<'py, PyCamera>,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
         #[pyo3(from_py_with = light)] light: crate::Light,
         parameterization: &Bound<'py, PyAny>,
         size: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
-        bias: Option<PyRef<'py, PyBias>>,
+        #[pyo3(from_py_with = bias)] bias: Option<Bias>,
         filter: &str,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
@@ -324,10 +332,10 @@ impl PyRenderer {
         let settings = MaskSettings {
             resolution: resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?,
             size: size2(size, "size")?,
-            bias: bias.map_or_else(Bias::default, |b| b.bias),
+            bias: bias.unwrap_or_default(),
             filter,
         };
-        let (scene, camera, renderer) = (&scene.scene, &camera.camera, &self.renderer);
+        let (scene, camera, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
         let mask =
             run_watched(py, None, |progress| renderer.shadow_mask(scene, camera, &light, p, &settings, progress))?;
         let [w, h] = mask.size.map(|n| n as usize);
@@ -340,20 +348,36 @@ impl PyRenderer {
 
 /// The graphics adapters of this machine: one dictionary each. Loads the graphics drivers.
 #[pyfunction]
-pub fn adapters(py: Python<'_>) -> Vec<std::collections::BTreeMap<&'static str, String>> {
+pub fn adapters(py: Python<'_>) -> PyResult<Vec<std::collections::BTreeMap<&'static str, String>>> {
     #[cfg(feature = "gpu")]
     {
-        let found = py.detach(crate::render::gpu::adapters);
+        let found = looking_at_drivers(py, crate::render::gpu::adapters)?;
         let dict = |a: crate::render::gpu::AdapterInfo| {
             [("name", a.name), ("backend", a.backend), ("device_type", a.device_type), ("driver", a.driver)].into()
         };
-        found.into_iter().map(dict).collect()
+        Ok(found.into_iter().map(dict).collect())
     }
     #[cfg(not(feature = "gpu"))]
     {
         let _ = py;
-        Vec::new()
+        Ok(Vec::new())
     }
+}
+
+/// Runs what loads graphics drivers, without the GIL. Where no XDG_RUNTIME_DIR is set, as in containers and notebooks
+/// over ssh, it is while this runs: Mesa prints an error otherwise, though nothing here needs that folder.
+fn looking_at_drivers<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    const NAME: &str = "XDG_RUNTIME_DIR";
+    let environment = py.import("os")?.getattr("environ")?;
+    let added = cfg!(target_os = "linux") && !environment.contains(NAME)?;
+    if added {
+        environment.set_item(NAME, py.import("tempfile")?.call_method0("gettempdir")?)?;
+    }
+    let done = py.detach(work);
+    if added {
+        environment.del_item(NAME)?;
+    }
+    Ok(done)
 }
 
 #[cfg(feature = "gpu")]

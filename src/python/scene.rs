@@ -6,7 +6,7 @@ use glam::DAffine3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, argument_error, array, image, mat4_from_rows, rows3, vec3_to_array};
+use super::convert::{OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, vec3_to_array};
 use crate::progress::Progress;
 use crate::scene::{Instance, Mesh, Scene};
 use crate::trace::Tracer;
@@ -82,6 +82,12 @@ impl PyScene {
         *slot = Some(tracer.clone());
         Ok(tracer)
     }
+}
+
+/// A scene argument.
+pub fn scene<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyScene>> {
+    let fix = "make one with load_scene, Scene.from_trimesh, Scene.from_arrays or library.scene";
+    instance_of(value, "scene", fix)
 }
 
 #[pymethods]

@@ -3,13 +3,12 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 
-use super::camera::PyCamera;
-use super::convert::{OrRaise, argument_error};
+use super::camera::{PyCamera, camera};
+use super::convert::{OrRaise, argument_error, resolution};
 use super::light::light;
 use super::parameterization::PyParameterization;
-use super::scene::PyScene;
+use super::scene::{PyScene, scene};
 use crate::parameterization::Value;
-use crate::render::MAX_IMAGE_SIDE;
 use crate::techniques::{self, Default, Kind, Technique};
 
 /// A technique with its settings.
@@ -63,19 +62,15 @@ impl PyTechnique {
     /// ArgumentError
     ///     An argument of the wrong type or outside its range.
     #[pyo3(signature = (scene, camera, light, *, resolution=1024))]
-    fn parameterize(
+    fn parameterize<'py>(
         &self,
-        py: Python<'_>,
-        scene: PyRef<'_, PyScene>,
-        camera: PyRef<'_, PyCamera>,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
         #[pyo3(from_py_with = light)] light: crate::Light,
-        resolution: i64,
+        #[pyo3(from_py_with = resolution)] resolution: u32,
     ) -> PyResult<PyParameterization> {
-        if !(1..=i64::from(MAX_IMAGE_SIDE)).contains(&resolution) {
-            let expected = format!("a whole number between 1 and {MAX_IMAGE_SIDE}");
-            return Err(argument_error(py, "resolution", expected, resolution, "choose another size"));
-        }
-        let p = self.technique.parameterize(&scene.scene, &camera.camera, &light, resolution as u32);
+        let p = self.technique.parameterize(&scene.get().scene, &camera.get().camera, &light, resolution);
         Ok(p.or_raise(py)?.into())
     }
     fn __repr__(&self) -> String {

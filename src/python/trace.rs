@@ -6,25 +6,32 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+<<<<<<< HEAD
 use super::camera::PyCamera;
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
 use super::scene::PyScene;
 use crate::trace::Hit;
+=======
+use super::camera::{PyCamera, camera};
+use super::convert::{argument_error, array, image, rows3, run_watched, size2};
+use super::light::light;
+use super::scene::{PyScene, scene};
+>>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
 
 /// (H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there.
 #[pyfunction]
 #[pyo3(signature = (scene, camera, light, *, size, progress=None))]
 pub fn trace_shadow_mask<'py>(
-    scene: PyRef<'py, PyScene>,
-    camera: PyRef<'py, PyCamera>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
     #[pyo3(from_py_with = light)] light: crate::Light,
     size: &Bound<'py, PyAny>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
     let py = size.py();
     let size = size2(size, "size")?;
-    let (scene, camera) = (&*scene, &camera.camera);
+    let (scene, camera) = (scene.get(), &camera.get().camera);
     let truth =
         run_watched(py, progress, |progress| scene.tracer(progress)?.shadow_mask(camera, &light, size, progress))?;
     let [w, h] = truth.size.map(|n| n as usize);
@@ -36,7 +43,7 @@ pub fn trace_shadow_mask<'py>(
 #[pyo3(signature = (scene, origins, directions))]
 #[allow(clippy::type_complexity)]
 pub fn first_hit<'py>(
-    scene: PyRef<'py, PyScene>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
     origins: &Bound<'py, PyAny>,
     directions: &Bound<'py, PyAny>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<i32>>)> {
@@ -45,8 +52,14 @@ pub fn first_hit<'py>(
     let origins = rows3(&origins)?;
     let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
     let directions = rows3(&directions)?;
+<<<<<<< HEAD
     let scene = &*scene;
     let source = |h: &Hit| match h.triangle {
+=======
+    let scene = scene.get();
+    let hits = run_watched(py, None, |progress| scene.tracer(progress)?.first_hit(origins, directions, progress))?;
+    let source = |h: &crate::trace::Hit| match h.triangle {
+>>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
         ..0 => -1,
         triangle => scene.scene.mesh_of(h.instance as usize).source_face(triangle as usize) as i32,
     };
@@ -64,7 +77,7 @@ pub fn first_hit<'py>(
 #[pyfunction]
 #[pyo3(signature = (scene, origins, directions, t_max=None))]
 pub fn occluded<'py>(
-    scene: PyRef<'py, PyScene>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
     origins: &Bound<'py, PyAny>,
     directions: &Bound<'py, PyAny>,
     t_max: Option<&Bound<'py, PyAny>>,
@@ -82,7 +95,14 @@ pub fn occluded<'py>(
         (Some(each), _) => Cow::Borrowed(each.as_slice()?),
         (None, t) => Cow::Owned(vec![t.map_or(Ok(f64::INFINITY), |t| t.extract())?; origins.len()]),
     };
+<<<<<<< HEAD
     let scene = &*scene;
+=======
+    if let Some(bad) = limits.iter().find(|t| t.is_nan()) {
+        return Err(argument_error(py, "t_max", "numbers, infinity for no limit", bad, "check where it comes from"));
+    }
+    let scene = scene.get();
+>>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
     let answers =
         run_watched(py, None, |progress| scene.tracer(progress)?.occluded(origins, directions, &limits, progress))?;
     let n = answers.len();
@@ -91,7 +111,7 @@ pub fn occluded<'py>(
 
 /// Bytes of the acceleration structure (built if it is not there yet).
 #[pyfunction]
-pub fn trace_memory(py: Python<'_>, scene: PyRef<'_, PyScene>) -> PyResult<usize> {
-    let scene = &*scene;
+pub fn trace_memory<'py>(py: Python<'py>, #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>) -> PyResult<usize> {
+    let scene = scene.get();
     run_watched(py, None, |progress| Ok(scene.tracer(progress)?.memory()))
 }

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
+from shadowlab.matrices import CHECK_MATRIX
 from shadowlab.verdict import NO_WARP, share_text, times, verdict
 
 
@@ -73,7 +74,8 @@ def test_the_uniform_map_that_does_as_well():
         ("lispsm", 1024, 1000, 0),
     ]
     text = verdict(table(*rows))
-    assert "uniform needs 4096²: 16 times the texels (900 against 1,000 wrong pixels)" in text
+    told = "Of the sizes run, uniform first does as well as lispsm at 1024² at 4096² (16 times the texels; "
+    assert f"{told}900 against 1,000 wrong pixels)" in text
 
 
 def test_no_uniform_map_of_the_run_does_as_well():
@@ -87,23 +89,70 @@ def test_several_resolutions_give_a_range():
     mixed = [("uniform", 512, 4000, 0), ("uniform", 1024, 500, 0), ("lispsm", 512, 2000, 0), ("lispsm", 1024, 900, 0)]
     text = verdict(table(*mixed))
     assert "better at 1, worse at 1 and about equal at 0 of 2 resolutions" in text
-    worse = [("uniform", 512, 10, 0), ("uniform", 1024, 10, 0), ("lispsm", 512, 30, 0), ("lispsm", 1024, 20, 0)]
+    worse = [("uniform", 512, 100, 0), ("uniform", 1024, 100, 0), ("lispsm", 512, 300, 0), ("lispsm", 1024, 200, 0)]
     assert "worse than uniform at every resolution from 512² to 1024² (2 to 3 times as many" in verdict(table(*worse))
 
 
 def test_no_ratio_against_nothing():
-    assert "has 7 wrong pixels where uniform has none" in verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 7, 0)))
-    assert "leaves no wrong pixel where uniform has 7" in verdict(table(("uniform", 64, 7, 0), ("lispsm", 64, 0, 0)))
+    assert "has 70 wrong pixels where uniform has none" in verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 70, 0)))
+    assert "leaves no wrong pixel where uniform has 70" in verdict(table(("uniform", 64, 70, 0), ("lispsm", 64, 0, 0)))
     both = verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 0, 0)))
     assert "uniform and lispsm at 64² get all 100,000 compared pixels right" in both
     assert "worth" not in both
 
 
 def test_one_row_alone_is_not_compared():
-    assert verdict(table(("lispsm", 1024, 1, 0))) == (
-        "lispsm at 1024² gets 1 pixel wrong (0.00100 % of 100,000 compared; 1 false shadow, 0 false light)."
+    assert verdict(table(("lispsm", 1024, 100, 1))) == (
+        "lispsm at 1024² gets 101 pixels wrong (0.101 % of 100,000 compared; 100 false shadow, 1 false light)."
     )
-    assert verdict(table(("lispsm", 1024, 0, 0))) == "lispsm at 1024² gets all 100,000 compared pixels right."
+    hardly = "This view hardly tests shadows: no run has 10 wrong pixels or more."
+    assert verdict(table(("lispsm", 1024, 1, 0))) == (
+        f"lispsm at 1024² gets 1 pixel wrong (0.00100 % of 100,000 compared; 1 false shadow, 0 false light). {hardly}"
+    )
+    assert verdict(table(("lispsm", 1024, 0, 0))) == f"lispsm at 1024² gets all 100,000 compared pixels right. {hardly}"
+
+
+def test_a_view_that_hardly_tests_shadows_ranks_no_warp():
+    text = verdict(table(("uniform", 512, 9, 0), ("lispsm", 512, 0, 0)))
+    assert "hardly tests shadows" in text
+    assert "worth" not in text
+    # One run of ten wrong pixels, or a large share of few pixels, is something.
+    assert "hardly" not in verdict(table(("uniform", 512, 10, 0), ("lispsm", 512, 0, 0)))
+    few = table(("uniform", 512, 9, 0), ("lispsm", 512, 0, 0))
+    few["compared"], few["share"] = pd.array([90, 90], dtype="Int64"), [0.1, 0.0]
+    assert "hardly" not in verdict(few)
+
+
+def test_differences_within_the_noise_of_counts_decide_nothing():
+    # sqrt(100 + 135) is 15.3: a difference of 35 is 2.3 of it, one of 60 is 3.7 of sqrt(260).
+    noisy = verdict(table(("uniform", 512, 135, 0), ("lispsm", 512, 100, 0)))
+    assert "makes little difference" in noisy
+    assert "1.6 times fewer" in verdict(table(("uniform", 512, 160, 0), ("lispsm", 512, 100, 0)))
+    as_well = [("uniform", 512, 400, 0), ("uniform", 1024, 110, 0), ("lispsm", 512, 100, 0)]
+    assert "uniform first does as well as lispsm at 512² at 1024²" in verdict(table(*as_well))
+
+
+def test_a_tie_tells_only_what_holds_for_all():
+    text = verdict(table(("uniform", 512, 30, 10), ("lispsm", 512, 10, 30)))
+    assert "uniform and lispsm at 512² share the fewest wrong pixels: 40 pixels (0.0400 % of 100,000 compared)." in text
+    same = verdict(table(("uniform", 512, 30, 10), ("lispsm", 512, 30, 10)))
+    assert "compared; 30 false shadow, 10 false light)" in same
+
+
+def test_a_matrix_that_is_no_map_is_left_out_of_the_ranking():
+    rows = table(("uniform", 512, 300, 100), ("engine", 512, 1, 0))
+    rows["notes"] = ["", f"{CHECK_MATRIX}not a map of this light"]
+    text = verdict(rows)
+    assert text.startswith("uniform at 512² gets 400 pixels wrong")
+    assert text.endswith("engine is left out of the ranking: not a map of this light.")
+    assert "worth" not in text
+    assert verdict(rows[1:]) == "Nothing is ranked. engine is left out of the ranking: not a map of this light."
+
+
+def test_a_picture_of_almost_nothing_is_told():
+    rows = table(("uniform", 512, 300, 100))
+    assert "Only 3.00 % of the picture's pixels show anything" in verdict(rows, seen=0.03)
+    assert "show anything" not in verdict(rows, seen=0.05)
 
 
 def test_without_uniform_no_word_about_worth():
@@ -122,9 +171,9 @@ def test_the_best_uniform_map_is_the_baseline():
 
 
 def test_failures_are_told_and_leave_the_rest():
-    text = verdict(table(("uniform", 1024, 5, 0), ("lispsm", 1024, None, None, "no receiver in view")))
+    text = verdict(table(("uniform", 1024, 50, 0), ("lispsm", 1024, None, None, "no receiver in view")))
     assert text.endswith("lispsm failed: no receiver in view.")
-    assert text.startswith("uniform at 1024² gets 5 pixels wrong")
+    assert text.startswith("uniform at 1024² gets 50 pixels wrong")
     assert (
         verdict(table(("lispsm", 1024, None, None, "broken"))) == "No technique gave a result. lispsm failed: broken."
     )
@@ -153,7 +202,7 @@ def test_a_technique_that_did_not_warp_is_told_and_not_compared():
     assert "difference" not in text
 
 
-@pytest.mark.parametrize("counts", [(4000, 1000), (7, 7), (0, 12), (12, 0), (100, 97)])
+@pytest.mark.parametrize("counts", [(4000, 1000), (70, 70), (0, 12), (12, 0), (100, 97)])
 def test_every_number_comes_from_the_table(counts):
     rows = table(("uniform", 512, counts[0], 0), ("lispsm", 512, counts[1], 0))
     numbers = {
@@ -179,13 +228,14 @@ def test_many_techniques_give_one_sentence_beside_the_best():
 
 
 def test_slight_differences_are_called_slight():
-    better = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 900, 0)))
+    better = verdict(table(("uniform", 512, 10_000, 0), ("lispsm", 512, 9000, 0)))
     assert (
-        "lispsm is slightly better here: at 512² it leaves 10.0 % fewer wrong pixels than uniform (900 against"
+        "lispsm is slightly better here: at 512² it leaves 10.0 % fewer wrong pixels than uniform (9,000 against"
         in better
     )
     worse = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 1200, 0)))
     assert "lispsm is slightly worse here: at 512² it has 20.0 % more wrong pixels than uniform (1,200 against" in worse
-    rows = [("uniform", 512, 100, 0), ("uniform", 1024, 50, 0), ("lispsm", 512, 110, 0), ("lispsm", 1024, 55, 0)]
+    rows = [("uniform", 512, 10_000, 0), ("uniform", 1024, 5000, 0)]
+    rows += [("lispsm", 512, 11_000, 0), ("lispsm", 1024, 5500, 0)]
     several = verdict(table(*rows))
     assert "lispsm is slightly worse here: it is worse than uniform at every resolution from 512² to 1024²" in several

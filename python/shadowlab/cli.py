@@ -223,7 +223,7 @@ def compare_command(options: argparse.Namespace) -> int:
     print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels\n")
     print(text_table(study.table))
     for run in study.runs:
-        for note in run.parameterization.notes if run.parameterization is not None else ():
+        for note in run.notes:
             print(f"{run.label} at {run.resolution}²: {note}")
     print(f"\n{study.verdict}\n\nReport: {report}")
     return 0

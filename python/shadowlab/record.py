@@ -72,7 +72,7 @@ def run_record(run: Any) -> dict[str, Any]:
     if p is not None:
         record["matrices"] = np.asarray(p.matrices)
         record["values"] = dict(p.values)
-        record["notes"] = list(p.notes)
+        record["notes"] = list(run.notes)
     return record
 
 

@@ -173,7 +173,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     """One run: its pictures, its notes, and how to get it again. Adds its pictures to `files`."""
     index = study.runs.index(run)
     title = f'<h3>{escape(run.label)} <span class="res">{run.resolution}²</span></h3>'
-    notes = "".join(f"<li>{escape(note)}</li>" for note in (run.parameterization.notes if run.parameterization else ()))
+    notes = "".join(f"<li>{escape(note)}</li>" for note in run.notes)
     tail = (f'<ul class="notes">{notes}</ul>' if notes else "") + again(study, [run], "Run it again")
     if run.failure:
         return (

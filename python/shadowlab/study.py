@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .errors import ArgumentError, ShadowlabError
+from .matrices import CHECK_MATRIX, notes_on
 from .specs import parse_spec
 from .tables import Steps, settings_text, text_table
 
@@ -52,7 +53,14 @@ class Run:
     fit_us: float | None = None
     render_ms: float | None = None
     mask_ms: float | None = None
+    doubts: tuple[str, ...] = ()  # what speaks against a matrix from elsewhere
     failure: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the technique did where it could not do as told, and what speaks against a given matrix."""
+        own = () if self.parameterization is None else tuple(self.parameterization.notes)
+        return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
 
     def row(self) -> dict[str, Any]:
         """The row of the table; None where nothing was measured."""
@@ -71,7 +79,7 @@ class Run:
             "fit_us": self.fit_us,
             "render_ms": self.render_ms,
             "mask_ms": self.mask_ms,
-            "notes": "; ".join(self.parameterization.notes) if self.parameterization is not None else "",
+            "notes": "; ".join(self.notes),
             "failure": self.failure,
         }
 
@@ -159,7 +167,8 @@ class Study:
         """What the table says."""
         from .verdict import verdict
 
-        return verdict(self.table, {run.label: run.technique for run in self.runs})
+        seen = float(np.mean(np.asarray(self.gbuffer.triangle) >= 0))
+        return verdict(self.table, {run.label: run.technique for run in self.runs}, seen=seen)
 
     def figure(self) -> Any:
         """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""
@@ -262,7 +271,7 @@ def compare(
         for label, item in entries:
             for texels in resolutions:
                 step(f"{label} {texels}²")
-                draw = Draw(scene, camera, light, renderer, (width, height), bias, filter, traced)
+                draw = Draw(scene, camera, light, renderer, (width, height), bias, filter, gbuffer, traced)
                 runs.append(run_one(draw, label, item, texels))
     return Study(
         tuple(runs), scene, camera, light, (width, height), bias, filter, renderer.backend, renderer.adapter, gbuffer,
@@ -281,6 +290,7 @@ class Draw:
     size: tuple[int, int]
     bias: Any
     filter: str
+    gbuffer: Any
     truth: np.ndarray | None
 
 
@@ -295,6 +305,7 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
     try:
         if given:
             known["parameterization"] = p = item
+            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer))
         else:
             known["parameterization"] = p = item.parameterize(
                 draw.scene, draw.camera, draw.light, resolution=resolution
@@ -314,7 +325,8 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
         if draw.truth is not None:
             known["errors"] = aliasing.misclassified(known["mask"], draw.truth)
     except ShadowlabError as error:
-        return Run(label, name, settings, resolution, given, known.get("parameterization"), failure=str(error))
+        kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}
+        return Run(label, name, settings, resolution, given, **kept, failure=str(error))
     return Run(label, name, settings, resolution, given, **known)
 
 

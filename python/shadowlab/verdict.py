@@ -5,21 +5,32 @@ The question that readers bring: which technique at which resolution is good eno
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from .matrices import CHECK_MATRIX
 
 # Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
 ABOUT_EQUAL = 1.05
 # Below this ratio a technique is called slightly better or worse: errors along silhouettes fall with the texel's side,
 # so a map with a quarter more texels along each side does as much.
 SLIGHT = 1.25
+# Counts of wrong pixels scatter as counts do when a map's texels shift against the scene: below this many standard
+# deviations of their difference, sqrt(a + b), two runs are told as equal.
+NOISE_SIGMAS = 3.0
+# With fewer wrong pixels than both of these in every run, a view has nothing to tell the runs apart by.
+FEW_PIXELS = 10
+FEW_SHARE = 1e-4
+# A camera that sees less than this share of its pixels filled compares little of the picture.
+LITTLE_SEEN = 0.05
 BASELINE = "uniform"
 # How a technique's note begins where it fell back to the uniform map; the reason follows.
 NO_WARP = "no warp, a uniform map: "
 
 
-def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> str:
-    """One to four sentences on the table of a study.
+def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
+    """A few sentences on the table of a study.
 
     Parameters
     ----------
@@ -28,14 +39,20 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> 
     technique_of_label : mapping, optional
         The technique behind each label, so that a uniform map is known as the baseline under any label. The labels
         themselves where none is given.
+    seen : float, optional
+        The share of the picture's pixels that show any surface.
     """
     technique_of_label = technique_of_label or {}
     rows = table.to_dict("records")
     failed = [row for row in rows if row["failure"]]
-    drawn = [row for row in rows if not row["failure"]]
+    done = [row for row in rows if not row["failure"]]
+    doubted = [row for row in done if CHECK_MATRIX in row["notes"]]
+    drawn = [row for row in done if CHECK_MATRIX not in row["notes"]]
     sentences = []
-    if not drawn:
+    if not done:
         sentences.append("No technique gave a result.")
+    elif not drawn:
+        sentences.append("Nothing is ranked.")
     elif any(_missing(row["misclassified"]) for row in drawn):
         sentences.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
@@ -44,9 +61,16 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None) -> 
         unwarped = {row["technique"]: row["notes"].split(NO_WARP, 1)[1] for row in drawn if NO_WARP in row["notes"]}
         warped = [row for row in drawn if row["technique"] not in unwarped]
         sentences += _fewest(warped or drawn)
-        sentences += _warps_against_uniform(warped, technique_of_label)
+        if all(_hardly_wrong(row) for row in drawn):
+            sentences.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
+        else:
+            sentences += _warps_against_uniform(warped, technique_of_label)
         for label, reason in unwarped.items():
             sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
+    for label, doubt in dict.fromkeys((row["technique"], row["notes"].split(CHECK_MATRIX, 1)[1]) for row in doubted):
+        sentences.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
+    if seen is not None and 0 < seen < LITTLE_SEEN:
+        sentences.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
     for failure in dict.fromkeys((row["technique"], row["failure"]) for row in failed):
         sentences.append(f"{failure[0]} failed: {failure[1].rstrip('.')}.")
     return " ".join(sentences)
@@ -58,6 +82,17 @@ def _missing(value: Any) -> bool:
     return bool(pd.isna(value))
 
 
+def _hardly_wrong(row: Mapping[str, Any]) -> bool:
+    """Whether a row has almost no wrong pixels, in number and as a share."""
+    return int(row["misclassified"]) < FEW_PIXELS and float(row["share"]) < FEW_SHARE
+
+
+def _about_equal(first: int, second: int) -> bool:
+    """Whether two counts of wrong pixels are too close to choose by: in ratio, or within their noise."""
+    low, high = sorted((first, second))
+    return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(low + high)
+
+
 def _nothing_compared(row: Mapping[str, Any]) -> str:
     """Why there is no number: nothing seen, or nothing that rays could decide."""
     if int(row["undecided"]) > 0:
@@ -67,24 +102,21 @@ def _nothing_compared(row: Mapping[str, Any]) -> str:
 
 def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
     """Which row has the fewest wrong pixels; ties go to the smallest map."""
-    compared = int(drawn[0]["compared"])
     least = min(int(row["misclassified"]) for row in drawn)
     if len(drawn) == 1:
         row = drawn[0]
         if least == 0:
-            return [f"{place(row)} gets all {compared:,} compared pixels right."]
-        return [f"{place(row)} gets {count(row)} wrong ({percent(row)} of {compared:,} compared; {split(row)})."]
+            return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
+        return [f"{place(row)} gets {count(row)} wrong ({details(drawn)})."]
     best = [row for row in drawn if int(row["misclassified"]) == least]
     cheapest = min(int(row["resolution"]) for row in best)
     best = [row for row in best if int(row["resolution"]) == cheapest]
     who = listed([row["technique"] for row in best])
     if least == 0:
+        compared = int(best[0]["compared"])
         return [f"{who} at {cheapest}² {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [
-        f"{who} at {cheapest}² {verb} the fewest wrong pixels: "
-        f"{count(best[0])} ({percent(best[0])} of {compared:,} compared; {split(best[0])})."
-    ]
+    return [f"{who} at {cheapest}² {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
@@ -130,7 +162,7 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
     if len(pairs) == 1:
         mine, base = outcomes[0]
         text = f"({mine:,} against {base:,})"
-        if mine == base or (min(mine, base) > 0 and max(mine, base) / min(mine, base) <= ABOUT_EQUAL):
+        if _about_equal(mine, base):
             return f"{label} {where} makes little difference here: about as many wrong pixels as {base_label} {text}."
         if mine < base:
             if mine == 0:
@@ -147,8 +179,8 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
             return f"{label} is slightly worse here: {where} it has {more} {text}."
         many = f"{times(mine / base)} times as many wrong pixels as {base_label}"
         return f"{label} is not worth it here: {where} it has {many} {text}."
-    better = sum(mine * ABOUT_EQUAL < base for mine, base in outcomes)
-    worse = sum(base * ABOUT_EQUAL < mine for mine, base in outcomes)
+    better = sum(mine < base and not _about_equal(mine, base) for mine, base in outcomes)
+    worse = sum(base < mine and not _about_equal(mine, base) for mine, base in outcomes)
     ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
     slightly = bool(ratios) and len(ratios) == len(pairs) and min(ratios) >= 1 / SLIGHT and max(ratios) <= SLIGHT
     if better == len(pairs):
@@ -170,14 +202,20 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
     """The smallest uniform map of the run that does as well as this row, where larger ones were in the run."""
     resolution = int(row["resolution"])
     larger = sorted(r for r in uniform if r > resolution)
-    if not larger or int(uniform[resolution]["misclassified"]) <= int(row["misclassified"]):
+    wrong = int(row["misclassified"])
+
+    def as_well(r: int) -> bool:
+        mine = int(uniform[r]["misclassified"])
+        return mine <= wrong or _about_equal(mine, wrong)
+
+    if not larger or as_well(resolution):
         return []
     for r in larger:
-        if int(uniform[r]["misclassified"]) <= int(row["misclassified"]):
+        if as_well(r):
             many = f"{times((r / resolution) ** 2)} times the texels"
             return [
-                f"For what {place(row)} reaches, {uniform[r]['technique']} needs {r}²: {many} "
-                f"({uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
+                f"Of the sizes run, {uniform[r]['technique']} first does as well as {place(row)} at {r}² "
+                f"({many}; {uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
             ]
     least = uniform[larger[-1]]
     return [
@@ -211,6 +249,13 @@ def share_text(share: float) -> str:
 def split(row: Mapping[str, Any]) -> str:
     """The two kinds of error of a row."""
     return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
+
+
+def details(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
+    texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
+    both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]
+    return "; ".join(both) or f"up to {share_text(max(float(row['share']) for row in rows))} of those compared"
 
 
 def times(ratio: float) -> str:

@@ -1,0 +1,129 @@
+"""Notes on matrices from elsewhere: every convention that is not ours is named, and ours draws no word."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import shadowlab as sl
+from shadowlab.matrices import LARGEST_RESIDUAL, notes_on
+
+OPENGL_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, -1], [0, 0, 0, 1]])
+REVERSED_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1]])
+SCENES = ("forest", "robots", "skylight")
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def case(request):
+    """Scene, eye view, and the matrix of a technique."""
+    scene = sl.library.scene(request.param)
+    gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
+    matrix = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light).matrix
+    return scene, gbuffer, np.asarray(matrix)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("technique", ["uniform", "lispsm"])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_our_own_maps_are_maps(name, technique, offset):
+    scene = sl.library.scene(name)
+    move = np.eye(4)
+    move[:3, 3] = offset, 0, -offset
+    camera, eye = scene.camera, np.asarray(scene.camera.eye) + move[:3, 3]
+    camera = sl.Camera.look_at(
+        eye,
+        eye + np.asarray(camera.forward),
+        fov_y=camera.fov_y,
+        aspect=camera.aspect,
+        near=camera.near,
+        far=camera.far,
+    )
+    moved = sl.Scene(scene.meshes, scene.mesh_index, move @ scene.transforms)
+    p = sl.technique(technique).parameterize(moved, camera, scene.light)
+    gbuffer = sl.Renderer("cpu").gbuffer(moved, camera, size=(64, 36))
+    assert notes_on(p.matrices, scene.light, gbuffer) == []
+
+
+def test_single_precision_is_enough(case):
+    scene, gbuffer, matrix = case
+    assert notes_on(matrix.astype(np.float32), scene.light, gbuffer) == []
+
+
+def test_a_spot_has_maps_too():
+    scene = sl.library.scene("robots")
+    low, high = np.asarray(scene.bounds)
+    middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    light = sl.SpotLight(middle + np.array([0, size, 0.3 * size]), (0, -1, -0.3), cone_angle=1.4, range=4 * size)
+    p = sl.technique("uniform").parameterize(scene, scene.camera, light)
+    gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
+    assert notes_on(p.matrices, light, gbuffer) == []
+    assert "reversed z?" in notes_on(REVERSED_FROM_SHADOW @ p.matrix, light, gbuffer)[0]
+    moved = sl.SpotLight(np.asarray(light.position) + 0.01 * size, light.direction, cone_angle=1.4, range=4 * size)
+    assert "not a map of this light" in notes_on(p.matrices, moved, gbuffer)[0]
+
+
+def test_a_transposed_matrix_is_named(case):
+    scene, gbuffer, matrix = case
+    assert "its transpose is one: give row-major matrices" in notes_on(matrix.T, scene.light, gbuffer)[0]
+
+
+def test_the_identity_is_no_map(case):
+    scene, gbuffer, _ = case
+    note = notes_on(np.eye(4), scene.light, gbuffer)[0]
+    assert note.startswith("not a map of this light: its rows x, y, w miss the light by 0.")
+    assert "transpose" not in note
+
+
+def test_depth_conventions_are_named(case):
+    scene, gbuffer, matrix = case
+    assert notes_on(REVERSED_FROM_SHADOW @ matrix, scene.light, gbuffer) == [
+        "depth falls away from the light: reversed z?"
+    ]
+
+
+def test_opengl_depth_is_named_where_a_receiver_shows_it(case):
+    scene, gbuffer, matrix = case
+    points = np.asarray(gbuffer.position)[np.asarray(gbuffer.triangle) >= 0]
+    clip = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    nearer_half = clip[:, 2] / clip[:, 3] < 0.5  # these get depths below 0
+    notes = notes_on(OPENGL_FROM_SHADOW @ matrix, scene.light, gbuffer)
+    assert any("z in -1..1?" in note for note in notes) == nearer_half.any()
+    assert nearer_half.any() or "robots" not in scene.source  # one scene at least shows it
+
+
+@pytest.mark.parametrize("angle", [10 * LARGEST_RESIDUAL, 0.01, 1.0])
+def test_another_light_is_noticed(case, angle):
+    scene, gbuffer, matrix = case
+    d = np.asarray(scene.light.direction)
+    side = np.cross(d, (0.2, 0.3, 0.9))
+    other = sl.DirectionalLight(np.cos(angle) * d + np.sin(angle) * side / np.linalg.norm(side))
+    assert "not a map of this light" in notes_on(matrix, other, gbuffer)[0]
+
+
+def test_a_map_of_another_place_is_told(case):
+    scene, gbuffer, matrix = case
+    shifted = np.eye(4)
+    shifted[0, 3] = 3.0
+    assert notes_on(shifted @ matrix, scene.light, gbuffer) == ["no visible surface lies in the map"]
+    assert notes_on([matrix, shifted @ matrix], scene.light, gbuffer) == []
+
+
+def test_without_receivers_nothing_is_said():
+    scene = sl.library.scene("robots")
+    away = sl.Camera.look_at((0, 1e3, 0), (0, 2e3, 0), up=(0, 0, 1), far=10.0)
+    gbuffer = sl.Renderer("cpu").gbuffer(scene, away, size=(8, 8))
+    assert notes_on(np.eye(4), scene.light, gbuffer) == []
+
+
+def test_compare_notes_it_and_leaves_it_out_of_the_ranking(case):
+    scene, _, matrix = case
+    wrong = sl.Parameterization.from_matrix(matrix.T)
+    right = sl.Parameterization.from_matrix(matrix)
+    study = sl.compare(
+        scene, scene.camera, scene.light, {"uniform": "uniform", "engine": wrong, "mine": right},
+        resolution=64, size=(64, 36), renderer=sl.Renderer("cpu"), progress=False,
+    )  # fmt: skip
+    notes = study.table.set_index("technique")["notes"]
+    assert "check the matrix: not a map of this light" in notes["engine"]
+    assert "check the matrix" not in notes["uniform"] + notes["mine"]
+    assert "engine is left out of the ranking: not a map of this light" in study.verdict

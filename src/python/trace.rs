@@ -6,18 +6,11 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-<<<<<<< HEAD
-use super::camera::PyCamera;
+use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
-use super::scene::PyScene;
-use crate::trace::Hit;
-=======
-use super::camera::{PyCamera, camera};
-use super::convert::{argument_error, array, image, rows3, run_watched, size2};
-use super::light::light;
 use super::scene::{PyScene, scene};
->>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
+use crate::trace::Hit;
 
 /// (H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there.
 #[pyfunction]
@@ -52,14 +45,8 @@ pub fn first_hit<'py>(
     let origins = rows3(&origins)?;
     let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
     let directions = rows3(&directions)?;
-<<<<<<< HEAD
-    let scene = &*scene;
-    let source = |h: &Hit| match h.triangle {
-=======
     let scene = scene.get();
-    let hits = run_watched(py, None, |progress| scene.tracer(progress)?.first_hit(origins, directions, progress))?;
-    let source = |h: &crate::trace::Hit| match h.triangle {
->>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
+    let source = |h: &Hit| match h.triangle {
         ..0 => -1,
         triangle => scene.scene.mesh_of(h.instance as usize).source_face(triangle as usize) as i32,
     };
@@ -95,14 +82,7 @@ pub fn occluded<'py>(
         (Some(each), _) => Cow::Borrowed(each.as_slice()?),
         (None, t) => Cow::Owned(vec![t.map_or(Ok(f64::INFINITY), |t| t.extract())?; origins.len()]),
     };
-<<<<<<< HEAD
-    let scene = &*scene;
-=======
-    if let Some(bad) = limits.iter().find(|t| t.is_nan()) {
-        return Err(argument_error(py, "t_max", "numbers, infinity for no limit", bad, "check where it comes from"));
-    }
     let scene = scene.get();
->>>>>>> e76cc40 (python: every argument of a wrong kind is a typed error; drivers stay quiet)
     let answers =
         run_watched(py, None, |progress| scene.tracer(progress)?.occluded(origins, directions, &limits, progress))?;
     let n = answers.len();

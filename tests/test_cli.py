@@ -205,6 +205,18 @@ def test_a_scene_without_its_own_view_gets_one(run, mesh):
     assert light == sun
 
 
+def test_without_a_size_a_library_scene_keeps_its_aspect_and_others_are_square(run, mesh, tmp_path):
+    words = ("--resolution", "32", "--technique", "uniform", "--backend", "cpu")
+    run("compare", "@skylight", *words, "--out", tmp_path / "library")
+    data = json.loads((tmp_path / "library" / "results.json").read_text(encoding="utf-8"))
+    own = sl.library.scene("skylight").camera
+    assert data["size"] == [1360, 765]
+    assert data["camera"]["aspect"] == own.aspect
+    assert "--size 1360x765" in data["reproduce"]["command"]
+    options = cli.parser().parse_args(["matrix", mesh])
+    assert cli.load_view(options, None)[1].aspect == 1.0
+
+
 def test_an_eye_alone_looks_at_the_middle(mesh):
     options = cli.parser().parse_args(["matrix", mesh, "--eye", "9,0,0"])
     scene, camera, _, _ = cli.load_view(options, (8, 8))
@@ -277,6 +289,7 @@ BAD = {
     "resolution a fraction": (["compare", "MESH", "--resolution", "10.5"], "resolution"),
     "resolution a word": (["compare", "MESH", "--resolution", "big"], "resolution"),
     "resolution empty": (["compare", "MESH", "--resolution", ""], "resolution"),
+    "resolution twice": (["compare", "MESH", "--resolution", "64,32", "--resolution", "64"], "resolution", "twice"),
     "resolution too large": (["compare", "MESH", "--resolution", "100000"], "resolution", "16384"),
     "size zero": (["compare", "MESH", "--size", "0x0"], "size"),
     "size of one": (["compare", "MESH", "--size", "64"], "size"),

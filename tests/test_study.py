@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 
 import numpy as np
 import pandas as pd
 import pytest
+import trimesh
 
 import shadowlab as sl
 from shadowlab import study as study_module
+from shadowlab.arguments import picture_size
 from shadowlab.study import COLUMNS, compare
 
 SQUARE = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
@@ -70,8 +73,8 @@ def test_finer_maps_have_fewer_errors(study):
 
 
 def test_a_label_alone_names_a_run_where_it_is_the_only_one(view, study):
-    single = compare(*view, "uniform", resolution=32, size=(16, 16), progress=False)
-    assert single.masks["uniform"].shape == (16, 16)
+    single = compare(*view, "uniform", resolution=32, size=(20, 16), progress=False)
+    assert single.masks["uniform"].shape == (16, 20)
     with pytest.raises(KeyError, match="'lispsm', 128"):
         study.masks["lispsm"]
     with pytest.raises(KeyError, match="tsm"):
@@ -116,7 +119,7 @@ def test_a_defect_is_not_hidden_as_a_failure(view):
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        compare(*view, {"x": Defect()}, resolution=32, size=(8, 8), progress=False)
+        compare(*view, {"x": Defect()}, resolution=32, size=(10, 8), progress=False)
 
 
 def test_ctrl_c_is_a_keyboard_interrupt(view, capsys):
@@ -127,7 +130,7 @@ def test_ctrl_c_is_a_keyboard_interrupt(view, capsys):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        compare(*view, {"x": Impatient()}, resolution=32, size=(8, 8))
+        compare(*view, {"x": Impatient()}, resolution=32, size=(10, 8))
     assert capsys.readouterr().err.strip() == ""  # no half-drawn bar, no traceback
 
 
@@ -135,12 +138,12 @@ def test_truth_is_traced_once(view, monkeypatch):
     calls = []
     real = sl.trace.shadow_mask
     monkeypatch.setattr(sl.trace, "shadow_mask", lambda *a, **k: calls.append(1) or real(*a, **k))
-    compare(*view, resolution=[16, 32], size=(8, 8), progress=False)
+    compare(*view, resolution=[16, 32], size=(10, 8), progress=False)
     assert len(calls) == 1
 
 
 def test_without_truth_there_are_pictures_but_no_errors(view):
-    study = compare(*view, "uniform", resolution=32, size=(8, 8), truth=False, progress=False)
+    study = compare(*view, "uniform", resolution=32, size=(10, 8), truth=False, progress=False)
     assert study.truth is None
     assert study.table["misclassified"].isna().all()
     assert len(study.masks) == 1
@@ -155,6 +158,8 @@ def test_without_truth_there_are_pictures_but_no_errors(view):
         ({"resolution": 3.5}, "resolution"),
         ({"resolution": True}, "resolution"),
         ({"resolution": []}, "resolution: expected at least one"),
+        ({"resolution": [64, 32, 64]}, "resolution: 64 comes twice"),
+        ({"resolution": "1024"}, "resolution"),
         ({"size": (0, 0)}, "size"),
         ({"size": (8, -1)}, "size"),
         ({"size": 8}, "size: expected .width, height."),
@@ -163,18 +168,81 @@ def test_without_truth_there_are_pictures_but_no_errors(view):
         ({"techniques": ["uniform", "uniform"]}, "'uniform' comes twice"),
         ({"techniques": [3]}, "expected a name, a Technique or a Parameterization, got int"),
         ({"techniques": ["lispsm:near"]}, "lispsm:near"),
+        ({"techniques": None}, "techniques: expected names.*got NoneType"),
+        ({"techniques": {}}, "techniques: expected at least one"),
+        ({"techniques": 7}, "techniques: expected names.*got int"),
+        ({"filter": None}, "filter: expected one of nearest, pcf2x2"),
+        ({"bias": 0.01}, "bias: expected a Bias, got float; try sl.Bias"),
+        ({"renderer": 3}, 'renderer: expected a Renderer, "cpu", "gpu" or "auto", got int'),
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, message):
     monkeypatch.setattr(study_module, "traced_truth", lambda *_: pytest.fail("worked before it looked"))
-    arguments = {"resolution": 32, "size": (8, 8), "techniques": ["uniform"], "progress": False} | keywords
+    arguments = {"resolution": 32, "size": (10, 8), "techniques": ["uniform"], "progress": False} | keywords
     with pytest.raises(sl.errors.ArgumentError, match=message):
         compare(*view, arguments.pop("techniques"), **arguments)
 
 
 def test_an_unknown_technique_lists_those_there_are(view):
     with pytest.raises(sl.errors.UnknownNameError, match="uniform"):
-        compare(*view, ["unifrom"], size=(8, 8), progress=False)
+        compare(*view, ["unifrom"], size=(10, 8), progress=False)
+
+
+def test_unknown_filters_and_renderers_list_those_there_are(view):
+    with pytest.raises(
+        sl.errors.UnknownNameError, match="filter: unknown filter 'vsm'; expected one of nearest, pcf2x2"
+    ):
+        compare(*view, filter="vsm", size=(10, 8), progress=False)
+    with pytest.raises(sl.errors.UnknownNameError, match="cpu, gpu"):
+        compare(*view, renderer="cuda", size=(10, 8), progress=False)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (0, trimesh.creation.box(), r"scene: expected a Scene, got Trimesh; sl.Scene.from_trimesh\(it\)"),
+        (0, "box.ply", r"scene: expected a Scene, got str; sl.load_scene\(it\)"),
+        (0, None, "scene: expected a Scene, got NoneType"),
+        (1, np.eye(4), "camera: expected a Camera, got ndarray; sl.Camera.look_at"),
+        (2, (0.3, -1, 0.1), "light: expected a DirectionalLight or a SpotLight, got tuple"),
+    ],
+)
+def test_things_of_another_type_are_told_with_what_makes_one(view, place, value, message):
+    given = list(view)
+    given[place] = value
+    with pytest.raises(sl.errors.ArgumentError, match=message):
+        compare(*given, size=(10, 8), progress=False)
+
+
+def test_a_renderer_by_name(view):
+    assert compare(*view, "uniform", renderer="cpu", resolution=32, size=(10, 8), progress=False).backend == "cpu"
+
+
+@pytest.mark.parametrize("aspect", [1.0, 16 / 9, 4 / 3, 1.25, 21 / 9, 9 / 16, np.pi, 1.234567, 30.0, 1 / 30])
+def test_the_size_that_nobody_chose_has_the_cameras_aspect(aspect):
+    width, height = picture_size(aspect)
+    assert abs(width * height / 1024**2 - 1) < 0.05
+    # Exact for ratios of small whole numbers, else within a pixel of the shorter side.
+    exact = aspect not in (np.pi, 1.234567)
+    assert width / height == (aspect if exact else pytest.approx(aspect, rel=1 / min(width, height)))
+
+
+def test_sizes_of_common_cameras():
+    assert (picture_size(1.0), picture_size(16 / 9)) == ((1024, 1024), (1360, 765))
+
+
+def test_a_size_that_stretches_the_picture_warns(view):
+    with pytest.warns(sl.errors.ShadowlabWarning, match=r"size: 40 x 40 stretches.*aspect 1.25"):
+        compare(*view, "uniform", resolution=32, size=(40, 40), truth=False, progress=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        compare(*view, "uniform", resolution=32, size=(126, 100), truth=False, progress=False)
+
+
+def test_without_a_size_the_picture_is_the_cameras(view):
+    study = compare(*view, "uniform", resolution=32, truth=False, progress=False)
+    assert study.size == picture_size(1.25)
+    assert study.masks["uniform"].shape == study.size[::-1]
 
 
 def test_study_is_frozen(study):
@@ -218,7 +286,7 @@ def test_failed_rows_survive_csv_and_json(view, tmp_path):
         def parameterize(self, *_, **__):
             raise sl.errors.UnsupportedError('a, "quoted"\nreason <b>')
 
-    study = compare(*view, {"broken": Broken()}, resolution=32, size=(8, 8), progress=False)
+    study = compare(*view, {"broken": Broken()}, resolution=32, size=(10, 8), progress=False)
     page = study.save(tmp_path).read_text(encoding="utf-8")
     assert "reason <b>" not in page
     assert "reason &lt;b&gt;" in page

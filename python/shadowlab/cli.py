@@ -179,7 +179,11 @@ def view_options() -> Parser:
     view.add_argument("--near", type=number, metavar="D", help="near depth")
     view.add_argument("--far", type=number, metavar="D", help="far depth")
     view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light travels")
-    view.add_argument("--size", default="1024x1024", metavar="WxH", help="pixels of the eye view (default: 1024x1024)")
+    view.add_argument(
+        "--size",
+        metavar="WxH",
+        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
+    )
     return options
 
 
@@ -194,16 +198,20 @@ def number(text: str) -> float:
 def compare_command(options: argparse.Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from ._core import Renderer
+    from .arguments import picture_size
     from .study import compare
     from .tables import text_table
 
     resolutions = [r for text in options.resolution or ["1024"] for r in parse_resolutions(text)]
-    size = parse_size(options.size)
     specs = options.technique or list(DEFAULT_TECHNIQUES)
     techniques = {spec: technique_of(spec) for spec in specs}
     if len(techniques) < len(specs):
         raise ArgumentError("technique: the same one is given twice; give each once")
+    if len(set(resolutions)) < len(resolutions):
+        raise ArgumentError("resolution: the same one is given twice; give each once")
+    size = None if options.size is None else parse_size(options.size)
     scene, camera, light, source = load_view(options, size)
+    size = size or picture_size(camera.aspect)
     renderer = Renderer(options.backend)
     directory = writable_directory(options.out)
     study = compare(
@@ -241,7 +249,7 @@ def matrix_command(options: argparse.Namespace) -> int:
     if len(resolutions) != 1:
         raise ArgumentError(f"resolution: expected one number of texels, got {options.resolution!r}")
     technique = technique_of(options.technique)
-    scene, camera, light, _ = load_view(options, parse_size(options.size))
+    scene, camera, light, _ = load_view(options, None if options.size is None else parse_size(options.size))
     p = technique.parameterize(scene, camera, light, resolution=resolutions[0])
     matrices = np.asarray(p.matrices)
     if options.format == "npy":
@@ -302,21 +310,25 @@ def technique_of(spec: str) -> Any:
     return technique(name, **params)
 
 
-def load_view(options: argparse.Namespace, size: tuple[int, int]) -> tuple[Any, Any, Any, Any]:
-    """Scene, camera, light and where the scene came from."""
+def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
+    """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
     from . import library
+    from .arguments import picture_size
     from .reproduce import Source
     from .scenes import load_scene
     from .views import default_view
 
     given = given_vectors(options)
-    aspect = size[0] / size[1]
+    aspect = 1.0 if size is None else size[0] / size[1]
     if options.scene.startswith("@"):
         if options.up != "y":
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
         scene: Any = library.scene(name, **params)  # type: ignore[arg-type]  # it says what is wrong with them
         camera, light = scene.camera, scene.light
+        if size is None:
+            width, height = picture_size(camera.aspect)
+            aspect = width / height  # that of the picture, so that its pixels are square
         whole = scene.with_ground() if options.ground else scene
     else:
         scene = load_scene(options.scene, up=options.up)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from .arguments import check_types, renderer_of, resolutions_of, size_of
 from .errors import ArgumentError, ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
 from .specs import parse_spec
@@ -206,7 +207,7 @@ def compare(
     techniques: Any = ("uniform", "lispsm"),
     *,
     resolution: int | Sequence[int] = 1024,
-    size: tuple[int, int] = (1024, 1024),
+    size: tuple[int, int] | None = None,
     renderer: Any = None,
     bias: Any = None,
     filter: str = "nearest",
@@ -226,10 +227,12 @@ def compare(
         label.
     resolution : int or sequence of int
         Texels along each side of the maps.
-    size : (int, int)
-        Width and height of the eye view in pixels.
-    renderer : Renderer, optional
-        ``Renderer("auto")`` where none is given.
+    size : (int, int), optional
+        Width and height of the eye view in pixels. About 1024 * 1024 pixels of the camera's aspect where none is
+        given: 1024 x 1024 for an aspect of 1, 1360 x 765 for 16:9. Another aspect than the camera's stretches the
+        picture, and warns from 1 % on.
+    renderer : Renderer or str, optional
+        "cpu", "gpu" or "auto" for the renderer of that name; "auto" where none is given.
     bias : Bias, optional
         ``Bias()`` where none is given.
     filter : str
@@ -248,19 +251,20 @@ def compare(
     Raises
     ------
     ArgumentError
-        For a size or resolution that is not a whole number above 0, or nothing to compare.
+        For a scene, camera, light, bias or renderer of another type, a size or resolution that is not a whole number
+        above 0, a resolution or label that comes twice, or nothing to compare. All before any work.
     UnknownNameError
-        For a technique that does not exist. What a technique cannot do with this scene or light is told in its row.
+        For a technique, filter or renderer that does not exist. What a technique cannot do with this scene or light is
+        told in its row.
     """
-    from ._core import Bias, Renderer
+    from ._core import Bias
     from .reproduce import Source
 
-    resolutions = [whole("resolution", r) for r in (resolution if np.iterable(resolution) else [resolution])]
-    if not resolutions:
-        raise ArgumentError("resolution: expected at least one number of texels, got none; 1024 is a good start")
-    width, height = (whole("size", s) for s in pair("size", size))
+    check_types(scene, camera, light, bias, filter)
+    resolutions = resolutions_of(resolution)
+    width, height = size_of(size, camera)
     entries = labelled(techniques)
-    renderer = Renderer() if renderer is None else renderer
+    renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
     with Steps(2 + len(entries) * len(resolutions), progress) as step:
         step("eye view")
@@ -373,6 +377,11 @@ def labelled(techniques: Any) -> list[tuple[str, Any]]:
     """
     if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
         techniques = [techniques]
+    if techniques is None or not isinstance(techniques, Iterable):
+        raise ArgumentError(
+            f"techniques: expected names, Technique or Parameterization objects, got {type(techniques).__name__}; "
+            'try ["uniform", "lispsm"]'
+        )
     if isinstance(techniques, Mapping):
         entries = [(str(label), resolved(item)) for label, item in techniques.items()]
     else:
@@ -412,19 +421,3 @@ def resolved(item: Any) -> Any:
 def is_parameterization(item: Any) -> bool:
     """Whether it is the result of a technique rather than a technique."""
     return hasattr(item, "matrices") and hasattr(item, "technique")
-
-
-def whole(name: str, value: Any) -> int:
-    """The value as an int above 0."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
-        raise ArgumentError(f"{name}: expected a whole number above 0, got {value!r}; 1024 is a good start")
-    return int(value)
-
-
-def pair(name: str, value: Any) -> tuple[Any, Any]:
-    """The value as two things."""
-    try:
-        first, second = value
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name}: expected (width, height), got {value!r}; try (1024, 1024)") from None
-    return first, second

@@ -6,7 +6,7 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Bands, Bins, Draw, fill};
-use super::screen::{OUTSIDE, ScreenVertex, Viewport, clip_position, project_all, single_precision};
+use super::screen::{OUTSIDE, Projection, ScreenVertex, Viewport, outcode};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -16,9 +16,9 @@ use crate::scene::Scene;
 const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
-/// Chunks that are binned before the bands are drawn: enough for many threads, while what they leave, up to 120 bytes a
-/// triangle where all are tiny, stays below 32 MB whatever the scene.
-const ROUND: u32 = 64;
+/// Chunks that are binned before the bands are drawn: enough for many threads. What they leave is bounded in bytes, chunk by
+/// chunk ([`fill`]), so a round takes some MB whatever the scene.
+const ROUND: usize = 64;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
 
@@ -40,6 +40,7 @@ impl Scratch {
     pub fn shrink(&mut self) {
         self.vertices.truncate(2 * BATCH);
         self.vertices.shrink_to(2 * BATCH);
+        self.bins.iter_mut().for_each(Bins::shrink);
         self.chunks = 0;
     }
 }
@@ -65,14 +66,13 @@ impl<'a> Batches<'a> {
                 "split the scene",
             ));
         }
-        let visible: Vec<Option<[[f32; 4]; 4]>> = (0..scene.instances().len())
+        let visible: Vec<Option<Projection>> = (0..scene.instances().len())
             .into_par_iter()
             .map(|i| {
-                let clip_from_local = single_precision(&scene.clip_from_local(clip_from_world, i));
-                let corners = scene.mesh_of(i).bounds_local().corners();
-                let outside =
-                    corners.iter().fold(OUTSIDE, |all, p| all & outcode(clip_position(&clip_from_local, p.as_vec3())));
-                (outside == 0).then_some(clip_from_local)
+                let bounds = scene.mesh_of(i).bounds_local();
+                let projection = Projection::new(&scene.clip_from_local(clip_from_world, i), bounds);
+                let outside = bounds.corners().iter().fold(OUTSIDE, |all, &p| all & outcode(projection.clip(p)));
+                (outside == 0).then_some(projection)
             })
             .collect();
         let (mut draws, mut ends) = (Vec::new(), Vec::new());
@@ -80,14 +80,14 @@ impl<'a> Batches<'a> {
         for (i, visible) in visible.into_iter().enumerate() {
             let mesh = scene.mesh_of(i);
             let (v, t) = (mesh.positions_local().len(), mesh.triangles().len());
-            if let Some(clip_from_local) = visible {
+            if let Some(projection) = visible {
                 if vertices.max(triangles) > 0 && (vertices + v).max(triangles + t) > BATCH {
                     ends.push(draws.len());
                     (vertices, triangles) = (0, 0);
                 }
                 draws.push(Draw {
                     mesh,
-                    clip_from_local,
+                    projection,
                     first_vertex: vertices as u32,
                     first_triangle: triangles as u32,
                     first_id,
@@ -117,8 +117,14 @@ impl<'a> Batches<'a> {
             let draws = &self.draws[start..end];
             start = end;
             let triangle_count = project(draws, viewport, scratch, progress)?;
-            for first in (0..triangle_count).step_by((ROUND * CHUNK) as usize) {
-                bin(draws, first..triangle_count.min(first + ROUND * CHUNK), viewport, bands, scratch, progress)?;
+            // The next chunk last.
+            let mut pending: Vec<Range<u32>> = (0..triangle_count)
+                .step_by(CHUNK as usize)
+                .map(|first| first..triangle_count.min(first + CHUNK))
+                .rev()
+                .collect();
+            while !pending.is_empty() {
+                bin(draws, &mut pending, viewport, bands, scratch, progress)?;
                 draw(scratch)?;
             }
         }
@@ -146,37 +152,35 @@ fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress:
         let positions = draw.mesh.positions_local().par_chunks(VERTICES);
         positions.zip(out.par_chunks_mut(VERTICES)).try_for_each(|(positions, out)| {
             progress.check()?;
-            project_all(&draw.clip_from_local, viewport, positions, out);
+            draw.projection.project(viewport, positions, out);
             Ok(())
         })
     })?;
     Ok(triangle_count)
 }
 
-/// Bins triangles of a batch.
+/// Bins a round of chunks of a batch; what has not found room in a chunk stays pending.
+///
+/// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
 fn bin(
     draws: &[Draw],
-    triangles: Range<u32>,
+    pending: &mut Vec<Range<u32>>,
     viewport: &Viewport,
     bands: Bands,
     scratch: &mut Scratch,
     progress: &Progress,
 ) -> Result<()> {
-    scratch.chunks = (triangles.end - triangles.start).div_ceil(CHUNK) as usize;
+    let mut round = pending.split_off(pending.len().saturating_sub(ROUND));
+    scratch.chunks = round.len();
     if scratch.bins.len() < scratch.chunks {
         scratch.bins.resize_with(scratch.chunks, Bins::default);
     }
     let vertices = &scratch.vertices[..];
-    scratch.bins[..scratch.chunks].par_iter_mut().enumerate().try_for_each(|(c, bins)| {
+    scratch.bins[..scratch.chunks].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
         progress.check()?;
-        let first = triangles.start + c as u32 * CHUNK;
-        fill(bins, draws, vertices, first..triangles.end.min(first + CHUNK), viewport, bands);
+        chunk.start = fill(bins, draws, vertices, chunk.clone(), viewport, bands);
         Ok(())
-    })
-}
-
-/// The planes of the clip volume a point is beyond.
-fn outcode([x, y, z, w]: [f32; 4]) -> u32 {
-    let beyond = [x < -w, x > w, y < -w, y > w, z < 0.0, z > w];
-    beyond.iter().enumerate().map(|(bit, &b)| u32::from(b) << bit).sum()
+    })?;
+    pending.extend(round.into_iter().filter(|chunk| !chunk.is_empty()));
+    Ok(())
 }

@@ -3,13 +3,16 @@
 //! Bands are drawn independently of each other, each by one thread with its part of the image in the cache, so depth needs
 //! no atomics. In a fine mesh most triangles end here: those beyond a plane of the clip volume and those whose box holds no
 //! pixel centre are gone, and those whose box holds a few become the fragments they cover at once, [`LANES`] triangles side
-//! by side. Only what is larger is kept as a triangle.
+//! by side. Only what is larger is kept as a triangle: in each of the few bands that it touches, or, where it is too large
+//! for 32-bit edge functions, once in a list that every band reads.
+//!
+//! What a chunk of triangles leaves is bounded in bytes: filling stops there, and what is left over waits for a later round.
 
 use std::ops::Range;
 
-use super::clip::clip_triangle;
-use super::screen::{CLIP, OUTSIDE, ScreenVertex, Viewport, clip_position};
-use super::setup::{Corners, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box};
+use super::clip::{ExactVertex, clip_triangle, exact_position};
+use super::screen::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
+use super::setup::{Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box};
 use super::simd::{LANES, dispatch, sign_bits};
 use crate::scene::Mesh;
 
@@ -17,11 +20,16 @@ use crate::scene::Mesh;
 /// Chosen by measurement (instructions on a scene of 440,000 triangles at 1024 and 2048 texels).
 const TINY: i32 = 4;
 
+/// Triangles binned between two looks at the bytes written.
+const SLICE: u32 = 1 << 8;
+/// Bytes after which a chunk ends early; a slice more may be written.
+const CHUNK_BYTES: usize = 1 << 17;
+
 /// One placed mesh of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Draw<'a> {
     pub mesh: &'a Mesh,
-    pub clip_from_local: [[f32; 4]; 4],
+    pub projection: Projection,
     /// Where its vertices start in the batch.
     pub first_vertex: u32,
     /// Where its triangles start in the batch.
@@ -61,7 +69,9 @@ pub struct Bins {
     bands: Vec<Bin>,
     /// Vertices made by clipping.
     pub extra: Vec<ScreenVertex>,
-    polygon: Vec<ScreenVertex>,
+    /// Triangles larger than [`SmallSetup`] can hold, of all bands.
+    pub large: Vec<LargeSetup>,
+    polygon: Vec<ExactVertex>,
 }
 
 /// What one chunk of triangles leaves to one band.
@@ -94,8 +104,8 @@ impl Bands {
 }
 
 dispatch! {
-    /// Bins the triangles `range` of a batch.
-    pub fn fill(bins: &mut Bins, draws: &[Draw], vertices: &[ScreenVertex], range: Range<u32>, viewport: &Viewport, bands: Bands) = Bins::fill
+    /// Bins the triangles `range` of a batch, or the first of them where they write too much; the first that is not binned.
+    pub fn fill(bins: &mut Bins, draws: &[Draw], vertices: &[ScreenVertex], range: Range<u32>, viewport: &Viewport, bands: Bands) -> u32 = Bins::fill
 }
 
 impl Bins {
@@ -112,8 +122,10 @@ impl Bins {
         range: Range<u32>,
         viewport: &Viewport,
         bands: Bands,
-    ) {
+    ) -> u32 {
+        self.shrink();
         self.extra.clear();
+        self.large.clear();
         self.bands.resize_with(bands.count as usize, Bin::default);
         for bin in &mut self.bands {
             bin.entries.clear();
@@ -121,14 +133,34 @@ impl Bins {
         }
         let mut d = draws.partition_point(|draw| draw.first_triangle <= range.start) - 1;
         let mut start = range.start;
-        while start < range.end {
+        while start < range.end && (start == range.start || self.bytes(Vec::len, Vec::len) < CHUNK_BYTES) {
             let draw = &draws[d];
-            let count = draw.mesh.triangles().len() as u32;
-            let end = range.end.min(draw.first_triangle + count);
+            let draw_end = draw.first_triangle + draw.mesh.triangles().len() as u32;
+            let end = range.end.min(draw_end).min(start + SLICE);
             let own = start - draw.first_triangle..end - draw.first_triangle;
             self.bin_draw(draw, own, vertices, viewport, bands);
             start = end;
-            d += 1;
+            d += usize::from(end == draw_end);
+        }
+        start
+    }
+
+    /// Bytes of everything, by the number of entries and of fragments in a list.
+    fn bytes(&self, entries: fn(&Vec<Entry>) -> usize, fragments: fn(&Vec<Fragment>) -> usize) -> usize {
+        let bands = self.bands.iter();
+        let in_bands =
+            bands.map(|b| entries(&b.entries) * size_of::<Entry>() + fragments(&b.fragments) * size_of::<Fragment>());
+        in_bands.sum::<usize>()
+            + self.extra.len() * size_of::<ScreenVertex>()
+            + self.large.len() * size_of::<LargeSetup>()
+    }
+
+    /// Gives memory back where bands that are full by turns have gathered more than a chunk needs.
+    pub fn shrink(&mut self) {
+        if self.bytes(Vec::capacity, Vec::capacity) > 2 * CHUNK_BYTES {
+            for bin in &mut self.bands {
+                *bin = Bin::default();
+            }
         }
     }
 
@@ -202,7 +234,9 @@ impl Bins {
             let l = rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let id = id + l as u32;
-            if clip >> l & 1 == 0 {
+            if clip >> l & 1 == 0 && !pixels.small[l] {
+                self.bin_large(draw, &group[l], corners.triangle(l), id, viewport);
+            } else if clip >> l & 1 == 0 {
                 let vertices = group[l].map(|i| draw.first_vertex + i);
                 self.push(Entry { vertices, id }, [pixels.at[1][l], pixels.at[3][l]], bands);
             } else {
@@ -286,6 +320,16 @@ impl Bins {
     }
 
     #[cold]
+    fn bin_large(&mut self, draw: &Draw, indices: &[u32; 3], v: [ScreenVertex; 3], id: u32, viewport: &Viewport) {
+        let positions = draw.mesh.positions_local();
+        let exact = [0, 1, 2].map(|k: usize| {
+            let clip = draw.projection.clip(positions[indices[k] as usize].as_dvec3());
+            exact_position(viewport, clip, v[k])
+        });
+        self.large.extend(LargeSetup::new(v, exact, viewport.size, id));
+    }
+
+    #[cold]
     fn bin_clipped(
         &mut self,
         draw: &Draw,
@@ -296,13 +340,19 @@ impl Bins {
         bands: Bands,
     ) {
         let positions = draw.mesh.positions_local();
-        let clip = indices.map(|i| clip_position(&draw.clip_from_local, positions[i as usize]));
+        let clip = indices.map(|i| draw.projection.clip(positions[i as usize].as_dvec3()));
         let mut polygon = std::mem::take(&mut self.polygon);
         clip_triangle(viewport, clip, v, &mut polygon);
         let first = Entry::EXTRA | self.extra.len() as u32;
-        self.extra.extend_from_slice(&polygon);
+        self.extra.extend(polygon.iter().map(|v| v.screen));
         for k in 2..polygon.len() {
-            let (min, max) = box_of([polygon[0], polygon[k - 1], polygon[k]]);
+            let corners = [polygon[0], polygon[k - 1], polygon[k]];
+            let (min, max) = box_of(corners.map(|v| v.screen));
+            if max[0] - min[0] > SMALL || max[1] - min[1] > SMALL {
+                let (screen, exact) = (corners.map(|v| v.screen), corners.map(|v| v.exact));
+                self.large.extend(LargeSetup::new(screen, exact, viewport.size, id));
+                continue;
+            }
             let (min, max) = pixels_in_box(min, max, viewport.size);
             if min[0] <= max[0] && min[1] <= max[1] {
                 let vertices = [first, first + k as u32 - 1, first + k as u32];

@@ -6,21 +6,22 @@
 use super::simd::LANES;
 
 /// [`LANES`] 32-bit numbers side by side.
-pub trait Lanes {
+pub trait Lanes: Copy {
     type Int: Copy;
     type Float: Copy;
-    fn ints(x: [i32; LANES]) -> Self::Int;
-    fn floats(x: [f32; LANES]) -> Self::Float;
-    fn add(a: Self::Int, b: Self::Int) -> Self::Int;
+    fn ints(self, x: [i32; LANES]) -> Self::Int;
+    fn floats(self, x: [f32; LANES]) -> Self::Float;
+    fn add(self, a: Self::Int, b: Self::Int) -> Self::Int;
     /// Bitwise or.
-    fn or(a: Self::Int, b: Self::Int) -> Self::Int;
-    fn add_floats(a: Self::Float, b: Self::Float) -> Self::Float;
+    fn or(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
     /// `z` held between two others; none may be NaN.
-    fn clamp(z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float;
+    fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float;
     /// Keeps the smaller depth where `outside` is not negative.
-    fn nearest(depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
+    fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
     /// The same, with the number of the triangle; of equal depths below 1 the smaller number.
     fn nearest_with_id(
+        self,
         depth: &mut [f32; LANES],
         id: &mut [u32; LANES],
         z: Self::Float,
@@ -30,40 +31,41 @@ pub trait Lanes {
 }
 
 /// For every processor.
+#[derive(Debug, Clone, Copy)]
 pub struct Plain;
 
 impl Lanes for Plain {
     type Int = [i32; LANES];
     type Float = [f32; LANES];
     #[inline(always)]
-    fn ints(x: [i32; LANES]) -> Self::Int {
+    fn ints(self, x: [i32; LANES]) -> Self::Int {
         x
     }
     #[inline(always)]
-    fn floats(x: [f32; LANES]) -> Self::Float {
+    fn floats(self, x: [f32; LANES]) -> Self::Float {
         x
     }
     #[inline(always)]
-    fn add(a: Self::Int, b: Self::Int) -> Self::Int {
+    fn add(self, a: Self::Int, b: Self::Int) -> Self::Int {
         std::array::from_fn(|l| a[l].wrapping_add(b[l]))
     }
     #[inline(always)]
-    fn or(a: Self::Int, b: Self::Int) -> Self::Int {
+    fn or(self, a: Self::Int, b: Self::Int) -> Self::Int {
         std::array::from_fn(|l| a[l] | b[l])
     }
     #[inline(always)]
-    fn add_floats(a: Self::Float, b: Self::Float) -> Self::Float {
+    fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
         std::array::from_fn(|l| a[l] + b[l])
     }
     #[inline(always)]
-    fn clamp(z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
+    fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
         std::array::from_fn(|l| {
             let z = if z[l] > low[l] { z[l] } else { low[l] };
             if z < high[l] { z } else { high[l] }
         })
     }
     #[inline(always)]
-    fn nearest(depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
+    fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
         for l in 0..LANES {
             if outside[l] >= 0 && z[l] < depth[l] {
                 depth[l] = z[l];
@@ -72,6 +74,7 @@ impl Lanes for Plain {
     }
     #[inline(always)]
     fn nearest_with_id(
+        self,
         depth: &mut [f32; LANES],
         id: &mut [u32; LANES],
         z: Self::Float,
@@ -87,9 +90,19 @@ impl Lanes for Plain {
     }
 }
 
-/// For processors with AVX2, which whoever calls a function of it has made sure of.
+/// Proof that the processor has AVX2 and FMA: there is no way to one but [`Avx2::detect`].
 #[cfg(target_arch = "x86_64")]
-pub struct Avx2;
+#[derive(Debug, Clone, Copy)]
+pub struct Avx2(());
+
+#[cfg(target_arch = "x86_64")]
+impl Avx2 {
+    /// The proof, where it is true.
+    #[inline]
+    pub fn detect() -> Option<Self> {
+        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
+    }
+}
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
@@ -97,37 +110,42 @@ mod avx2 {
 
     use super::{Avx2, LANES, Lanes};
 
-    // SAFETY of all blocks: `Avx2` is used where the processor has been asked (`raster::draw`); loads and
-    // stores are of whole arrays of eight, without demands on alignment.
     impl Lanes for Avx2 {
         type Int = __m256i;
         type Float = __m256;
         #[inline(always)]
-        fn ints(x: [i32; LANES]) -> Self::Int {
+        fn ints(self, x: [i32; LANES]) -> Self::Int {
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
             unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
         }
         #[inline(always)]
-        fn floats(x: [f32; LANES]) -> Self::Float {
+        fn floats(self, x: [f32; LANES]) -> Self::Float {
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
             unsafe { _mm256_loadu_ps(x.as_ptr()) }
         }
         #[inline(always)]
-        fn add(a: Self::Int, b: Self::Int) -> Self::Int {
+        fn add(self, a: Self::Int, b: Self::Int) -> Self::Int {
+            // SAFETY: `self` proves AVX2, which is all that this asks for.
             unsafe { _mm256_add_epi32(a, b) }
         }
         #[inline(always)]
-        fn or(a: Self::Int, b: Self::Int) -> Self::Int {
+        fn or(self, a: Self::Int, b: Self::Int) -> Self::Int {
+            // SAFETY: `self` proves AVX2, which is all that this asks for.
             unsafe { _mm256_or_si256(a, b) }
         }
         #[inline(always)]
-        fn add_floats(a: Self::Float, b: Self::Float) -> Self::Float {
+        fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
+            // SAFETY: `self` proves AVX2, which is all that this asks for.
             unsafe { _mm256_add_ps(a, b) }
         }
         #[inline(always)]
-        fn clamp(z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
+        fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
+            // SAFETY: `self` proves AVX2, which is all that this asks for.
             unsafe { _mm256_min_ps(_mm256_max_ps(z, low), high) }
         }
         #[inline(always)]
-        fn nearest(depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
+        fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
             unsafe {
                 let z = _mm256_blendv_ps(z, _mm256_set1_ps(f32::INFINITY), _mm256_castsi256_ps(outside));
                 _mm256_storeu_ps(depth.as_mut_ptr(), _mm256_min_ps(z, _mm256_loadu_ps(depth.as_ptr())));
@@ -135,12 +153,14 @@ mod avx2 {
         }
         #[inline(always)]
         fn nearest_with_id(
+            self,
             depth: &mut [f32; LANES],
             id: &mut [u32; LANES],
             z: Self::Float,
             outside: Self::Int,
             new_id: u32,
         ) {
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
             unsafe {
                 let z = _mm256_blendv_ps(z, _mm256_set1_ps(f32::INFINITY), _mm256_castsi256_ps(outside));
                 let old = _mm256_loadu_ps(depth.as_ptr());

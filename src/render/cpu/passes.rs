@@ -153,7 +153,8 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
 fn draw_band<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
     let bin = bins.band(band);
     draw_fragments(&bin.fragments, pixels);
-    draw(Entries { entries: &bin.entries, vertices: &scratch.vertices, extra: &bins.extra }, area, pixels);
+    let (vertices, extra, large) = (&scratch.vertices[..], &bins.extra[..], &bins.large[..]);
+    draw(Entries { entries: &bin.entries, vertices, extra, large }, area, pixels);
 }
 
 fn band_area(size: [u32; 2], bands: Bands, band: usize) -> BandArea {

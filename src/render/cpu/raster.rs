@@ -20,7 +20,7 @@ const BLOCK: [i32; 2] = [32, 8];
 pub trait Pixels {
     /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
     /// depths, and negative numbers where they are not covered.
-    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, id: u32);
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
     /// The same for one pixel.
     fn draw_fragment(&mut self, fragment: &Fragment);
 }
@@ -43,8 +43,8 @@ fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
 
 impl Pixels for DepthPixels<'_> {
     #[inline(always)]
-    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, _id: u32) {
-        L::nearest(lanes_at(self.depth, at), z, outside);
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
+        lanes.nearest(lanes_at(self.depth, at), z, outside);
     }
 
     #[inline(always)]
@@ -56,8 +56,8 @@ impl Pixels for DepthPixels<'_> {
 
 impl Pixels for IdPixels<'_> {
     #[inline(always)]
-    fn draw<L: Lanes>(&mut self, at: usize, z: L::Float, outside: L::Int, id: u32) {
-        L::nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32) {
+        lanes.nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
     }
 
     #[inline(always)]
@@ -87,6 +87,8 @@ pub struct Entries<'a> {
     pub entries: &'a [Entry],
     pub vertices: &'a [ScreenVertex],
     pub extra: &'a [ScreenVertex],
+    /// Large triangles of all bands.
+    pub large: &'a [LargeSetup],
 }
 
 /// Draws a band's entries of one chunk with the best instruction set found at run time.
@@ -94,15 +96,15 @@ pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2,fma")]
-        fn wide<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
-            draw_entries::<Avx2, P>(entries, area, pixels);
+        fn wide<P: Pixels>(lanes: Avx2, entries: Entries, area: BandArea, pixels: &mut P) {
+            draw_entries(lanes, entries, area, pixels);
         }
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            // SAFETY: the processor has the features that `wide` is compiled for.
-            return unsafe { wide(entries, area, pixels) };
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: `lanes` proves the features that `wide` is compiled for.
+            return unsafe { wide(lanes, entries, area, pixels) };
         }
     }
-    draw_entries::<Plain, P>(entries, area, pixels);
+    draw_entries(Plain, entries, area, pixels);
 }
 
 /// Draws the fragments of a band.
@@ -113,7 +115,7 @@ pub fn draw_fragments<P: Pixels>(fragments: &[Fragment], pixels: &mut P) {
 }
 
 #[inline(always)]
-fn draw_entries<L: Lanes, P: Pixels>(work: Entries, area: BandArea, pixels: &mut P) {
+fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pixels: &mut P) {
     for group in work.entries.chunks(LANES) {
         let corners = Corners::gather(|l, k| {
             let i = group[l.min(group.len() - 1)].vertices[k];
@@ -122,23 +124,24 @@ fn draw_entries<L: Lanes, P: Pixels>(work: Entries, area: BandArea, pixels: &mut
         let boxes = snapped_box(&corners).pixels(area.size);
         let setup = SmallSetup::new::<{ LANES as i32 }>(&corners, &boxes);
         for (l, entry) in group.iter().enumerate() {
-            if boxes.small[l] {
-                fill_small::<L, P>(&setup, &boxes.at, l, area, entry.id, pixels);
-            } else if let Some(large) = LargeSetup::new(corners.triangle(l), area.size) {
-                fill_large::<L, P>(&large, area, entry.id, pixels);
-            }
+            debug_assert!(boxes.small[l], "larger ones are in `large`");
+            fill_small(lanes, &setup, &boxes.at, l, area, entry.id, pixels);
         }
+    }
+    for large in work.large {
+        fill_large(lanes, large, area, pixels);
     }
 }
 
 /// 0, 1, 2... times a step.
 #[inline(always)]
-fn steps<L: Lanes>(step: i32) -> L::Int {
-    L::ints(std::array::from_fn(|i| step.wrapping_mul(i as i32)))
+fn steps<L: Lanes>(lanes: L, step: i32) -> L::Int {
+    lanes.ints(std::array::from_fn(|i| step.wrapping_mul(i as i32)))
 }
 
 /// Edge functions and depth along runs of [`LANES`] pixels, relative to the first pixel of a run.
 struct Run<L: Lanes> {
+    lanes: L,
     edges: [L::Int; 3],
     z: L::Float,
     z_range: [L::Float; 2],
@@ -146,21 +149,23 @@ struct Run<L: Lanes> {
 
 impl<L: Lanes> Run<L> {
     #[inline(always)]
-    fn new(steps_x: [i32; 3], z_per_x: f32, z_range: [f32; 2]) -> Self {
+    fn new(lanes: L, steps_x: [i32; 3], z_per_x: f32, z_range: [f32; 2]) -> Self {
         Self {
-            edges: steps_x.map(|step| steps::<L>(step)),
-            z: L::floats(std::array::from_fn(|i| z_per_x * i as f32)),
-            z_range: z_range.map(|z| L::floats([z; LANES])),
+            lanes,
+            edges: steps_x.map(|step| steps(lanes, step)),
+            z: lanes.floats(std::array::from_fn(|i| z_per_x * i as f32)),
+            z_range: z_range.map(|z| lanes.floats([z; LANES])),
         }
     }
 
     /// Draws the run whose first pixel has these edge functions and this depth.
     #[inline(always)]
     fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, id: u32, pixels: &mut P) {
-        let edge = |k: usize| L::add(L::ints([edge[k]; LANES]), self.edges[k]);
-        let outside = L::or(L::or(edge(0), edge(1)), edge(2));
-        let z = L::clamp(L::add_floats(L::floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
-        pixels.draw::<L>(at, z, outside, id);
+        let lanes = self.lanes;
+        let edge = |k: usize| lanes.add(lanes.ints([edge[k]; LANES]), self.edges[k]);
+        let outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
+        let z = lanes.clamp(lanes.add_floats(lanes.floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
+        pixels.draw(lanes, at, z, outside, id);
     }
 }
 
@@ -169,7 +174,9 @@ impl<L: Lanes> Run<L> {
 /// A run that would leave the image on the right is moved to the left, which covers more pixels, never others: coverage is
 /// decided by the edges alone, and the second depth of a pixel differs from its first by a rounding at most.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn fill_small<L: Lanes, P: Pixels>(
+    lanes: L,
     s: &SmallSetup,
     boxes: &[[i32; LANES]; 4],
     l: usize,
@@ -183,7 +190,7 @@ fn fill_small<L: Lanes, P: Pixels>(
     let last_row = y1.min(area.first_row + area.rows - 1);
     let (step_x, step_y) = ([0, 1, 2].map(|k: usize| s.step_x[k][l]), [0, 1, 2].map(|k: usize| s.step_y[k][l]));
     let [z_first, z_x, z_y] = [s.z[0][l], s.z[1][l], s.z[2][l]];
-    let run = Run::<L>::new(step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
+    let run = Run::new(lanes, step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
     let mut x = x0;
     while x <= x1 {
         let column = x.min(width - LANES as i32);
@@ -204,9 +211,9 @@ fn fill_small<L: Lanes, P: Pixels>(
 
 /// Fills a triangle of any size, block by block.
 #[inline(always)]
-fn fill_large<L: Lanes, P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixels: &mut P) {
+fn fill_large<L: Lanes, P: Pixels>(lanes: L, s: &LargeSetup, area: BandArea, pixels: &mut P) {
     let width = area.size[0] as i32;
-    let [x0, y0, x1, y1] = s.pixels;
+    let [x0, y0, x1, y1] = s.pixels.map(i32::from);
     let (first_row, end_row) = (y0.max(area.first_row), (y1 + 1).min(area.first_row + area.rows));
     let mut top = first_row;
     while top < end_row {
@@ -214,7 +221,7 @@ fn fill_large<L: Lanes, P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixe
         let mut left = x0 & -(LANES as i32);
         while left <= x1 {
             let columns = BLOCK[0].min((x1 + 1 - left + LANES as i32 - 1) & -(LANES as i32)).min(width - left);
-            fill_block::<L, P>(s, [left, top], [columns, rows], area, id, pixels);
+            fill_block(lanes, s, [left, top], [columns, rows], area, pixels);
             left += BLOCK[0];
         }
         top += BLOCK[1];
@@ -223,18 +230,19 @@ fn fill_large<L: Lanes, P: Pixels>(s: &LargeSetup, area: BandArea, id: u32, pixe
 
 #[inline(always)]
 fn fill_block<L: Lanes, P: Pixels>(
+    lanes: L,
     s: &LargeSetup,
     [left, top]: [i32; 2],
     [columns, rows]: [i32; 2],
     area: BandArea,
-    id: u32,
     pixels: &mut P,
 ) {
     // Steps of the edges that cross the block, and their values at its first pixel; zero for one that holds all over it.
     let mut edges = [[0i32; 3]; 3];
     // The last run of pixels may start up to LANES - 1 columns before the block.
     let reach_left = (LANES as i32 - columns).max(0);
-    for (edge, [a, b, e]) in edges.iter_mut().zip(s.edges) {
+    for (edge, of) in edges.iter_mut().zip(s.edges) {
+        let (a, b, e) = (i64::from(of.step_x), i64::from(of.step_y), of.value);
         let first = e + a * i64::from(left) + b * i64::from(top);
         let (across, down) = (a * i64::from(columns - 1), b * i64::from(rows - 1));
         let largest = first + across.max(0) + down.max(0);
@@ -243,21 +251,21 @@ fn fill_block<L: Lanes, P: Pixels>(
             return;
         }
         if smallest < 0 {
-            *edge = [a as i32, b as i32, first as i32];
+            *edge = [of.step_x, of.step_y, first as i32];
         }
     }
     let [z0, zx, zy] = s.z;
     let z_first = (z0 + zx * f64::from(left) + zy * f64::from(top)) as f32;
     let (zx, zy) = (zx as f32, zy as f32);
     let width = area.size[0] as i32;
-    let run = Run::<L>::new(edges.map(|[a, ..]| a), zx, s.z_range);
+    let run = Run::new(lanes, edges.map(|[a, ..]| a), zx, s.z_range);
     for r in 0..rows {
         let row = (top + r - area.first_row) as usize * width as usize;
         let mut x = 0;
         while x < columns {
             let dx = x.min(width - LANES as i32 - left);
             let edge = edges.map(|[a, b, e]| e + a * dx + b * r);
-            run.draw(edge, z_first + zx * dx as f32 + zy * r as f32, row + (left + dx) as usize, id, pixels);
+            run.draw(edge, z_first + zx * dx as f32 + zy * r as f32, row + (left + dx) as usize, s.id, pixels);
             x += LANES as i32;
         }
     }
@@ -266,6 +274,7 @@ fn fill_block<L: Lanes, P: Pixels>(
 #[cfg(test)]
 mod tests {
     use super::super::screen::{Viewport, project_all};
+    use super::super::setup::{SMALL, box_of};
     use super::*;
 
     /// Vertices from a small generator (Knuth's MMIX constants): some triangles tiny, some over the whole image.
@@ -298,21 +307,34 @@ mod tests {
         let vertices = vertices(3 * 900, size);
         let entries: Vec<Entry> =
             (0..900).map(|id| Entry { vertices: [3 * id, 3 * id + 1, 3 * id + 2], id: id / 2 }).collect();
-        let work = Entries { entries: &entries, vertices: &vertices, extra: &[] };
+        let corners = |e: &Entry| e.vertices.map(|i| vertices[i as usize]);
+        let (small, others): (Vec<Entry>, Vec<Entry>) = entries.iter().partition(|e| {
+            let (min, max) = box_of(corners(e));
+            max[0] - min[0] <= SMALL && max[1] - min[1] <= SMALL
+        });
+        let large: Vec<LargeSetup> = others
+            .iter()
+            .filter_map(|e| {
+                let exact = corners(e).map(|v| [v.x, v.y, v.z].map(f64::from));
+                LargeSetup::new(corners(e), exact, size, e.id)
+            })
+            .collect();
+        assert!(large.len() > 100 && small.len() > 400);
+        let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large };
         let drawn = |plain: bool, first_row: i32, rows: i32| {
             let n = size[0] as usize * rows as usize;
             let (mut depth, mut id) = (vec![1.0f32; n], vec![u32::MAX; n]);
             let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
             let area = BandArea { size, first_row, rows };
             if plain {
-                draw_entries::<Plain, _>(work, area, pixels)
+                draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
             }
             let mut alone = vec![1.0f32; n];
             let pixels = &mut DepthPixels { depth: &mut alone };
             if plain {
-                draw_entries::<Plain, _>(work, area, pixels)
+                draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
             }

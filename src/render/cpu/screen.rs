@@ -2,10 +2,16 @@
 //!
 //! Source: the rasterisation rules common to Vulkan, Direct3D 11 and OpenGL: viewport transform in f32, then coordinates
 //! rounded to 8 sub-pixel bits.
+//!
+//! Vertices are projected in f32 where that costs less than a few units in the last place of depth, else, draw by draw, in
+//! f64 ([`Projection`]); either way each vertex is projected once and kept as one [`ScreenVertex`], from which all triangles
+//! around it take its place on the grid, so shared edges stay closed whatever path draws their triangles. Depth planes of
+//! triangles that are clipped or large reach far beyond their vertices' precision in f32 and come from f64 alone.
 
-use glam::{DMat4, Vec3};
+use glam::{DMat4, DVec3, DVec4, Vec3};
 
 use super::simd::{LANES, dispatch};
+use crate::geometry::Aabb;
 
 /// Sub-pixel bits of the fixed-point grid: what Direct3D 11 demands and graphics hardware has.
 pub const SUBPIXEL_BITS: u32 = 8;
@@ -13,10 +19,18 @@ pub const SUBPIXEL_BITS: u32 = 8;
 pub const SUBPIXEL: f32 = (1 << SUBPIXEL_BITS) as f32;
 /// Largest distance from pixel 0 in pixels that the fixed-point edge functions are proven for (see `fill_large`).
 const GUARD_PIXELS: f64 = 32768.0;
+/// Largest z / w that needs no clipping: depth beyond the far plane (1) is told to 2^-24 at least, and pixels of it are
+/// dropped one by one.
+pub const FAR_GUARD: f32 = 2.0;
+/// Largest ratio of the terms of a clip coordinate to w for which f32 will do.
+///
+/// Rounding the matrix and the four terms' sum costs at most 2^-23 of the terms together, and a seventh of that on average: 8
+/// is one unit in the last place of depth 1 then. A mesh as large as its map has a ratio of 1 to 3.
+const SINGLE_TERMS: f64 = 8.0;
 
 /// Beyond the left, right, bottom, top, near, far plane of the clip volume.
 pub const OUTSIDE: u32 = 0b11_1111;
-/// Not to be divided by w as it is: before the near plane, w too small, or beyond the guard band.
+/// Not to be divided by w as it is: before the near plane, far beyond the far plane, w too small, or beyond the guard band.
 pub const CLIP: u32 = 1 << 6;
 
 /// A projected vertex; x (right) and y (down) in grid steps, not rounded yet. Zero apart from `code` where that says
@@ -69,6 +83,12 @@ impl Viewport {
         let inverse_w = 1.0 / w;
         [x * inverse_w * self.scale[0] + self.offset[0], y * inverse_w * self.scale[1] + self.offset[1], z * inverse_w]
     }
+
+    /// The same in f64.
+    pub fn project_exactly(&self, [x, y, z, w]: [f64; 4]) -> [f64; 3] {
+        let [sx, sy, ox, oy] = [self.scale[0], self.scale[1], self.offset[0], self.offset[1]].map(f64::from);
+        [x / w * sx + ox, y / w * sy + oy, z / w]
+    }
 }
 
 /// A coordinate of a vertex without [`CLIP`] rounded to the grid, halves to even.
@@ -80,11 +100,58 @@ pub fn snapped(x: f32) -> i32 {
     unsafe { x.round_ties_even().to_int_unchecked() }
 }
 
-/// `clip_from_local` in f32, column-major, scaled by a power of two so that its largest element is in [1, 2).
+/// `clip_from_local` of a draw.
+#[derive(Debug, Clone, Copy)]
+pub struct Projection {
+    /// See [`normalized`].
+    exact: [[f64; 4]; 4],
+    single: [[f32; 4]; 4],
+    /// Whether f32 is enough for the vertices.
+    single_is_enough: bool,
+}
+
+impl Projection {
+    /// The projection of a mesh in a box.
+    pub fn new(clip_from_local: &DMat4, bounds_local: &Aabb) -> Self {
+        let exact = normalized(clip_from_local);
+        let corners = bounds_local.corners();
+        let reach = corners.iter().fold(DVec3::ZERO, |r, p| r.max(p.abs())).extend(1.0);
+        let terms = (0..4).map(|i| (0..4).map(|j| exact[j][i].abs() * reach[j]).sum::<f64>()).fold(0.0, f64::max);
+        // The smallest w of what is both in the box and in view. Behind the inverse, w of a point in view is the inverse of
+        // its fourth coordinate, which is largest at a corner of the clip volume.
+        let in_box = corners.iter().map(|&p| clip_of(&exact, p)[3]).fold(f64::INFINITY, f64::min);
+        let local_from_clip = DMat4::from_cols_array_2d(&exact).inverse();
+        let in_view = (0..8)
+            .map(|c| {
+                DVec4::new(f64::from(c & 1) * 2.0 - 1.0, f64::from(c >> 1 & 1) * 2.0 - 1.0, f64::from(c >> 2), 1.0)
+            })
+            .map(|ndc| (local_from_clip * ndc).w)
+            .fold(0.0, |largest: f64, w| if w.is_nan() { f64::INFINITY } else { largest.max(w) });
+        let smallest_w = in_box.max(if in_view > 0.0 { 1.0 / in_view } else { 0.0 });
+        let single_is_enough = terms <= SINGLE_TERMS * smallest_w;
+        Self { exact, single: exact.map(|c| c.map(|x| x as f32)), single_is_enough }
+    }
+
+    /// Clip coordinates of a local point.
+    pub fn clip(&self, p: DVec3) -> [f64; 4] {
+        clip_of(&self.exact, p)
+    }
+
+    /// Projects vertices, `out` as long as `positions`.
+    pub fn project(&self, viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) {
+        if self.single_is_enough {
+            project_all(&self.single, viewport, positions, out);
+        } else {
+            project_all_exactly(&self.exact, viewport, positions, out);
+        }
+    }
+}
+
+/// `clip_from_local`, column-major, scaled by a power of two so that its largest element is in [1, 2).
 ///
 /// A projective map keeps its meaning under any positive scale; a power of two costs no digit, and a matrix of any
 /// magnitude then fits into f32, where clip coordinates of a mesh (local coordinates at most 1) stay below 8.
-pub fn single_precision(clip_from_local: &DMat4) -> [[f32; 4]; 4] {
+pub fn normalized(clip_from_local: &DMat4) -> [[f64; 4]; 4] {
     let columns = clip_from_local.to_cols_array_2d();
     let largest = columns.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     if !(largest > 0.0 && largest.is_finite()) {
@@ -94,14 +161,49 @@ pub fn single_precision(clip_from_local: &DMat4) -> [[f32; 4]; 4] {
     let exponent = largest.log2().floor() as i32;
     // In two steps: one power of two alone may leave the range of f64.
     let (first, second) = (2f64.powi(-exponent / 2), 2f64.powi(-(exponent - exponent / 2)));
-    columns.map(|c| c.map(|x| (x * first * second) as f32))
+    columns.map(|c| c.map(|x| x * first * second))
 }
 
 /// Clip coordinates of a vertex.
 #[inline(always)]
-pub fn clip_position(clip_from_local: &[[f32; 4]; 4], p: Vec3) -> [f32; 4] {
+fn clip_position(clip_from_local: &[[f32; 4]; 4], p: Vec3) -> [f32; 4] {
     let [c0, c1, c2, c3] = clip_from_local;
     std::array::from_fn(|i| p.x.mul_add(c0[i], p.y.mul_add(c1[i], p.z.mul_add(c2[i], c3[i]))))
+}
+
+#[inline(always)]
+fn clip_of(clip_from_local: &[[f64; 4]; 4], p: DVec3) -> [f64; 4] {
+    let [c0, c1, c2, c3] = clip_from_local;
+    std::array::from_fn(|i| p.x.mul_add(c0[i], p.y.mul_add(c1[i], p.z.mul_add(c2[i], c3[i]))))
+}
+
+dispatch! {
+    /// Projects vertices in f64.
+    fn project_all_exactly(m: &[[f64; 4]; 4], viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) = project_all_exactly_body
+}
+
+#[inline(always)]
+fn project_all_exactly_body(m: &[[f64; 4]; 4], viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) {
+    let guard = viewport.guard.map(f64::from);
+    for (p, o) in positions.iter().zip(out) {
+        let clip = clip_of(m, p.as_dvec3());
+        let [x, y, z, w] = clip;
+        let guarded = (x.abs() <= guard[0] * w)
+            & (y.abs() <= guard[1] * w)
+            & (z >= 0.0)
+            & (z <= f64::from(FAR_GUARD) * w)
+            & (w >= f64::MIN_POSITIVE);
+        let code = outcode(clip) | if guarded { 0 } else { CLIP };
+        let [x, y, z] = if guarded { viewport.project_exactly(clip).map(|v| v as f32) } else { [0.0; 3] };
+        *o = ScreenVertex { x, y, z, code };
+    }
+}
+
+/// The planes of the clip volume a point is beyond.
+#[inline(always)]
+pub fn outcode([x, y, z, w]: [f64; 4]) -> u32 {
+    let bit = |condition: bool, bit: u32| u32::from(condition) << bit;
+    bit(x < -w, 0) | bit(x > w, 1) | bit(y < -w, 2) | bit(y > w, 3) | bit(z < 0.0, 4) | bit(z > w, 5)
 }
 
 dispatch! {
@@ -140,6 +242,7 @@ fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [
         let guarded = (x.abs() <= viewport.guard[0] * w)
             & (y.abs() <= viewport.guard[1] * w)
             & (z >= 0.0)
+            & (z <= FAR_GUARD * w)
             // The smallest w whose inverse is finite.
             & (w >= f32::MIN_POSITIVE);
         code[l] = bit(x < -w, 0)
@@ -162,14 +265,18 @@ mod tests {
 
     #[test]
     fn both_instruction_sets_project_the_same_bits() {
-        let m = single_precision(&glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0));
+        let m = normalized(&glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0));
+        let single = m.map(|c| c.map(|x| x as f32));
         let viewport = Viewport::new([640, 480], [640, 480]);
         let positions: Vec<Vec3> = (0..1003)
             .map(|i| Vec3::new((i as f32 * 0.37).sin(), (i as f32 * 0.71).cos(), -1.0 + (i as f32 * 0.11).sin() * 1.1))
             .collect();
         let (mut best, mut plain) = (vec![ScreenVertex::default(); 1003], vec![ScreenVertex::default(); 1003]);
-        project_all(&m, &viewport, &positions, &mut best);
-        project_all_body(&m, &viewport, &positions, &mut plain);
+        project_all_exactly(&m, &viewport, &positions, &mut best);
+        project_all_exactly_body(&m, &viewport, &positions, &mut plain);
+        assert_eq!(best, plain);
+        project_all(&single, &viewport, &positions, &mut best);
+        project_all_body(&single, &viewport, &positions, &mut plain);
         assert_eq!(best, plain);
         assert!(best.iter().any(|v| v.code & CLIP != 0) && best.iter().any(|v| v.code == 0));
     }
@@ -178,8 +285,29 @@ mod tests {
     fn matrices_of_any_magnitude_become_the_same() {
         let m = glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0);
         for exponent in [-1000, -30, 1, 900] {
-            assert_eq!(single_precision(&(m * 2f64.powi(exponent))), single_precision(&m));
+            assert_eq!(normalized(&(m * 2f64.powi(exponent))), normalized(&m));
         }
-        assert_eq!(single_precision(&DMat4::ZERO), [[0.0; 4]; 4]);
+        assert_eq!(normalized(&DMat4::ZERO), [[0.0; 4]; 4]);
+    }
+
+    #[test]
+    fn what_is_divided_by_w_stays_finite() {
+        // z is 1, w as small as can be: the quotient would be infinite, and the plane of depth NaN.
+        let columns = [[0.0; 4], [0.0; 4], [0.0, 0.0, 8.0, 0.0], [0.0, 0.0, 0.0, f64::from(f32::MIN_POSITIVE)]];
+        let (viewport, mut out) = (Viewport::new([64, 64], [64, 64]), [ScreenVertex::default(); 2]);
+        let positions = [Vec3::Z, Vec3::Z * f32::MIN_POSITIVE * 0.125];
+        project_all(&columns.map(|c| c.map(|x| x as f32)), &viewport, &positions, &mut out);
+        assert!(out[0].z.is_finite() && out[0].code & CLIP != 0 && out[1].code & CLIP == 0, "{out:?}");
+        project_all_exactly(&columns, &viewport, &positions, &mut out);
+        assert!(out[0].z.is_finite() && out[0].code & CLIP != 0 && out[1].code & CLIP == 0, "{out:?}");
+    }
+
+    #[test]
+    fn f64_is_for_meshes_beyond_the_map() {
+        let unit = Aabb::from_points([DVec3::NEG_ONE, DVec3::ONE]);
+        for (ratio, single) in [(0.01, true), (1.0, true), (100.0, false), (1e12, false)] {
+            let m = DMat4::from_scale(DVec3::new(ratio, ratio, 0.5 * ratio));
+            assert_eq!(Projection::new(&m, &unit).single_is_enough, single, "ratio {ratio}");
+        }
     }
 }

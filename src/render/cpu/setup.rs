@@ -17,7 +17,7 @@ const HALF: i32 = 1 << (SUBPIXEL_BITS - 1);
 
 /// Largest side of a triangle's box, in grid steps, for which [`SmallSetup`] is exact in 32 bits: products of two
 /// differences stay below 2^29, their sums below 2^31. 64 pixels.
-const SMALL: i32 = 64 << SUBPIXEL_BITS;
+pub const SMALL: i32 = 64 << SUBPIXEL_BITS;
 
 /// The corners of [`LANES`] triangles: `x[k][l]` belongs to vertex k of triangle l.
 #[derive(Debug, Clone, Copy)]
@@ -244,26 +244,35 @@ impl DepthPlane {
     }
 }
 
+/// An edge function on pixels: value at the centre of pixel (0, 0) and steps to the right and down, divided by 256.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Edge {
+    pub step_x: i32,
+    pub step_y: i32,
+    pub value: i64,
+}
+
 /// The setup of one triangle of any size within the guard band, in 64 bits.
 #[derive(Debug, Clone, Copy)]
 pub struct LargeSetup {
-    /// a, b and value of each edge function at the centre of pixel (0, 0), divided by 256.
-    pub edges: [[i64; 3]; 3],
+    pub edges: [Edge; 3],
     /// Depth at the centre of pixel (0, 0), and what it gains per pixel to the right and per row down.
     pub z: [f64; 3],
     pub z_range: [f32; 2],
     /// First column and row, last column and row.
-    pub pixels: [i32; 4],
+    pub pixels: [u16; 4],
+    /// Scene-wide number of the triangle.
+    pub id: u32,
 }
 
 impl LargeSetup {
-    /// The setup, or nothing for a triangle without area.
-    pub fn new(v: [ScreenVertex; 3], size: [u32; 2]) -> Option<Self> {
+    /// The setup, or nothing for a triangle without area or pixels. `exact` are grid positions and depths in f64.
+    pub fn new(v: [ScreenVertex; 3], exact: [[f64; 3]; 3], size: [u32; 2], id: u32) -> Option<Self> {
         let (min, max) = box_of(v);
         let (first, last) = pixels_in_box(min, max, size);
         let (x, y) = (v.map(|v| i64::from(snapped(v.x))), v.map(|v| i64::from(snapped(v.y))));
         let area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
-        if area == 0 {
+        if area == 0 || first[0] > last[0] || first[1] > last[1] {
             return None;
         }
         let centre = i64::from(HALF);
@@ -272,23 +281,27 @@ impl LargeSetup {
             let (a, b) = (area.signum() * (y[k] - y[n]), area.signum() * (x[n] - x[k]));
             let top_left = a > 0 || (a == 0 && b > 0);
             let e = a * (centre - x[k]) + b * (centre - y[k]) - i64::from(!top_left);
-            [a, b, e >> SUBPIXEL_BITS]
+            // Differences of coordinates below 2^24 fit.
+            Edge { step_x: a as i32, step_y: b as i32, value: e >> SUBPIXEL_BITS }
         });
         let cross =
             |p: [[f64; 2]; 3]| (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
-        let exact = v.map(|v| [f64::from(v.x), f64::from(v.y)]);
+        let unrounded = exact.map(|[x, y, _]| [x, y]);
         let rounded = [0, 1, 2].map(|k: usize| [x[k] as f64, y[k] as f64]);
-        let p = if (0.5..=2.0).contains(&(cross(exact) / area as f64)) { exact } else { rounded };
-        let z = v.map(|v| f64::from(v.z));
+        let p = if (0.5..=2.0).contains(&(cross(unrounded) / area as f64)) { unrounded } else { rounded };
+        let z = exact.map(|[_, _, z]| z);
         let rise = |c: usize| (z[1] - z[0]) * (p[2][c] - p[0][c]) - (z[2] - z[0]) * (p[1][c] - p[0][c]);
         let (per_x, per_y) = (rise(1) / cross(p), -rise(0) / cross(p));
         let centre = f64::from(HALF);
         let scale = f64::from(SUBPIXEL);
+        let z_range = [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])];
         Some(Self {
             edges,
             z: [z[0] + per_x * (centre - p[0][0]) + per_y * (centre - p[0][1]), per_x * scale, per_y * scale],
-            z_range: [v[0].z.min(v[1].z).min(v[2].z), v[0].z.max(v[1].z).max(v[2].z)],
-            pixels: [first[0], first[1], last[0], last[1]],
+            z_range: z_range.map(|z| z as f32),
+            // Within an image, whose sides are at most 16384.
+            pixels: [first[0], first[1], last[0], last[1]].map(|n| n as u16),
+            id,
         })
     }
 }

@@ -94,6 +94,23 @@ def test_the_command_in_the_report_gives_the_same_numbers(run, tmp_path):
         np.testing.assert_allclose(after["matrices"], before["matrices"], rtol=1e-9, atol=1e-12)
 
 
+def test_a_bias_reaches_the_maps_and_the_command_in_the_report(run, tmp_path):
+    words = ("compare", "@skylight", *SMALL, "--bias", "world=0.5,slope-limit=3")
+    assert run(*words, "--out", tmp_path / "a")[0] == 0
+    first = json.loads((tmp_path / "a" / "results.json").read_text(encoding="utf-8"))
+    default = sl.Bias()
+    assert first["bias"] == {
+        "world": 0.5, "texels": default.texels, "ndc": default.ndc, "slope": default.slope, "slope_limit": 3.0,
+    }  # fmt: skip
+    again = shlex.split(first["reproduce"]["command"])
+    assert again[again.index("--out") + 1] == str(tmp_path / "a")
+    run(*again[1:], "--out", tmp_path / "b")
+    run(*words[:-2], "--out", tmp_path / "c")
+    second, other = (json.loads((tmp_path / d / "results.json").read_text(encoding="utf-8")) for d in "bc")
+    counts = [[r["misclassified"] for r in data["runs"]] for data in (first, second, other)]
+    assert counts[0] == counts[1] != counts[2]
+
+
 def test_the_python_of_a_file_with_ground_is_its_scene(run, mesh, tmp_path):
     run("compare", mesh, "--up", "z", "--ground", *SMALL, "--out", tmp_path)
     data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
@@ -283,7 +300,18 @@ BAD = {
     "far not a number": (["compare", "MESH", "--far", "far"], "--far", "far"),
     "far is nan": (["compare", "MESH", "--far", "nan"], "far"),
     "fov zero": (["compare", "MESH", "--fov-deg", "0"], "fov"),
-    "fov too wide": (["compare", "MESH", "--fov-deg", "180"], "fov"),
+    "fov too wide": (["compare", "MESH", "--fov-deg", "180"], "fov-deg: expected degrees above 0 and below 180"),
+    "fov is nan": (["compare", "MESH", "--fov-deg", "nan"], "degrees"),
+    "bias without value": (["compare", "MESH", "--bias", "world"], "bias", "world"),
+    "bias empty": (["compare", "MESH", "--bias", ""], "bias"),
+    "bias unknown": (["compare", "MESH", "--bias", "wrold=1"], "wrold", "world, texels, ndc, slope, slope_limit"),
+    "bias a word": (["compare", "MESH", "--bias", "world=much"], "expected a number for world", "much"),
+    "bias twice": (["compare", "MESH", "--bias", "world=1,world=2"], "twice"),
+    "out empty": (["compare", "MESH", "--out", ""], "out: expected the name of a directory"),
+    "matrix out empty": (["matrix", "MESH", "--out", ""], "out: expected the name of a file"),
+    "matrix of two techniques": (
+        ["matrix", "MESH", "--technique", "uniform", "--technique", "lispsm"], "technique", "uniform and lispsm"
+    ),
     "resolution zero": (["compare", "MESH", "--resolution", "0"], "resolution"),
     "resolution negative": (["compare", "MESH", "--resolution", "-4"], "resolution"),
     "resolution a fraction": (["compare", "MESH", "--resolution", "10.5"], "resolution"),
@@ -396,6 +424,17 @@ def test_a_reader_that_leaves_is_no_error(mesh):
     command = f"{shlex.quote(sys.executable)} -m shadowlab.cli techniques | head -n 1"
     done = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, check=False)
     assert done.stderr == b""
+
+
+@pytest.mark.parametrize("command", ["techniques", "matrix MESH --format npy", "matrix MESH"])
+@pytest.mark.parametrize(("target", "says"), [("> /dev/full", "No space left"), (">&-", "standard output is closed")])
+def test_an_output_that_takes_nothing_is_one_line(mesh, command, target, says):
+    if target.endswith("full") and not os.path.exists("/dev/full"):  # noqa: PTH110 - a device, not a path of ours
+        pytest.skip("/dev/full is not here")
+    words = f"{shlex.quote(sys.executable)} -m shadowlab.cli {command.replace('MESH', shlex.quote(mesh))} {target}"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=False)
+    fails((done.returncode, done.stdout, done.stderr), says)
+    assert "defect" not in done.stderr
 
 
 def test_importing_and_version_touch_no_driver_and_no_pandas():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import re
 from html.parser import HTMLParser
 
@@ -223,3 +224,37 @@ def test_ticks_enclose_the_numbers(low, high):
     assert ticks == sorted(set(ticks))
     assert ticks[0] <= low
     assert ticks[-1] >= high
+
+
+def test_pictures_of_an_earlier_report_go_and_nothing_else(tmp_path):
+    scene = sl.library.scene("robots")
+
+    def saved(labels):
+        sl.compare(
+            scene, scene.camera, scene.light, labels, resolution=32, size=(32, 18), renderer="cpu", progress=False
+        ).save(tmp_path)
+        return {path.name for path in tmp_path.iterdir()}
+
+    (tmp_path / "holiday.png").write_bytes(b"mine")
+    both = saved({"one": "uniform", "two": "lispsm"})
+    assert any("two" in name for name in both)
+    data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert set(data["pictures"]) == {name for name in both if name.endswith(".png")} - {"holiday.png"}
+    one = saved({"one": "uniform"})
+    assert one == {name for name in both if "two" not in name}
+    assert (tmp_path / "holiday.png").read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize(
+    "results", ["", "[]", '{"pictures": 3}', '{"pictures": ["../a.png", "notes.txt", 7, "/a.png", ".."]}']
+)
+def test_a_results_file_of_somebody_else_removes_nothing(tmp_path, results):
+    from shadowlab.report_html import own_pictures
+
+    folder = tmp_path / "report"
+    folder.mkdir()
+    for path in (tmp_path / "a.png", folder / "notes.txt"):
+        path.write_bytes(b"mine")
+    (folder / "results.json").write_text(results, encoding="utf-8")
+    assert own_pictures(folder / "results.json") == set()
+    assert own_pictures(folder / "none.json") == set()

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .errors import ArgumentError, ShadowlabError, ShadowlabWarning
-from .specs import parse_resolutions, parse_size, parse_spec, parse_vector
+from .specs import parse_bias, parse_resolutions, parse_size, parse_spec, parse_vector
 
 USAGE_ERROR = 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells say it
@@ -44,6 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; the exit status."""
     words = joined_negative_values(list(sys.argv[1:] if arguments is None else arguments))
     debug = "--debug" in words
+    if sys.stderr is None:  # closed by whoever started this; print would turn to standard output
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - it lives as long as the process
+    if sys.stdout is None:
+        print("shadowlab: error: standard output is closed; send it to a file or to /dev/null", file=sys.stderr)
+        return USAGE_ERROR
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal without µ or ² shows a question mark
             stream.reconfigure(errors="replace")
@@ -52,25 +57,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with one_line_warnings():
             options = parser().parse_args(words)
-            return int(options.run(options) or 0)
+            status = int(options.run(options) or 0)
+            sys.stdout.flush()
+            return status
     except KeyboardInterrupt:
         print("shadowlab: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         # Whoever read the output has left (a pager, head); the interpreter must not complain about it when it exits.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        discard_output()
         return 0
     except Exception as error:
+        if isinstance(error, OSError) and not isinstance(error, ShadowlabError):
+            discard_output()
         if debug:
             raise
         print(f"shadowlab: error: {' '.join(explanation(error).split())}", file=sys.stderr)
         return USAGE_ERROR
 
 
+def discard_output() -> None:
+    """What standard output cannot write is dropped: the interpreter would try again when it exits, and complain."""
+    with contextlib.suppress(OSError):
+        sys.stdout.flush()
+        return
+    with contextlib.suppress(OSError):  # a stream without a file behind it holds nothing back
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
 def explanation(error: Exception) -> str:
     """What went wrong, for a person; anything that is no error of ours is a defect and says so."""
     if isinstance(error, ShadowlabError):
         return str(error)
+    if isinstance(error, OSError):
+        where = f" {error.filename!r}" if error.filename else ""
+        return f"cannot read or write{where}: {error.strerror or error}; is the disk full, or the output closed?"
     if isinstance(error, MemoryError):
         return f"not enough memory: {error}; choose a smaller size or resolution"
     return f"{type(error).__name__}: {error}; a defect in shadowlab: please report it with what --debug shows"
@@ -132,6 +155,11 @@ def parser() -> Parser:
         "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
     )
     compare.add_argument(
+        "--bias",
+        metavar="NAME=VALUE,...",
+        help="what is taken off the depth before it is compared: world, texels, ndc, slope, slope_limit",
+    )
+    compare.add_argument(
         "--out", default="report", metavar="DIR", help="where report.html and the rest go (default: report)"
     )
     compare.set_defaults(run=compare_command)
@@ -139,9 +167,12 @@ def parser() -> Parser:
     matrix = commands.add_parser(
         "matrix", parents=[shared, view_options()], help="the matrix of a technique", description=matrix_command.__doc__
     )
-    matrix.add_argument("--technique", default="lispsm", metavar="NAME[:param=value,...]", help="(default: lispsm)")
+    matrix.add_argument("--technique", action="append", metavar="NAME[:param=value,...]", help="(default: lispsm)")
     matrix.add_argument(
-        "--resolution", default="1024", metavar="N", help="texels along each side the fit is made for (default: 1024)"
+        "--resolution",
+        action="append",
+        metavar="N",
+        help="texels along each side the fit is made for (default: 1024)",
     )
     matrix.add_argument("--format", default="text", choices=("npy", "json", "text"), help="(default: text)")
     matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
@@ -197,7 +228,7 @@ def number(text: str) -> float:
 
 def compare_command(options: argparse.Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
-    from ._core import Renderer
+    from ._core import Bias, Renderer
     from .arguments import picture_size
     from .study import compare
     from .tables import text_table
@@ -212,6 +243,7 @@ def compare_command(options: argparse.Namespace) -> int:
     size = None if options.size is None else parse_size(options.size)
     scene, camera, light, source = load_view(options, size)
     size = size or picture_size(camera.aspect)
+    bias = None if options.bias is None else Bias(**parse_bias(options.bias))
     renderer = Renderer(options.backend)
     directory = writable_directory(options.out)
     study = compare(
@@ -222,8 +254,9 @@ def compare_command(options: argparse.Namespace) -> int:
         resolution=resolutions,
         size=size,
         renderer=renderer,
+        bias=bias,
         filter=options.filter,
-        source=source,
+        source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):
         raise ArgumentError(study.runs[0].failure)
@@ -245,10 +278,16 @@ def matrix_command(options: argparse.Namespace) -> int:
 
     from .record import plain
 
-    resolutions = parse_resolutions(options.resolution)
+    texts = options.resolution or ["1024"]
+    resolutions = [r for text in texts for r in parse_resolutions(text)]
     if len(resolutions) != 1:
-        raise ArgumentError(f"resolution: expected one number of texels, got {options.resolution!r}")
-    technique = technique_of(options.technique)
+        raise ArgumentError(f"resolution: expected one number of texels, got {','.join(texts)!r}; give one")
+    specs = options.technique or ["lispsm"]
+    if len(specs) != 1:
+        raise ArgumentError(f"technique: expected one, got {' and '.join(specs)}; ask for one matrix at a time")
+    if options.out == "":
+        raise ArgumentError("out: expected the name of a file, got nothing; leave --out away for standard output")
+    technique = technique_of(specs[0])
     scene, camera, light, _ = load_view(options, None if options.size is None else parse_size(options.size))
     p = technique.parameterize(scene, camera, light, resolution=resolutions[0])
     matrices = np.asarray(p.matrices)
@@ -368,6 +407,8 @@ def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: A
         # A far plane before the fitting near plane still leaves a picture; one that is no distance is said as it is.
         near = min(near, far / INSIDE_DEPTH_RATIO) if far > 0 else near
     near = near if options.near is None else options.near
+    if options.fov_deg is not None and not 0 < options.fov_deg < 180:
+        raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
     fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
     # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
     vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
@@ -385,6 +426,8 @@ def chosen_light(given: dict[str, Any], fitting: Any) -> Any:
 
 def writable_directory(path: str) -> Path:
     """The directory, made, and tried before long work."""
+    if not path:
+        raise ArgumentError("out: expected the name of a directory, got nothing; leave --out away for ./report")
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)

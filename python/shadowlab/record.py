@@ -6,14 +6,15 @@ import datetime
 import json
 import math
 import platform
+from collections.abc import Sequence
 from importlib import metadata
 from typing import Any
 
 import numpy as np
 
 from .reproduce import command_line, python_snippet
+from .specs import BIAS
 
-BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 PACKAGES = ("shadowlab", "numpy", "pandas", "trimesh", "matplotlib")
 
 
@@ -76,8 +77,8 @@ def run_record(run: Any) -> dict[str, Any]:
     return record
 
 
-def as_data(study: Any) -> dict[str, Any]:
-    """The whole study as data, without its pictures."""
+def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
+    """The whole study as data, with the names of its pictures."""
     scene, bias = study.scene, study.bias
     return {
         "created": now(),
@@ -100,12 +101,13 @@ def as_data(study: Any) -> dict[str, Any]:
         "runs": [run_record(run) for run in study.runs],
         "verdict": study.verdict,
         "reproduce": {"python": python_snippet(study, study.runs), "command": command_line(study, study.runs)},
+        "pictures": list(pictures),
     }
 
 
-def dumps(study: Any) -> str:
-    """results.json."""
-    return json.dumps(plain(as_data(study)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+def dumps(study: Any, pictures: Sequence[str] = ()) -> str:
+    """results.json, with the names of the pictures beside it."""
+    return json.dumps(plain(as_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def facts(study: Any) -> list[tuple[str, str]]:

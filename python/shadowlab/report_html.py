@@ -6,6 +6,7 @@ says so. A picture that is shown more than once (the truth) is stored once, as a
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from html import escape
@@ -22,6 +23,8 @@ from .reproduce import command_line, python_snippet
 from .tables import cells
 from .verdict import share_text
 
+# What the pictures of a report are called: letters, digits and the like, no folder.
+PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
 # The close look is this part of the picture's shorter side: pixels become visible, and where they are stays clear.
 WINDOW_SHARE = 8
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
@@ -33,6 +36,8 @@ SHOWN_PX = 520
 def save(study: Any, directory: Path) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
+    Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
+
     Raises
     ------
     ArgumentError
@@ -41,16 +46,30 @@ def save(study: Any, directory: Path) -> Path:
     try:
         directory.mkdir(parents=True, exist_ok=True)
         page, files = build(study)
+        stale = own_pictures(directory / "results.json") - files.keys()
         for name, content in files.items():
             (directory / name).write_bytes(content)
         study.table.to_csv(directory / "results.csv", index=False)
-        (directory / "results.json").write_text(record.dumps(study), encoding="utf-8")
+        (directory / "results.json").write_text(record.dumps(study, sorted(files)), encoding="utf-8")
         path = directory / "report.html"
         path.write_text(page, encoding="utf-8")
+        for name in stale:
+            (directory / name).unlink(missing_ok=True)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
     return path
+
+
+def own_pictures(results: Path) -> set[str]:
+    """The pictures that an earlier report names as its own: bare names of PNGs, whatever else the file may say."""
+    try:
+        data = json.loads(results.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()  # no earlier report, or a file of somebody else
+    named = data.get("pictures") if isinstance(data, dict) else None
+    names = {name for name in named if isinstance(name, str)} if isinstance(named, list) else set()
+    return {name for name in names if PNG_NAME.fullmatch(name) and (results.parent / name).is_file()}
 
 
 def build(study: Any) -> tuple[str, dict[str, bytes]]:

@@ -13,19 +13,23 @@ from typing import Any
 
 import numpy as np
 
-from .specs import format_spec, format_value
+from .specs import format_bias, format_spec, format_value
 
 UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any."""
+    """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
+
+    `out` is the directory that the command line wrote its report to.
+    """
 
     name: str
     python: str = UNKNOWN_SCENE
     arguments: tuple[str, ...] = ()
     up: str = "y"
+    out: str = ""
 
     @classmethod
     def of_scene(cls, scene: Any) -> Source:
@@ -112,9 +116,8 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
     from ._core import Bias
 
     source, camera, light = study.source, study.camera, study.light
-    default_bias = bias_python(study.bias) == bias_python(Bias())
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
-    sayable = source.arguments and light.kind == "directional" and default_bias and level and study.truth is not None
+    sayable = source.arguments and light.kind == "directional" and level and study.truth is not None
     aspect = study.size[0] / study.size[1]
     square = abs(camera.aspect - aspect) <= 4 * np.finfo(np.float64).eps * aspect
     if not (sayable and square) or any(run.given for run in runs):
@@ -133,6 +136,11 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
     words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
     if study.filter != "nearest":
         words += ["--filter", study.filter]
+    if study.bias != Bias():
+        words += ["--bias", format_bias(study.bias)]
+    if source.out:
+        # Some of the runs again: beside the report of all of them, not over it.
+        words += ["--out", source.out if len(runs) == len(study.runs) else str(Path(source.out) / "again")]
     return shlex.join(words)
 
 

@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from .errors import ArgumentError
+from .errors import ArgumentError, UnknownNameError
+
+# The values of a bias, in the order in which they are told.
+BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
 Value = bool | int | float | str
 
@@ -105,3 +108,29 @@ def parse_resolutions(text: str) -> list[int]:
     if all(part.isascii() and part.isdigit() and int(part) > 0 for part in parts):
         return [int(part) for part in parts]
     raise ArgumentError(f"resolution: expected whole numbers of texels above 0, such as 1024 or 512,1024, got {text!r}")
+
+
+def parse_bias(text: str) -> dict[str, float]:
+    """The values of `world=0.01,texels=0.1,slope=1`.
+
+    Raises
+    ------
+    ArgumentError
+        For nothing, a value that is no number, or one given twice.
+    UnknownNameError
+        For a name that a bias does not have.
+    """
+    _, values = parse_spec(f"bias:{text}", "bias")
+    numbers: dict[str, float] = {}
+    for name, value in values.items():
+        if name not in BIAS:
+            raise UnknownNameError(f"bias: unknown value {name!r}; expected some of {', '.join(BIAS)}")
+        if isinstance(value, (bool, str)):
+            raise ArgumentError(f"bias: expected a number for {name}, got {value!r}; try --bias world=0.01")
+        numbers[name] = float(value)
+    return numbers
+
+
+def format_bias(bias: Any) -> str:
+    """The text that `parse_bias` reads back, every value spelled out."""
+    return ",".join(f"{name}={format_value(float(getattr(bias, name)))}" for name in BIAS)

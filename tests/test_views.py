@@ -44,26 +44,79 @@ def test_the_whole_scene_is_in_the_picture(name, aspect):
     assert 0 < camera.near < camera.far
     assert np.isfinite(light.direction).all()
     assert light.direction[1] < 0
-    corners = np.array(
-        [[x, y, z, 1.0] for x in scene.bounds[:, 0] for y in scene.bounds[:, 1] for z in scene.bounds[:, 2]]
-    )
-    clip = corners @ camera.clip_from_world.T
+    vertices = scene.to_arrays()[0]
+    clip = np.column_stack([vertices, np.ones(len(vertices))]) @ camera.clip_from_world.T
     # Coordinates of 1e6 times a view of the last digits: what rounding leaves of a margin of 6 %.
     slack = 1.0 if name != "one point far away" else 1.2
     assert (np.abs(clip[:, :2]) <= slack * clip[:, 3:]).all()
-    depth = camera.depth(corners[:, :3])
+    depth = camera.depth(vertices)
     assert (depth >= camera.near).all()
     assert (depth <= camera.far).all()
 
 
-def test_the_picture_is_filled():
-    camera, _ = sl.default_view(DEGENERATE["unit box"])
-    corners = np.array([[x, y, z, 1.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    clip = corners @ camera.clip_from_world.T
-    ndc = clip[:, :2] / clip[:, 3:]
-    assert np.abs(ndc).max() > 0.9
+def ndc_of(scene, camera):
+    vertices = scene.to_arrays()[0]
+    clip = np.column_stack([vertices, np.ones(len(vertices))]) @ camera.clip_from_world.T
+    return clip[:, :2] / clip[:, 3:]
+
+
+DISC = np.array([[np.cos(t), 0, np.sin(t)] for t in np.linspace(0, 2 * np.pi, 50)])
+FILLED = {
+    "unit box": DEGENERATE["unit box"],
+    "a single triangle": DEGENERATE["triangle"],
+    "a disc, whose box has corners in the air": sl.Scene.from_arrays(DISC, [[0, i, i + 1] for i in range(1, 49)]),
+    "a slope, far from its box's corners": scene_of([[0.0, 0, 0], [1, 5, 9], [1.2, 5, 9]]),
+}
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("name", FILLED)
+def test_the_picture_is_filled(name, aspect):
+    camera, _ = sl.default_view(FILLED[name], aspect=aspect)
+    ndc = ndc_of(FILLED[name], camera)
+    assert 0.93 < np.abs(ndc).max() <= 0.95  # what the margin leaves
     # Centred: as much room on one side as on the other, along the axis that is filled.
     assert abs(ndc.max(axis=0) + ndc.min(axis=0)).min() < 0.01
+
+
+def test_instances_are_framed_one_by_one_or_by_their_boxes(monkeypatch):
+    """Spheres on a slope: framed by vertices, and with boxes a little looser; never cut."""
+    turns = np.random.default_rng(3).normal(size=(400, 3))
+    ball = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+    mesh = sl.Scene.from_arrays(ball, np.arange(399).reshape(-1, 3)).meshes[0]
+    transforms = np.tile(np.eye(4), (30, 1, 1))
+    transforms[:, :3, 3] = np.arange(30)[:, None] * np.array([1.0, 0.3, -2.0])
+    scene = sl.Scene([mesh], np.zeros(30, int), transforms)
+    exact, _ = sl.default_view(scene)
+    assert 0.93 < np.abs(ndc_of(scene, exact)).max() <= 0.95
+    monkeypatch.setattr("shadowlab.views.VERTICES_AT_ONCE", 7)
+    piecewise, _ = sl.default_view(scene)
+    np.testing.assert_allclose(piecewise.eye, exact.eye, rtol=1e-12)
+    monkeypatch.setattr("shadowlab.views.MOST_VERTICES", 100)
+    loose, _ = sl.default_view(scene)
+    assert 0.8 < np.abs(ndc_of(scene, loose)).max() <= 0.95
+
+
+def test_a_line_along_the_view_is_not_in_the_eye():
+    from shadowlab.views import AZIMUTH_RAD, ELEVATION_RAD, orientation
+
+    _, _, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
+    scene = scene_of([0 * forward, 3 * forward, 10 * forward])
+    camera, _ = sl.default_view(scene)
+    depth = camera.depth(scene.to_arrays()[0])
+    assert 0 < camera.near < depth.min() < depth.max() < camera.far
+
+
+def test_a_city_fills_the_picture(shared_scenes):
+    """A flat town, cut round: the corners of its box are empty."""
+    found = sorted(path for path in shared_scenes.rglob("*delft*") if path.suffix in (".glb", ".ply", ".obj"))
+    if not found:
+        pytest.skip("no town among the shared scenes")
+    scene = sl.load_scene(found[0])
+    camera, _ = sl.default_view(scene, aspect=1.0)
+    gbuffer = sl.Renderer("cpu").gbuffer(scene, camera, size=(128, 128))
+    seen = np.asarray(gbuffer.triangle) >= 0
+    assert seen.any(axis=0).mean() > 0.9 or seen.any(axis=1).mean() > 0.9
 
 
 def test_same_picture_at_every_scale():

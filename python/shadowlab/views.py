@@ -1,9 +1,9 @@
 """A camera and a light that fit a scene, for those who bring neither.
 
-The camera stands at a three-quarter angle and holds the whole bounding box as tightly as its field of view allows: for
-a fixed orientation each pair of opposite frustum planes bounds the position in closed form, so nothing is searched.
+The camera stands at a three-quarter angle and holds all vertices as tightly as its field of view allows: for a fixed
+orientation each pair of opposite frustum planes bounds the position in closed form, so nothing is searched.
 
-        side view                     the box touches one pair of planes;
+        side view                     the scene touches one pair of planes;
       e .                             the other pair has room to spare, the
         `  .   +------+               same on both sides of the picture
          `   . |      |
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -26,15 +27,24 @@ FOV_Y_RAD = math.radians(50.0)
 # Elevation of the light over a scene at least half as high as wide, and over a flat one: morning and early morning.
 HIGH_SUN_RAD = math.radians(38.0)
 LOW_SUN_RAD = math.radians(22.0)
-# Share of the picture left free around the box.
+# Share of the picture left free around the scene.
 MARGIN = 0.06
-# Room between the box and the near and far planes, as a share of their depth: enough for rounding in any renderer.
+# Room between the scene and the near and far planes, as a share of their depth: enough for rounding in any renderer.
 DEPTH_MARGIN = 0.05
 # Far over near for an eye inside the scene, where nothing else limits near: what engines ship (0.1 m to 100 m).
 INSIDE_DEPTH_RATIO = 1000.0
 # A scene smaller than this share of its own distance from the origin cannot be told from a point in float64 pictures
 # (2^-52 is one step; 2^20 steps are enough for a picture).
 SMALLEST_RELATIVE_SIZE = 2.0**-32
+
+# Vertices that are looked at one by one, over all instances: below a second. Beyond it instances are framed by the
+# corners of their mesh's box, which holds them with room to spare.
+MOST_VERTICES = 2**23
+# Vertices at a time, so that memory stays small.
+VERTICES_AT_ONCE = 2**16
+# Directions in which the outline is sampled, in the plane across and ahead and in the plane up and ahead. What stands
+# out between two of them does so by 1 - cos(pi / 64), a thousandth of the scene's radius: far below the margin.
+OUTLINE_DIRECTIONS = 64
 
 
 def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple[Any, Any]:
@@ -63,13 +73,13 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
 
     right, up, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
     framed = padded_bounds(scene if focus is None else focus)
-    inner = box_corners(framed)
-    center = inner.mean(axis=0)
+    center = box_corners(framed).mean(axis=0)
     safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
+    inner = outline(scene if focus is None else focus, center, (right, up, forward), safe_aspect)
     eye = center + fitting_offset(inner - center, right, up, forward, FOV_Y_RAD, safe_aspect)
     whole = inner if focus is None else box_corners(padded_bounds(scene))
     near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
-    reach = float((center - eye) @ forward)
+    reach = float((inner.mean(axis=0) - eye) @ forward)
     camera = Camera.look_at(
         eye, eye + forward * reach, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
     )
@@ -130,6 +140,46 @@ def box_corners(bounds: np.ndarray) -> np.ndarray:
     return np.array(list(itertools.product(*bounds.T)))
 
 
+def outline(
+    scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
+) -> np.ndarray:
+    """The vertices (K, 3) that stand out furthest: what a picture along these axes must hold to hold the scene."""
+    bounds = padded_bounds(scene)
+    if not np.array_equal(bounds, np.asarray(scene.bounds)):
+        return box_corners(bounds)  # a point: its vertices have no outline
+    right, up, forward = axes
+    turns = np.linspace(0.0, 2 * math.pi, OUTLINE_DIRECTIONS, endpoint=False)
+    tan_y = math.tan(0.5 * FOV_Y_RAD) * (1 - MARGIN)
+    directions = [
+        sign * axis - tangent * forward for axis, tangent in ((right, tan_y * aspect), (up, tan_y)) for sign in (1, -1)
+    ]
+    directions += [math.cos(t) * axis + math.sin(t) * forward for axis in (right, up) for t in turns]
+    outward = np.array(directions).T
+    furthest = np.empty((0, 3))
+    for points in world_points(scene):
+        candidates = np.concatenate([furthest, points])
+        furthest = candidates[np.unique(((candidates - center) @ outward).argmax(axis=0))]
+    return furthest
+
+
+def world_points(scene: Any) -> Iterator[np.ndarray]:
+    """Vertices (N, 3) of all instances, some at a time; corners of boxes where there are too many."""
+    meshes = [np.asarray(mesh.vertices, dtype=np.float64) for mesh in scene.meshes]
+    index, transforms = np.asarray(scene.mesh_index), np.asarray(scene.transforms)
+    counts = np.bincount(index, minlength=len(meshes))
+    total = sum(len(vertices) * int(n) for vertices, n in zip(meshes, counts, strict=True))
+    for i, vertices in enumerate(meshes):
+        if total > MOST_VERTICES and counts[i] > 1:
+            vertices = box_corners(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
+        placed = transforms[index == i]
+        for start in range(0, len(vertices), VERTICES_AT_ONCE):
+            part = vertices[start : start + VERTICES_AT_ONCE]
+            together = max(1, VERTICES_AT_ONCE // len(part))
+            for first in range(0, len(placed), together):
+                some = placed[first : first + together]
+                yield (part @ some[:, :3, :3].transpose(0, 2, 1) + some[:, None, :3, 3]).reshape(-1, 3)
+
+
 def fitting_offset(
     corners: np.ndarray, right: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float, aspect: float
 ) -> np.ndarray:
@@ -139,17 +189,20 @@ def fitting_offset(
     max(r - t f) <= x + t d and max(-r - t f) <= -x + t d; the sum bounds d. Likewise for y; the larger d is taken.
     """
     depth = corners @ forward
-    distance = 0.0
+    distance = -math.inf
     tan_y = math.tan(0.5 * fov_y) * (1 - MARGIN)
     for axis, tangent in ((right, tan_y * aspect), (up, tan_y)):
         across = corners @ axis
         high, low = (across - tangent * depth).max(), (-across - tangent * depth).max()
         distance = max(distance, (high + low) / (2 * tangent))
-    return (
+    # Points in a row along the view would have the eye in the first of them.
+    distance = max(distance, (depth.max() - INSIDE_DEPTH_RATIO * depth.min()) / (INSIDE_DEPTH_RATIO - 1))
+    offset: np.ndarray = (
         centred(corners @ right, depth + distance) * right
         + centred(corners @ up, depth + distance) * up
         - distance * forward
     )
+    return offset
 
 
 def centred(across: np.ndarray, depth: np.ndarray) -> float:
@@ -167,14 +220,14 @@ def centred(across: np.ndarray, depth: np.ndarray) -> float:
 def depth_range(
     whole: np.ndarray, inner: np.ndarray, eye: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float
 ) -> tuple[float, float]:
-    """Near and far depths that hold the framed box, the floor at the bottom of the picture, and everything behind."""
+    """Near and far depths that hold the framed points, the floor at the picture's bottom, and everything behind."""
     near = float(((inner - eye) @ forward).min())
-    # The lowest ray of the picture meets the floor of the whole scene nearer than the framed box begins.
+    # The lowest ray of the picture meets the floor of the whole scene nearer than the framed points begin.
     lowest = forward - math.tan(0.5 * fov_y) * up
     floor = float(whole[:, 1].min())
     if whole is not inner and lowest[1] < 0 and eye[1] > floor:
         near = min(near, (floor - eye[1]) / lowest[1])
     far = float(((whole - eye) @ forward).max())
-    # The eye of a fitted view stands outside the box, so near is above 0 by construction.
+    # Far reaches the corners of a floor, which may be more than the ratio beyond the framed points.
     near = max(near, far / INSIDE_DEPTH_RATIO)
     return near * (1 - DEPTH_MARGIN), far * (1 + DEPTH_MARGIN)

@@ -98,13 +98,26 @@ def test_instances_are_framed_one_by_one_or_by_their_boxes(monkeypatch):
 
 
 def test_a_line_along_the_view_is_not_in_the_eye():
-    from shadowlab.views import AZIMUTH_RAD, ELEVATION_RAD, orientation
+    from shadowlab.views import INSIDE_DEPTH_RATIO, fitting_offset, orientation
 
-    _, _, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
-    scene = scene_of([0 * forward, 3 * forward, 10 * forward])
-    camera, _ = sl.default_view(scene)
-    depth = camera.depth(scene.to_arrays()[0])
-    assert 0 < camera.near < depth.min() < depth.max() < camera.far
+    right, up, forward = orientation(0.5, 0.5)
+    line = np.outer([0.0, 3.0, 10.0], forward)
+    depth = (line - fitting_offset(line, right, up, forward, 0.9, 1.0)) @ forward
+    np.testing.assert_allclose(depth.max() / depth.min(), INSIDE_DEPTH_RATIO, rtol=1e-9)
+
+
+def test_a_strip_along_the_diagonal_is_seen_from_the_side_that_shows_more(monkeypatch):
+    def area(side):
+        ahead, across = np.array([17.0, 0, side * 10.0]), np.array([side * -1.0, 0, 1.7])
+        corners = [-ahead - across, ahead - across, ahead + across, -ahead + across]
+        strip = sl.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]])
+        return np.ptp(ndc_of(strip, sl.default_view(strip)[0]), axis=0).prod()
+
+    chosen = [area(side) for side in (1, -1)]
+    monkeypatch.setattr("shadowlab.views.OTHER_SIDE_GAIN", np.inf)
+    usual = [area(side) for side in (1, -1)]
+    assert min(chosen) > 1.25 * min(usual)
+    assert max(chosen) == max(usual)
 
 
 def test_a_city_fills_the_picture(shared_scenes):

@@ -15,6 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,11 @@ import numpy as np
 # Chosen because it shows two sides and the top of a box, and leaves room for shadows that fall to the right.
 AZIMUTH_RAD = math.radians(30.0)
 ELEVATION_RAD = math.radians(27.0)
+# Over a flat scene the eye stands higher, so that the ground between things is seen.
+FLAT_ELEVATION_RAD = math.radians(40.0)
+# A scene along the diagonal is a thin band seen from one side, and fills more seen from the other; the other is taken
+# where the scene's rectangle in the picture grows by this factor, so that most scenes are seen from the usual one.
+OTHER_SIDE_GAIN = 1.25
 # The middle of what painters of architecture and engines use; wide enough that near and far differ.
 FOV_Y_RAD = math.radians(50.0)
 # Elevation of the light over a scene at least half as high as wide, and over a flat one: morning and early morning.
@@ -71,12 +77,14 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
     """
     from ._core import Camera, DirectionalLight
 
-    right, up, forward = orientation(AZIMUTH_RAD, ELEVATION_RAD)
-    framed = padded_bounds(scene if focus is None else focus)
+    part = scene if focus is None else focus
+    framed = padded_bounds(part)
     center = box_corners(framed).mean(axis=0)
     safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
-    inner = outline(scene if focus is None else focus, center, (right, up, forward), safe_aspect)
-    eye = center + fitting_offset(inner - center, right, up, forward, FOV_Y_RAD, safe_aspect)
+    elevation = FLAT_ELEVATION_RAD + (ELEVATION_RAD - FLAT_ELEVATION_RAD) * height_share(framed)
+    usual, other = (framing(part, center, orientation(a, elevation), safe_aspect) for a in (AZIMUTH_RAD, -AZIMUTH_RAD))
+    chosen = other if other.area > OTHER_SIDE_GAIN * usual.area else usual
+    (right, up, forward), inner, eye = chosen.axes, chosen.outline, chosen.eye
     whole = inner if focus is None else box_corners(padded_bounds(scene))
     near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
     reach = float((inner.mean(axis=0) - eye) @ forward)
@@ -84,6 +92,31 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
         eye, eye + forward * reach, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
     )
     return camera, DirectionalLight(side_light(right, forward, framed))
+
+
+@dataclass(frozen=True, eq=False)
+class Framing:
+    """An eye for one orientation: its axes right, up, forward, what it frames, and the area that this takes."""
+
+    axes: tuple[np.ndarray, np.ndarray, np.ndarray]
+    outline: np.ndarray
+    eye: np.ndarray
+    area: float
+
+
+def framing(scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float) -> Framing:
+    """The eye of this orientation that holds the scene, and the area of the scene's rectangle in the picture."""
+    points = outline(scene, center, axes, aspect)
+    eye = center + fitting_offset(points - center, *axes, FOV_Y_RAD, aspect)
+    right, up, forward = axes
+    seen = np.column_stack([(points - eye) @ right, (points - eye) @ up]) / ((points - eye) @ forward)[:, None]
+    return Framing(axes, points, eye, float(np.ptp(seen, axis=0).prod()))
+
+
+def height_share(bounds: np.ndarray) -> float:
+    """1 for a scene at least half as high as wide, falling to 0 for a flat one."""
+    across, height, depth = bounds[1] - bounds[0]
+    return min(1.0, 2.0 * float(height) / float(max(across, depth))) if max(across, depth) > 0 else 1.0
 
 
 def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
@@ -112,9 +145,7 @@ def side_light(right: np.ndarray, forward: np.ndarray, bounds: np.ndarray) -> np
     Shadows fall to the right across the picture, and most of what the eye sees is lit. The lower a scene is for its
     width, the lower stands the light: hills and towns seen whole have only short shadows under a high one.
     """
-    across, height, depth = bounds[1] - bounds[0]
-    share = min(1.0, 2.0 * height / max(across, depth)) if max(across, depth) > 0 else 1.0
-    elevation = LOW_SUN_RAD + (HIGH_SUN_RAD - LOW_SUN_RAD) * share
+    elevation = LOW_SUN_RAD + (HIGH_SUN_RAD - LOW_SUN_RAD) * height_share(bounds)
     ahead = np.array([forward[0], 0.0, forward[2]])
     ahead /= np.linalg.norm(ahead)
     level = 0.966 * right + 0.259 * ahead  # 15 degrees from behind

@@ -214,7 +214,7 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
         if as_well(r):
             many = f"{times((r / resolution) ** 2)} times the texels"
             return [
-                f"Of the sizes run, {uniform[r]['technique']} first does as well as {place(row)} at {r}² "
+                f"Of the sizes run, {uniform[r]['technique']} first does as well at {r}² as {place(row)} "
                 f"({many}; {uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
             ]
     least = uniform[larger[-1]]

@@ -45,9 +45,9 @@ SMALLEST_RELATIVE_SIZE = 2.0**-32
 
 # Vertices that are looked at one by one, over all instances: below a second. Beyond it instances are framed by the
 # corners of their mesh's box, which holds them with room to spare.
-MOST_VERTICES = 2**23
+MOST_VERTICES = 2**20
 # Vertices at a time, so that memory stays small.
-VERTICES_AT_ONCE = 2**16
+VERTICES_AT_ONCE = 2**13
 # Directions in which the outline is sampled, in the plane across and ahead and in the plane up and ahead. What stands
 # out between two of them does so by 1 - cos(pi / 64), a thousandth of the scene's radius: far below the margin.
 OUTLINE_DIRECTIONS = 64
@@ -185,11 +185,11 @@ def outline(
         sign * axis - tangent * forward for axis, tangent in ((right, tan_y * aspect), (up, tan_y)) for sign in (1, -1)
     ]
     directions += [math.cos(t) * axis + math.sin(t) * forward for axis in (right, up) for t in turns]
-    outward = np.array(directions).T
+    outward = np.array(directions)
     furthest = np.empty((0, 3))
     for points in world_points(scene):
         candidates = np.concatenate([furthest, points])
-        furthest = candidates[np.unique(((candidates - center) @ outward).argmax(axis=0))]
+        furthest = candidates[np.unique((outward @ (candidates - center).T).argmax(axis=1))]
     return furthest
 
 

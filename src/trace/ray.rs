@@ -35,7 +35,7 @@ pub struct Line {
     pub origin: [f64; 3],
     /// The permutation: `axes[2]` is the direction's largest axis.
     pub axes: [usize; 3],
-    /// Shear: x' = x - shear[0] * z and y' = y - shear[1] * z put the ray on the z axis.
+    /// Shear: `x' = x - shear[0] * z` and `y' = y - shear[1] * z` put the ray on the z axis.
     pub shear: [f64; 2],
     /// `t = z * t_per_z`.
     pub t_per_z: f64,

@@ -81,7 +81,7 @@ fn parts(c: &mut Criterion) {
     let view = FocusedView::new(&one, &camera, &light, Focus::SceneFit);
     c.bench_function("focus/casters B", |b| b.iter(|| black_box(&view).casters()));
     let frame = LightFrame::any(DVec3::new(0.4, -1.0, -0.3).normalize());
-    let size = MapSize::new(1024, 0).expect("a size");
+    let size = MapSize::new(1024).expect("a size");
     for (name, scene) in [("one mesh", &one), ("10,000 instances", &many)] {
         let view = FocusedView::new(scene, &camera, &light, Focus::SceneFit);
         c.bench_function(&format!("focus/unit cube/{name}"), |b| {

@@ -3,6 +3,8 @@
 #[path = "contract/views.rs"]
 mod views;
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{Aabb, OrientedBox, Rows};
@@ -235,32 +237,72 @@ fn moved(v: &View, scale: f64, offset: DVec3) -> View {
     View { name, scene: v.scene.transformed(&map).expect("moved"), camera: camera.expect("a camera"), light }
 }
 
+/// A technique with its lengths in the units of a world scaled by `scale`.
+fn scaled(t: &dyn Technique, scale: f64) -> Box<dyn Technique> {
+    let params = t.spec().params.iter().zip(t.settings());
+    let params: Vec<(String, Value)> = params
+        .map(|(p, (name, value))| match value {
+            // The largest number means no limit at any scale.
+            Value::Number(x) if p.unit == "world units" => (name.to_string(), Value::Number((x * scale).min(f64::MAX))),
+            other => (name.to_string(), other),
+        })
+        .collect();
+    technique(t.spec().name, &params).expect("made")
+}
+
+/// Corners of K are cuts of three planes, and the crop divides by their extents: a rounding of the input grows by this much
+/// before the map's own steepness. Measured: 16 at most.
+const CONDITION: f64 = 32.0;
+
 #[test]
 fn the_same_map_at_every_scale_and_far_from_the_origin() {
-    // Numbers in world units and the world's own texel lattice do change: those settings stay out.
-    let made: Vec<_> =
-        settings().into_iter().filter(|(n, _)| !n.contains("near=0") && !n.contains("stable=true")).collect();
-    let made: Vec<_> = made.into_iter().filter(|(n, _)| !n.contains("near=1") && !n.contains("near_factor")).collect();
-    assert!(made.len() >= 6);
+    let made = settings();
+    let utm = DVec3::new(455_000.0, 5_411_000.0, -1_200.0);
+    // A stable map's radius is rounded to a part of a power of two: those scales keep it.
+    let powers = [(-20.0_f64).exp2(), 30.0_f64.exp2()];
+    let plain = [(1e-6, DVec3::ZERO), (1e9, DVec3::ZERO), (1.0, utm), (1e-6, utm * 1e-6), (1e9, utm * 1e9)];
+    let lattice = powers.iter().flat_map(|&s| [(s, DVec3::ZERO), (s, utm * s)]).chain([(1.0, utm)]);
+    let lattice: Vec<_> = lattice.collect();
+    let (mut compared, mut vague) = (BTreeSet::new(), BTreeSet::new());
     for (name, scene, camera) in by_hand().into_iter().filter(|s| ["cube", "town", "floor"].contains(&s.0)) {
         let mut lights = spots(&scene, &camera);
         lights.truncate(1);
         lights.push(("slanted".into(), directional(DVec3::new(0.4, -1.0, -0.3))));
         for (light_name, light) in lights {
             let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
-            for (scale, offset, tolerance) in [
-                (1e-6, DVec3::ZERO, 1e-9),
-                (1e9, DVec3::ZERO, 1e-9),
-                // Half an ulp of 5.4e6 is 5e-10 in the input; a near depth of 0.1 and the warp magnify it.
-                (1.0, DVec3::new(455_000.0, 5_411_000.0, -1_200.0), 1e-6),
-            ] {
-                let other = moved(&v, scale, offset);
-                for (setting, t) in &made {
+            let r = Receivers::new(&v);
+            for (setting, t) in &made {
+                let stable = t.settings().contains(&("stable", Value::Flag(true)));
+                let snapped = stable && matches!(light, Light::Directional(_));
+                let a = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");
+                for &(scale, offset) in if snapped { &lattice[..] } else { &plain[..] } {
+                    let other = moved(&v, scale, offset);
                     let what = format!("{} / {setting}", other.name);
-                    let a = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");
+                    let t = scaled(t.as_ref(), scale);
                     let b = t.parameterize(&other.scene, &other.camera, &other.light, RESOLUTION).expect("a map");
+                    let (one, two) = (&a.partitions[0], &b.partitions[0]);
+                    // The rounding of the moved scene's coordinates, and what the map makes of it.
+                    let size = v.scene.bounds().corners().iter().fold(r.view.origin.length(), |m, q| m.max(q.length()));
+                    let rounding = f64::EPSILON * (size + offset.length() / scale);
+                    let local = local_rows(&a, r.view.origin);
+                    let steepness = |q: DVec3| {
+                        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+                        axes.iter().map(|d| local.derivative(q, *d).length()).fold(0.0, f64::max)
+                    };
+                    let steepest = r.view.receivers.vertices().iter().map(|q| steepness(*q)).fold(0.0, f64::max);
+                    let tolerance = CONDITION * rounding * steepest;
+                    if tolerance >= 0.01 {
+                        vague.insert(setting.as_str());
+                        continue;
+                    }
+                    let shift = if snapped {
+                        let texels = (two.project(offset).0 - one.project(DVec3::ZERO).0) * 0.5 * f64::from(RESOLUTION);
+                        assert!(texels.truncate().abs().max_element() < 1.0, "{what}: {texels} texels");
+                        (texels * 2.0 / f64::from(RESOLUTION)).truncate().extend(0.0)
+                    } else {
+                        DVec3::ZERO
+                    };
                     let mut random = Random(5);
-                    let r = Receivers::new(&v);
                     for _ in 0..200 {
                         let part = &r.boxes[random.below(r.boxes.len())];
                         let q = Receivers::random_in(&mut random, part);
@@ -268,14 +310,19 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
                             continue;
                         }
                         let q = q + r.view.origin;
-                        let (one, _) = a.partitions[0].project(q);
-                        let (two, _) = b.partitions[0].project(q * scale + offset);
-                        assert!((one - two).length() < tolerance, "{what}: {one} and {two}");
+                        let (one, two) = (one.project(q).0 + shift, two.project(q * scale + offset).0);
+                        let d = (one - two).length();
+                        assert!(d < tolerance, "{what}: {one} and {two}, {tolerance:e}");
+                        compared.insert(setting.as_str());
                     }
                 }
             }
         }
     }
+    let all: BTreeSet<&str> = made.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(compared, all);
+    // The strongest warp there can be: at its near end a rounding of the scene may be a texel.
+    assert_eq!(vague.into_iter().collect::<Vec<_>>(), ["lispsm(near=0)"]);
 }
 
 #[test]

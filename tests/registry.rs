@@ -6,7 +6,7 @@ use std::path::Path;
 use shadowlab::techniques::{self, Kind, TECHNIQUES, Value};
 
 /// Files that hold no technique.
-const SUPPORT: [&str; 4] = ["mod", "registry", "settings", "spec"];
+const SUPPORT: [&str; 5] = ["mod", "registry", "settings", "spec", "technique"];
 
 #[test]
 fn every_file_is_a_technique_and_every_technique_a_file() {

@@ -6,6 +6,6 @@ mod view;
 mod warp;
 
 pub use stable::{StableGrid, scene_depth, stable_grid};
-pub use unit_cube::{MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, spot_depths};
+pub use unit_cube::{BORDER_TEXELS, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, spot_depths};
 pub use view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
 pub use warp::{LEAST_KAPPA, NoWarp, WarpSpace};

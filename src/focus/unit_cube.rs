@@ -5,7 +5,8 @@
 //!   instance casts and receives, the casters above the receivers' rectangle fill it, so the article's second crop to the
 //!   casters' rectangle has nothing left to cut and is not made.
 //! - Casters are cut in space by the four side planes of the cropped map, which are linear functionals of position. On the
-//!   rectangle w is bounded below by its minimum over the receivers, so no division ever sees w <= 0.
+//!   rectangle w is bounded below: under a directional light 1/w is an affine function of x and y, and a spot has its near
+//!   plane. So no division ever sees w <= 0.
 //!
 //! Whether a box can still change a bound is asked with a support function (no corners, no division), so that ten thousand
 //! instances cost well under a millisecond; only boxes that can are cut.
@@ -25,23 +26,27 @@ const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
 /// A body without extent across the light gets this share of its distance (theory.md 1.1).
 const POINT_EXTENT: f64 = 1e-6;
 
+/// Texels along each edge of a map that no receiver maps to. Derived from the filters: a lookup compares texel centres up to
+/// one texel from the point, so none of them lies off the map. Border texels are as complete as any other ([`fit`]); nothing
+/// is clamped to them, so they need not stay empty as in theory.md 1.3.
+pub const BORDER_TEXELS: u32 = 1;
+
 /// The texels of a map and those at its edge that no receiver maps to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MapSize {
     /// Texels along each side.
     pub resolution: u32,
-    /// Texels along each edge that stay free, so that lookups beyond the edge find no caster.
+    /// Texels along each edge that no receiver maps to.
     pub border: u32,
 }
 
 impl MapSize {
-    /// A map for lookups that reach `filter_radius` texels around a point; 0 for a nearest lookup.
+    /// A map with [`BORDER_TEXELS`] along each edge.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a resolution that leaves no texel between the borders.
-    pub fn new(resolution: u32, filter_radius: u32) -> Result<Self> {
-        let border = filter_radius.saturating_add(1);
-        let least = border.saturating_mul(2).saturating_add(1);
+    pub fn new(resolution: u32) -> Result<Self> {
+        let (border, least) = (BORDER_TEXELS, 2 * BORDER_TEXELS + 1);
         if resolution < least {
             let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
             return Err(Error::argument("resolution", expected, resolution, "choose a larger map"));
@@ -54,19 +59,24 @@ impl MapSize {
     }
 }
 
-/// `clip_from_local` cropped so that receivers fill the map up to its border and every caster that can throw a shadow on
-/// them lies between z = 0 and theirs; w = 1 at the mean of the receivers' body.
+/// `clip_from_local` cropped so that receivers fill the map up to its border, and every caster that any texel can see lies
+/// between z = 0 and the receivers' end, border texels included; w = 1 at the mean of the receivers' body.
 ///
 /// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body.
 pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize) -> Rows {
-    let extent = with_room(&receivers_extent(provisional, view, scene), provisional, view, size);
-    let nearest = nearest_caster(provisional, &extent, view, scene).unwrap_or(extent.min.z).min(extent.min.z);
-    let depth = extent.max.z - nearest;
-    let low = extent.min.truncate().extend(nearest - DEPTH_MARGIN * depth);
-    let high = extent.max.truncate().extend(extent.max.z + DEPTH_MARGIN * depth);
-    let inset = size.inset();
-    let fitted = provisional.cropped(low, high);
-    canonical(&Rows { x: fitted.x * inset, y: fitted.y * inset, ..fitted }, view)
+    let receivers = with_room(&receivers_extent(provisional, view, scene), provisional, view, size);
+    let map = with_border(&receivers, size);
+    let nearest = nearest_caster(provisional, &map, view, scene).unwrap_or(map.min.z).min(map.min.z);
+    let depth = map.max.z - nearest;
+    let low = map.min.truncate().extend(nearest - DEPTH_MARGIN * depth);
+    let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
+    canonical(&provisional.cropped(low, high), view)
+}
+
+/// What the whole map spans where receivers fill it up to its border.
+fn with_border(receivers: &Aabb, size: &MapSize) -> Aabb {
+    let border = (0.5 * (size.inset().recip() - 1.0) * receivers.extent()).truncate().extend(0.0);
+    Aabb { min: receivers.min - border, max: receivers.max + border }
 }
 
 /// The plain crop `C(lo, hi)` of theory.md 0: x and y to the extents of some points, z to those of others, without border
@@ -160,7 +170,7 @@ fn growth(rows: &Rows, found: &Aabb) -> [DVec4; 5] {
     ]
 }
 
-/// Smallest NDC z of the instances' boxes above the receivers' rectangle `extent`; nothing where no box is.
+/// Smallest NDC z of the instances' boxes above the rectangle of `extent`; nothing where no box is.
 pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, scene: &Scene) -> Option<f64> {
     let (rows, low, high) = (provisional, extent.min, extent.max);
     let near_plane = view.light_planes().map(|planes| -planes[4].functional());

@@ -9,7 +9,7 @@ use super::light::light;
 use super::parameterization::PyParameterization;
 use super::scene::{PyScene, scene};
 use crate::parameterization::Value;
-use crate::techniques::{self, Default, Kind, Technique};
+use crate::techniques::{self, Default, Technique};
 
 /// A technique with its settings.
 #[pyclass(name = "Technique", frozen, module = "shadowlab")]
@@ -96,7 +96,7 @@ pub fn technique_specs(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Default::Flag(x) => d.set_item("default", x)?,
                 Default::Choice(x) => d.set_item("default", x)?,
             }
-            d.set_item("range", range_text(&p.kind))?;
+            d.set_item("range", p.kind.to_string())?;
             d.set_item("doc", p.doc)?;
             params.append(d)?;
         }
@@ -135,21 +135,6 @@ pub fn value_text(value: &Value) -> String {
         Value::Flag(x) => if *x { "True" } else { "False" }.to_string(),
         Value::Choice(x) => format!("{x:?}"),
     }
-}
-
-fn range_text(kind: &Kind) -> String {
-    match kind {
-        Kind::Number { min, max } => span_text(*min, *max),
-        Kind::Integer { min, max } => format!("{min} to {max}"),
-        Kind::Flag => "True or False".into(),
-        Kind::Choice(words) => words.join(", "),
-        Kind::ChoiceOrNumber { words, min, max } => format!("{}, or {}", words.join(", "), span_text(*min, *max)),
-    }
-}
-
-/// A range; the largest number there is means no limit, and has 309 digits.
-fn span_text(min: f64, max: f64) -> String {
-    if max == f64::MAX { format!("{min} or more") } else { format!("{min} to {max}") }
 }
 
 fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {

@@ -10,14 +10,12 @@
 //!         x <----- Pn ----------------> |<------------ D ------------------> |            warp axis: ->
 //! ```
 
-use super::registry::{check_light, single_map};
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use super::uniform::{spot_depth_range, uniform_rows};
-use super::{Settings, Technique};
+use super::{Provisional, Settings, Warp};
 use crate::error::Result;
-use crate::focus::{Coverage, Focus, FocusedView, MapSize, NoWarp, WarpSpace, fit};
-use crate::parameterization::{Parameterization, Value};
-use crate::scene::{Camera, Light, Scene};
+use crate::focus::{Coverage, FocusedView, NoWarp, WarpSpace};
+use crate::scene::{Light, Scene};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
@@ -70,14 +68,13 @@ enum Axis {
 
 #[derive(Debug)]
 struct Lispsm {
-    settings: Settings,
     distance: Distance,
     factor: f64,
     axis: Axis,
 }
 
-/// The technique from checked settings.
-pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
+/// The warp from checked settings.
+pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     let distance = match (settings.number("near"), settings.word("near")) {
         (Some(length), _) => Distance::Length(length),
         (None, "basic") => Distance::Basic,
@@ -85,30 +82,21 @@ pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
     };
     let factor = settings.number("near_factor").unwrap_or(1.0);
     let axis = if settings.word("axis") == "middle" { Axis::Middle } else { Axis::View };
-    Ok(Box::new(Lispsm { settings, distance, factor, axis }))
+    Ok(Box::new(Lispsm { distance, factor, axis }))
 }
 
-impl Technique for Lispsm {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
-    }
-    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
-        check_light(&SPEC, light)?;
-        let size = MapSize::new(resolution, 0)?;
-        let view = FocusedView::new(scene, camera, light, Focus::SceneFit);
+impl Warp for Lispsm {
+    fn warp(&self, view: &FocusedView, scene: &Scene) -> Provisional {
         let mut values = Vec::with_capacity(8);
         let mut notes = Vec::new();
-        let provisional = match self.warp_space(&view, scene, &mut notes) {
+        let clip_from_local = match self.warp_space(view, scene, &mut notes) {
             Some(Ok(space)) => {
-                let distance = self.warp_distance(&space, &view, &mut notes);
+                let distance = self.warp_distance(&space, view, &mut notes);
                 values.push(("warp_distance", distance));
                 values.push(("lambda", distance / space.extent()));
                 values.push(("kappa", space.rate));
-                if let Light::Directional(l) = light {
-                    values.push(("gamma", camera.forward().angle_between(l.direction())));
+                if let Light::Directional(l) = &view.light {
+                    values.push(("gamma", view.camera.forward().angle_between(l.direction())));
                 }
                 values.push(("depth", space.extent()));
                 values.push(("y_min", space.y[0]));
@@ -118,12 +106,11 @@ impl Technique for Lispsm {
                 values.push(("kappa", 0.0));
                 notes.push(format!("no warp, a uniform map: {}", reason.reason()));
                 // What there is to note of the spot's depths is noted.
-                uniform_rows(&view, scene, &mut Vec::new())
+                uniform_rows(view, scene, &mut Vec::new())
             }
-            None => uniform_rows(&view, scene, &mut notes),
+            None => uniform_rows(view, scene, &mut notes),
         };
-        let rows = fit(&provisional, &view, scene, &size);
-        Ok(single_map(self, &view, &rows.moved_to_world(view.origin), &size, values, notes))
+        Provisional { clip_from_local, values, notes }
     }
 }
 

@@ -1,17 +1,20 @@
 //! The techniques: each turns a view into a [`Parameterization`](crate::Parameterization), and says so in a [`Spec`].
 //!
-//! A new technique is one file with a `SPEC` and a `make`, its `mod` line and its line in [`TECHNIQUES`].
+//! A new technique is one file with a `SPEC`, a `make` that reads the settings and the [`Warp`] itself, its `mod` line and its
+//! line in [`TECHNIQUES`]; focusing and fitting are shared around the warp.
 
 mod lispsm;
 mod registry;
 mod settings;
 mod spec;
+mod technique;
 mod uniform;
 
 pub use crate::parameterization::Value;
-pub use registry::{Entry, Technique, specs, technique};
+pub use registry::{Entry, specs, technique};
 pub use settings::Settings;
 pub use spec::{Default, Kind, LightSupport, ParamSpec, Spec};
+pub use technique::{Fitting, Named, Provisional, Technique, Warp};
 
 /// All techniques, in the order of tables.
 pub static TECHNIQUES: &[Entry] =

@@ -1,5 +1,7 @@
 //! The values of a technique's parameters, checked against its [`Spec`] in one place.
 
+use std::fmt;
+
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use crate::error::{Error, Result};
 use crate::parameterization::Value;
@@ -17,18 +19,33 @@ impl Default {
     }
 }
 
-impl Kind {
-    /// What values look like, for messages and tables.
-    pub fn expected(&self) -> String {
-        let words = |w: &[&str]| w.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+impl fmt::Display for Kind {
+    /// The range, for tables: "1 to 8", "0 or more", "auto, or 0.5 to 9".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The largest number there is means no limit, and has 309 digits.
+        let span = |min: &f64, max: &f64| match *max {
+            f64::MAX => format!("{min} or more"),
+            _ => format!("{min} to {max}"),
+        };
         match self {
-            Self::Number { min, max } => format!("a number from {min} to {max}"),
-            Self::Integer { min, max } => format!("a whole number from {min} to {max}"),
-            Self::Flag => "true or false".to_string(),
-            Self::Choice(w) => format!("one of {}", words(w)),
-            Self::ChoiceOrNumber { words: w, min, max } => {
-                format!("one of {}, or a number from {min} to {max}", words(w))
-            }
+            Self::Number { min, max } => f.write_str(&span(min, max)),
+            Self::Integer { min, max } => write!(f, "{min} to {max}"),
+            Self::Flag => f.write_str("True or False"),
+            Self::Choice(words) => f.write_str(&words.join(", ")),
+            Self::ChoiceOrNumber { words, min, max } => write!(f, "{}, or {}", words.join(", "), span(min, max)),
+        }
+    }
+}
+
+impl Kind {
+    /// What values look like, for messages.
+    pub fn expected(&self) -> String {
+        match self {
+            Self::Number { .. } => format!("a number, {self}"),
+            Self::Integer { .. } => format!("a whole number, {self}"),
+            Self::Flag => self.to_string(),
+            Self::Choice(_) => format!("one of {self}"),
+            Self::ChoiceOrNumber { .. } => format!("a word or a number: {self}"),
         }
     }
     /// The value as this kind stores it, or nothing when it does not fit. Whole numbers pass for numbers, and text that
@@ -168,6 +185,13 @@ mod tests {
                 kind: Kind::Integer { min: 1, max: 8 },
                 doc: "A count.",
             },
+            ParamSpec {
+                name: "length",
+                unit: "world units",
+                default: Default::Number(1.0),
+                kind: Kind::Number { min: 0.0, max: f64::MAX },
+                doc: "A length without a limit.",
+            },
         ],
     };
 
@@ -205,8 +229,12 @@ mod tests {
         let error = SPEC.resolve(&given("nera", Value::Flag(true))).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "unknown parameter of technique \"probe\" \"nera\": expected one of near, on, steps"
+            "unknown parameter of technique \"probe\" \"nera\": expected one of near, on, steps, length"
         );
+        let message = |name: &str| SPEC.resolve(&given(name, Value::Number(-1.0))).unwrap_err().to_string();
+        assert!(message("near").contains("a word or a number: auto, or 0.5 to 9"), "{}", message("near"));
+        assert!(message("steps").contains("a whole number, 1 to 8"), "{}", message("steps"));
+        assert!(message("length").contains("expected a number, 0 or more"), "{}", message("length"));
         let twice = [given("on", Value::Flag(true)), given("on", Value::Flag(true))].concat();
         assert!(SPEC.resolve(&twice).is_err());
     }

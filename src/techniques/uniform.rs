@@ -4,15 +4,13 @@
 
 use glam::{DVec3, DVec4};
 
-use super::registry::{check_light, single_map};
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::{Settings, Technique};
+use super::{Fitting, Named, Provisional, Settings, Warp};
 use crate::error::Result;
-use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, fit, scene_depth, spot_depths, stable_grid};
+use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
 use crate::geometry::Rows;
-use crate::parameterization::{Parameterization, Value};
 use crate::rays::LightFrame;
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Light, Scene};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
@@ -41,57 +39,39 @@ pub static SPEC: Spec = Spec {
 
 #[derive(Debug)]
 struct Uniform {
-    settings: Settings,
     focus: Focus,
-    stable: bool,
+    fitting: Fitting,
 }
 
-/// The technique from checked settings.
-pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
+/// The warp from checked settings.
+pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     let focus = match settings.word("focus") {
         "none" => Focus::Scene,
         "frustum" => Focus::Frustum,
         _ => Focus::SceneFit,
     };
-    let stable = settings.flag("stable");
-    Ok(Box::new(Uniform { settings, focus, stable }))
+    let fitting = if settings.flag("stable") { Fitting::StableGrid } else { Fitting::UnitCube };
+    Ok(Box::new(Uniform { focus, fitting }))
 }
 
-impl Technique for Uniform {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
-    }
-    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
-        check_light(&SPEC, light)?;
-        let size = MapSize::new(resolution, 0)?;
-        if self.stable {
-            return Ok(self.stable_map(scene, camera, light, &size));
-        }
-        let view = FocusedView::new(scene, camera, light, self.focus);
+impl Warp for Uniform {
+    fn warp(&self, view: &FocusedView, scene: &Scene) -> Provisional {
         let mut notes = Vec::new();
-        let rows = fit(&uniform_rows(&view, scene, &mut notes), &view, scene, &size);
-        let values = texel_sizes(&view, &rows, &size);
-        Ok(single_map(self, &view, &rows.moved_to_world(view.origin), &size, values, notes))
+        let clip_from_local = uniform_rows(view, scene, &mut notes);
+        Provisional { clip_from_local, values: Vec::new(), notes }
     }
-}
-
-impl Uniform {
-    fn stable_map(&self, scene: &Scene, camera: &Camera, light: &Light, size: &MapSize) -> Parameterization {
-        let whole = FocusedView::new(scene, camera, light, Focus::Scene);
-        let (Light::Directional(directional), true) = (light, self.focus != Focus::Scene) else {
-            let mut notes =
-                vec!["stable: the map covers all that the light reaches, whatever the camera sees".to_string()];
-            let rows = fit(&uniform_rows(&whole, scene, &mut notes), &whole, scene, size);
-            let values = texel_sizes(&whole, &rows, size);
-            return single_map(self, &whole, &rows.moved_to_world(whole.origin), size, values, notes);
-        };
-        let along = directional.direction();
-        let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
-        let values = vec![("texel_x", grid.texel), ("texel_y", grid.texel), ("radius", grid.radius)];
-        single_map(self, &whole, &grid.clip_from_world, size, values, Vec::new())
+    fn focus(&self) -> Focus {
+        self.focus
+    }
+    fn fitting(&self) -> Fitting {
+        self.fitting
+    }
+    /// World size of a texel at the middle of the receivers, across the light.
+    fn values_of_fit(&self, view: &FocusedView, clip_from_local: &Rows, size: &MapSize) -> Vec<Named> {
+        let mean = view.receivers.vertex_mean();
+        let clip_w = clip_from_local.w.dot(mean.extend(1.0));
+        let texel = |row: DVec4| 2.0 * clip_w / (f64::from(size.resolution) * row.truncate().length());
+        vec![("texel_x", texel(clip_from_local.x)), ("texel_y", texel(clip_from_local.y))]
     }
 }
 
@@ -132,12 +112,4 @@ fn frame_of_view(view: &FocusedView, along: DVec3) -> LightFrame {
     let turned =
         LightFrame::towards(along, view.camera.forward()).or_else(|| LightFrame::towards(along, view.camera.up()));
     turned.map_or_else(|| LightFrame::any(along), |(frame, _)| frame)
-}
-
-/// World size of a texel at the middle of the receivers, across the light.
-fn texel_sizes(view: &FocusedView, rows: &Rows, size: &MapSize) -> Vec<(&'static str, f64)> {
-    let mean = view.receivers.vertex_mean();
-    let clip_w = rows.w.dot(mean.extend(1.0));
-    let texel = |row: DVec4| 2.0 * clip_w / (f64::from(size.resolution) * row.truncate().length());
-    vec![("texel_x", texel(rows.x)), ("texel_y", texel(rows.y))]
 }

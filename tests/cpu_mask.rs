@@ -6,7 +6,7 @@ use cpu_support::*;
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::cpu::lookup::MapLookup;
+use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, PointLight, SpotLight};
 use shadowlab::{Camera, Error, Light, Progress, Scene};
@@ -162,11 +162,40 @@ fn each_part_of_the_bias_has_its_unit() {
         assert!(!lit(part((apart - slack) / unit)));
         assert!(lit(part((apart + slack) / unit)));
     }
-    // The limit of the slope is in world units along the ray.
+    // The limit of the slope is in texels, along the ray.
+    let texel = 2.0 * radius / f64::from(resolution);
     let steep = |limit| Bias { slope: 1000.0, slope_limit: limit, ..Bias::NONE };
-    assert!(!lit(steep(apart - slack)));
-    assert!(lit(steep(apart + slack)));
+    assert!(!lit(steep((apart - slack) / texel)));
+    assert!(lit(steep((apart + slack) / texel)));
     assert!(lit(steep(f64::INFINITY)));
+}
+
+#[test]
+fn the_limit_holds_a_plane_seen_edge_on() {
+    // Depth -y / 2 + 1 / 2 over a map of 16 texels of 1/8; the normal is exactly across the light, so the slope is infinite.
+    let down = DVec3::new(0.0, -1.0, 0.0);
+    let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -0.5, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]];
+    let matrix = DMat4::from_cols_array_2d(&rows).transpose();
+    let z = |normal: DVec3, bias: Bias| {
+        let p = one_map(matrix);
+        let lookup =
+            MapLookup::new(&p.partitions[0], &directional(down), DVec3::ZERO, [16; 2], bias, Filter::Nearest).unwrap();
+        match lookup.compare_at(DVec3::new(0.01, -0.6, 0.02), normal) {
+            Comparison::At { z, .. } => z,
+            Comparison::Lit => panic!("{bias:?} lights a receiver without a look at the map"),
+        }
+    };
+    let limited = |limit| Bias { slope: 1.0, slope_limit: limit, ..Bias::NONE };
+    for normal in [DVec3::X, DVec3::new(1.0, 1e-9, 0.0), DVec3::new(0.6, 0.0, 0.8)] {
+        assert_eq!(z(normal, Bias::NONE), 0.8);
+        for texels in [0.0, 1.0, 4.0] {
+            // A texel along the ray is 1/8 of the world, 1/16 of depth.
+            assert!((z(normal, limited(texels)) - (0.8 - texels / 16.0)).abs() < 1e-15, "{normal}, {texels}");
+        }
+        // Even where nothing holds it, it does not leave the map's depth.
+        assert_eq!(z(normal, limited(f64::INFINITY)), 0.0);
+    }
+    assert_eq!(z(DVec3::Y, limited(4.0)), 0.8);
 }
 
 #[test]

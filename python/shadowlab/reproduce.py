@@ -90,8 +90,9 @@ def technique_python(run: Any) -> str:
 
 def bias_python(bias: Any) -> str:
     """An expression that makes the bias."""
-    limit = "" if np.isinf(bias.slope_limit) else f", slope_limit={bias.slope_limit!r}"
-    return f"sl.Bias(world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}{limit})"
+    limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
+    parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
+    return f"sl.Bias({parts}, slope_limit={limit})"
 
 
 def python_snippet(study: Any, runs: Sequence[Any]) -> str:

@@ -29,7 +29,7 @@ use crate::render::{Bias, Filter, MaskSettings, Renderer};
 /// slope : float
 ///     Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
 /// slope_limit : float
-///     Upper limit of the slope part, world units along the light ray; infinity for none.
+///     Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
 #[pyclass(name = "Bias", frozen, eq, module = "shadowlab")]
 #[derive(PartialEq, Clone)]
 pub struct PyBias {

@@ -37,7 +37,7 @@ pub enum Comparison {
     At {
         /// Where in the map.
         p_texel: DVec2,
-        /// Biased NDC depth, at most 1.
+        /// Biased NDC depth, in [0, 1].
         z: f64,
     },
 }
@@ -82,6 +82,9 @@ impl MapLookup {
             return Comparison::Lit;
         }
         let ndc = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        if !(ndc.z >= 0.0) {
+            return Comparison::Lit;
+        }
         let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
         if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
             return Comparison::Lit;
@@ -101,15 +104,11 @@ impl MapLookup {
 
         // Part 1: along the ray. A texel seen along the ray is a parallelogram whose sides are the columns of the inverse
         // of [grad_x; grad_y] across the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
-        let mut shift = self.bias.world;
-        if self.bias.texels != 0.0 {
-            let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
-            let det = cross.dot(to_light).abs();
-            // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
-            if det > 0.0 {
-                shift += self.bias.texels * longer / det;
-            }
-        }
+        let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
+        let det_ray = cross.dot(to_light).abs();
+        // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
+        let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
+        let shift = self.bias.world + self.bias.texels * texel;
         let p4_moved = (p + shift * to_light).extend(1.0);
         let w_moved = row_w.dot(p4_moved);
         // Moved past the light, or past the plane through it: nothing can be in between.
@@ -125,18 +124,16 @@ impl MapLookup {
             let a_det = grad_z.dot(grad_y.cross(normal)).abs();
             let b_det = grad_z.dot(grad_x.cross(normal)).abs();
             let limit = match self.bias.slope_limit {
-                l if l.is_finite() => l * grad_z.dot(to_light).abs(),
+                l if l.is_finite() => l * texel * grad_z.dot(to_light).abs(),
                 _ => f64::INFINITY,
             };
-            // A plane seen edge on (det = 0) has no finite slope in the map.
+            // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
             let gain = if det > 0.0 { (a_det + b_det) / det } else { f64::INFINITY };
             z -= (self.bias.slope * self.filter.reach_texels() * gain).min(limit);
         }
-        if z < 0.0 {
-            return Comparison::Lit;
-        }
-        // Beyond the far plane casters are all nearer, and an empty texel stores 1.
-        Comparison::At { p_texel, z: z.min(1.0) }
+        // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
+        // depth: nearer than the near plane is what lies there itself.
+        Comparison::At { p_texel, z: z.clamp(0.0, 1.0) }
     }
 
     /// The share of light, 0 to 1, that arrives at a receiver which faces the light and is within its reach; `map` has

@@ -157,7 +157,7 @@ impl EyeSpace {
             bias_texels: bias.texels as f32,
             bias_ndc: bias.ndc as f32,
             slope: bias.slope as f32,
-            slope_limit: finite(self.length(bias.slope_limit)),
+            slope_limit: finite(bias.slope_limit as f32),
             filter_kind: match settings.filter {
                 Filter::Nearest => 0,
                 Filter::Pcf2x2 => 1,

@@ -83,6 +83,9 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
         return LIT;
     }
     let ndc = vec3f(dot(m.row_x, p4), dot(m.row_y, p4), dot(m.row_z, p4)) / w;
+    if !(ndc.z >= 0.0) {
+        return LIT;
+    }
     let uv = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
     if !(uv.x >= 0.0 && uv.x <= 1.0 && uv.y >= 0.0 && uv.y <= 1.0) {
         return LIT;
@@ -97,14 +100,11 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
     let toward = to_light(p);
 
     // Part 1: along the ray, by the world size of a texel across it.
-    var shift = lookup.bias_world;
-    if lookup.bias_texels != 0.0 {
-        let longer = max(length(cross(grad_x, toward)), length(cross(grad_y, toward)));
-        let det = abs(dot(across, toward));
-        if det > 0.0 {
-            shift += lookup.bias_texels * longer / det;
-        }
-    }
+    let longer = max(length(cross(grad_x, toward)), length(cross(grad_y, toward)));
+    let det_ray = abs(dot(across, toward));
+    // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
+    let texel = select(0.0, longer / det_ray, det_ray > 0.0);
+    let shift = lookup.bias_world + lookup.bias_texels * texel;
     // The row's product with the moved point, as a change of its product with the point.
     let w_moved = w + shift * dot(m.row_w.xyz, toward);
     if !(w_moved > 0.0) {
@@ -120,16 +120,14 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
         let reach = select(0.5, 1.0, lookup.filter_kind == 1);
         var limit = BOUNDLESS;
         if lookup.slope_limit < BOUNDLESS {
-            limit = lookup.slope_limit * abs(dot(grad_z, toward));
+            limit = lookup.slope_limit * texel * abs(dot(grad_z, toward));
         }
-        // A plane seen edge on (det = 0) has no finite slope in the map.
+        // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
         z -= min(select(BOUNDLESS, lookup.slope * reach * gain / det, det > 0.0), limit);
     }
-    if z < 0.0 {
-        return LIT;
-    }
-    // Beyond the far plane casters are all nearer, and an empty texel stores 1.
-    return Comparison(uv * size, min(z, 1.0), false);
+    // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
+    // depth: nearer than the near plane is what lies there itself.
+    return Comparison(uv * size, clamp(z, 0.0, 1.0), false);
 }
 
 // 1 where the stored depth is at least z. Clamp to edge.

@@ -29,9 +29,9 @@ fn depth_maps_agree_on_every_library_scene() {
                 let clip = &p.partitions[0].shadow_clip_from_world;
                 let difference = compare(&s.scene, clip, [n; 2], &a.data, &b.data);
                 let covered = b.data.iter().filter(|&&z| z < 1.0).count();
-                let Difference { edge, thin, steep, unexplained, .. } = &difference;
+                let Difference { edge, thin, steep, tilted, unexplained, .. } = &difference;
                 println!(
-                    "{name}, {}, {n}: {} of {covered} covered texels differ: {edge} edge, {thin} thin, {steep} steep, {} without reason",
+                    "{name}, {}, {n}: {} of {covered} covered texels differ: {edge} edge, {thin} thin, {steep} steep, {tilted} tilted, {} without reason",
                     p.technique,
                     difference.count(),
                     unexplained.len()

@@ -2,9 +2,10 @@
 //!
 //! Both renderers may snap vertices to a grid of 1/256 texel, each in its own rounding, and that is the only freedom granted
 //! beside the rounding of f32. A texel that differs is explained by a triangle whose outline passes its centre within that
-//! snapping (edge), by a triangle thinner than a texel there (thin), or by one so nearly edge-on that its depth changes by
-//! the difference over the rounding of its projected vertices (steep). Everything is decided in f64 from the scene and
-//! the matrix, not from the maps.
+//! snapping (edge), by a triangle thinner than a texel there (thin), by one so nearly edge-on that its depth changes by
+//! the difference over the rounding of its projected vertices (steep), or by a sliver under two texels wide whose plane tilts by the difference
+//! when its vertices move within that snapping, where one of the two maps is right to a tenth of the tolerance (tilted; a
+//! device may interpolate between the snapped vertices). Everything is decided in f64 from the scene and the matrix.
 
 use glam::{DMat4, DVec2, DVec4};
 use rayon::prelude::*;
@@ -12,6 +13,8 @@ use shadowlab::Scene;
 
 /// Depths closer than this agree; 84 units in the last place of a float near 1.
 pub const DEPTH_TOLERANCE: f32 = 1e-5;
+/// A depth this near to the exact one is right.
+const EXACT: f64 = 1e-6;
 /// Texels of a map that may differ, explained or not: 0.01 %.
 pub const DIFFERING_SHARE: f64 = 1e-4;
 /// Steps of the sub-pixel grid along both axes by which two roundings of a vertex can differ.
@@ -29,13 +32,15 @@ pub struct Difference {
     pub thin: usize,
     /// Explained by a triangle seen nearly edge-on.
     pub steep: usize,
+    /// Explained by a sliver whose plane the snapping tilts; one of the two maps is right.
+    pub tilted: usize,
     /// None of these: index and the two depths.
     pub unexplained: Vec<(usize, f32, f32)>,
 }
 
 impl Difference {
     pub fn count(&self) -> usize {
-        self.edge + self.thin + self.steep + self.unexplained.len()
+        self.edge + self.thin + self.steep + self.tilted + self.unexplained.len()
     }
 
     pub fn share(&self) -> f64 {
@@ -59,11 +64,20 @@ struct Reasons {
     edge: bool,
     thin: bool,
     steep: bool,
+    tilted: bool,
 }
+
+/// A texel that differs: its index, the two depths.
+type Differing = (usize, [f64; 2]);
 
 impl Reasons {
     fn or(self, other: Self) -> Self {
-        Self { edge: self.edge | other.edge, thin: self.thin | other.thin, steep: self.steep | other.steep }
+        Self {
+            edge: self.edge | other.edge,
+            thin: self.thin | other.thin,
+            steep: self.steep | other.steep,
+            tilted: self.tilted | other.tilted,
+        }
     }
 }
 
@@ -74,7 +88,8 @@ pub fn compare(scene: &Scene, clip_from_world: &DMat4, size: [u32; 2], a: &[f32]
     let apart = |i: usize| f64::from(a[i] - b[i]).abs();
     // A NaN is a difference, whatever it is compared with.
     let agrees = |i: usize| apart(i) <= f64::from(DEPTH_TOLERANCE);
-    let differing: Vec<(usize, f64)> = (0..texels).filter(|&i| !agrees(i)).map(|i| (i, apart(i))).collect();
+    let differing: Vec<Differing> =
+        (0..texels).filter(|&i| !agrees(i)).map(|i| (i, [f64::from(a[i]), f64::from(b[i])])).collect();
     let reasons = (0..scene.instances().len())
         .into_par_iter()
         .fold(
@@ -92,7 +107,8 @@ pub fn compare(scene: &Scene, clip_from_world: &DMat4, size: [u32; 2], a: &[f32]
     let thin = reasons.iter().filter(|r| r.thin && !r.edge).count();
     let steep = reasons.iter().filter(|r| r.steep && !r.thin && !r.edge).count();
     let none = differing.iter().zip(&reasons).filter(|(_, r)| **r == Reasons::default());
-    Difference { texels, edge, thin, steep, unexplained: none.map(|(&(i, _), _)| (i, a[i], b[i])).collect() }
+    let tilted = reasons.iter().filter(|r| r.tilted && !r.steep && !r.thin && !r.edge).count();
+    Difference { texels, edge, thin, steep, tilted, unexplained: none.map(|(&(i, _), _)| (i, a[i], b[i])).collect() }
 }
 
 fn explain(
@@ -100,7 +116,7 @@ fn explain(
     instance: usize,
     clip_from_world: &DMat4,
     size: [u32; 2],
-    differing: &[(usize, f64)],
+    differing: &[Differing],
     reasons: &mut [Reasons],
 ) {
     if differing.is_empty() {
@@ -133,10 +149,15 @@ fn explain(
         let reach = SNAPPING + rounding;
         let first_row = (min.y - 1.0).max(0.0) as usize;
         let from = differing.partition_point(|&(i, _)| i / (size[0] as usize) < first_row);
-        let thin = thinnest(&texel) < 1.0;
         let depth: Vec<f64> = polygon.iter().map(|c| c.z / c.w).collect();
-        let steepness = gradient(&texel, &depth).length();
-        for (&(index, apart), reason) in differing[from..].iter().zip(&mut reasons[from..]) {
+        let depth_gradient = gradient(&texel, &depth);
+        let [shallowest, deepest] =
+            depth.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], &d| [l.min(d), h.max(d)]);
+        // A vertex that moves across a sliver tilts its plane by as much of the depth it spans.
+        let width = thinnest(&texel);
+        let tilt = if width < 2.0 { SNAPPING / width * (deepest - shallowest) } else { 0.0 };
+        let thin = width < 1.0;
+        for (&(index, depths), reason) in differing[from..].iter().zip(&mut reasons[from..]) {
             let (x, y) = (index % size[0] as usize, index / size[0] as usize);
             let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             if center.y > max.y + 1.0 {
@@ -148,7 +169,12 @@ fn explain(
             let to_edge = edges(&texel).map(|[p, q]| to_segment(center, p, q)).fold(f64::INFINITY, f64::min);
             reason.edge |= to_edge <= reach;
             reason.thin |= thin && to_edge <= 1.0;
-            reason.steep |= apart <= steepness * rounding && is_inside(center, &texel);
+            if is_inside(center, &texel) {
+                let apart = (depths[0] - depths[1]).abs();
+                reason.steep |= apart <= depth_gradient.length() * rounding;
+                let exact = depth[0] + depth_gradient.dot(center - texel[0]);
+                reason.tilted |= apart <= tilt && depths.iter().any(|d| (d - exact).abs() <= EXACT);
+            }
         }
     }
 }

@@ -202,6 +202,8 @@ def test_long_work_releases_the_gil():
 def test_ctrl_c_stops_long_work():
     code = (
         "import os, signal, threading, time, shadowlab as sl\n"
+        # Started in the background of a script, a process inherits that SIGINT is ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "scene = sl.library.scene('forest')\n"
         "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
         "try:\n"

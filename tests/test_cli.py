@@ -407,7 +407,11 @@ def test_ctrl_c_is_130_and_leaves_no_traceback(tmp_path):
         "8192",
     ]
     process = subprocess.Popen(
-        [*command, "--backend", "cpu", "--out", str(tmp_path / "out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [*command, "--backend", "cpu", "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        # Tests that a script starts in the background inherit that SIGINT is ignored; the command must not.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     # The directory is made when the scene stands and the long work begins.
     end = time.monotonic() + 120

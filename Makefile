@@ -69,7 +69,7 @@ test-rust:
 
 test-python: setup
 	@mkdir -p $(LOGS)
-	$(BIN)/python -m pytest 2>&1 | tee $(LOGS)/python.log
+	$(BIN)/python -m pytest --durations=10 2>&1 | tee $(LOGS)/python.log
 
 # Two feature sets, the smallest and the largest; clippy and rustdoc share what they compile of the dependencies.
 lint: export PYO3_PYTHON = $(abspath $(BIN)/python)

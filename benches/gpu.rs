@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use shadowlab::parameterization::{Partition, PostWarp};
+use shadowlab::parameterization::Partition;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, gpu::GpuRenderer};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Mesh, Parameterization, Progress, Scene};
@@ -46,17 +46,7 @@ fn scene() -> Scene {
 fn parameterization(light_direction: DVec3) -> Parameterization {
     let view = glam::dcamera::rh::view::look_to_mat4(-60.0 * light_direction, light_direction, DVec3::Z);
     let projection = glam::dcamera::rh::proj::directx::orthographic(-30.0, 30.0, -30.0, 30.0, 1.0, 120.0);
-    let partition =
-        Partition { shadow_clip_from_world: projection * view, post_warp: PostWarp::None, eye_depth: [0.1, 100.0] };
-    Parameterization {
-        technique: "matrix".into(),
-        settings: vec![],
-        partitions: vec![partition],
-        resolution: 1024,
-        border_texels: 0,
-        values: vec![],
-        notes: vec![],
-    }
+    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], 1024)
 }
 
 fn bench(c: &mut Criterion) {

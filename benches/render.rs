@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat4, DVec3};
-use shadowlab::parameterization::{Parameterization, Partition, PostWarp};
+use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, Instance};
@@ -53,20 +53,7 @@ fn map(scene: &Scene, direction: DVec3) -> Parameterization {
     let view = glam::dcamera::rh::view::look_to_mat4(eye, direction, DVec3::Z);
     let projection =
         glam::dcamera::rh::proj::directx::orthographic(-radius, radius, -radius, radius, radius, 3.0 * radius);
-    let partition = Partition {
-        shadow_clip_from_world: projection * view,
-        post_warp: PostWarp::None,
-        eye_depth: [0.0, f64::INFINITY],
-    };
-    Parameterization {
-        technique: "matrix".into(),
-        settings: vec![],
-        partitions: vec![partition],
-        resolution: 1024,
-        border_texels: 0,
-        values: vec![],
-        notes: vec![],
-    }
+    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], 1024)
 }
 
 fn render(c: &mut Criterion) {

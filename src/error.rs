@@ -60,6 +60,16 @@ pub enum Error {
         /// The kinds it serves.
         supported: Text,
     },
+    /// A view that a technique cannot serve.
+    #[error("technique {technique:?} cannot serve this view: {reason}; {fix}")]
+    UnsuitedView {
+        /// The technique.
+        technique: Text,
+        /// Why.
+        reason: String,
+        /// What to do.
+        fix: Text,
+    },
     /// No graphics adapter, or none of the wanted name.
     #[error("no graphics adapter{}: found {}; {fix}", wanted.as_ref().map(|w| format!(" matching {w:?}")).unwrap_or_default(), if found.is_empty() { "none".to_string() } else { found.join(", ") })]
     NoAdapter {

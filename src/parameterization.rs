@@ -11,8 +11,10 @@ pub enum Value {
     Integer(i64),
     /// On or off.
     Flag(bool),
-    /// One of a few words.
+    /// One of a few words, or the text of one or several techniques.
     Choice(String),
+    /// A list of numbers.
+    Numbers(Vec<f64>),
 }
 
 impl std::fmt::Display for Value {
@@ -22,6 +24,10 @@ impl std::fmt::Display for Value {
             Self::Integer(i) => write!(f, "{i}"),
             Self::Flag(b) => write!(f, "{b}"),
             Self::Choice(word) => write!(f, "{word:?}"),
+            Self::Numbers(list) => {
+                let texts: Vec<String> = list.iter().map(f64::to_string).collect();
+                write!(f, "({})", texts.join(", "))
+            }
         }
     }
 }
@@ -32,17 +38,48 @@ pub enum PostWarp {
     /// Nothing.
     #[default]
     None,
+    /// NDC y is replaced by `scale * ln(w) + offset`, w the clip w that the matrix gives (theory.md 11.1). As w is constant
+    /// along a light ray, rays stay points; x and z are those of the projective part. Planes are no planes any more.
+    Log {
+        /// NDC y per unit of ln w.
+        scale: f64,
+        /// NDC y where w = 1.
+        offset: f64,
+    },
 }
 
-/// One map: where it projects to, and for which camera depths.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The part of the light's rays that a map serves: where up to four linear functionals of (p, 1) are not negative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Region {
+    functionals: [DVec4; 4],
+    count: usize,
+}
+
+/// How a receiver finds its map, where there are several.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Selection {
+    /// The first map whose depth range does not end before the receiver's camera depth, and which holds it.
+    #[default]
+    Depth,
+    /// The first map that holds the receiver, whatever its camera depth.
+    Containment,
+}
+
+/// One map: where it projects to, and for which part of the view.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Partition {
     /// `shadow_clip_from_world`: NDC x, y in [-1, 1] with y up, z in [0, 1] with 0 nearest the light.
     pub shadow_clip_from_world: DMat4,
     /// What follows the projective part.
     pub post_warp: PostWarp,
-    /// Near and far camera depth this map serves.
+    /// Near and far camera depth this map covers.
     pub eye_depth: [f64; 2],
+    /// The rays this map serves; all of them unless the light's rays are divided.
+    pub region: Region,
+    /// Name of the technique that made it, "matrix" for somebody else's.
+    pub technique: &'static str,
+    /// Intermediate numbers by name (warp distance, lambda, sine of the light angle...), for tests and tables.
+    pub values: Vec<(&'static str, f64)>,
 }
 
 /// A technique's settings turned into matrices for one scene, camera and light.
@@ -54,27 +91,87 @@ pub struct Parameterization {
     pub settings: Vec<(&'static str, Value)>,
     /// The maps, nearest first. At least one.
     pub partitions: Vec<Partition>,
+    /// How a receiver finds its map.
+    pub selection: Selection,
     /// Texels along each side the fit (border, snapping) was made for.
     pub resolution: u32,
     /// Texels at each side that no receiver maps to.
     pub border_texels: u32,
-    /// Intermediate numbers by name (warp distance, lambda, sine of the light angle...), for tests and tables.
-    pub values: Vec<(&'static str, f64)>,
     /// What the user should know: no warp because the light is parallel to the view, nothing in view, and so on.
     pub notes: Vec<String>,
 }
 
+impl Region {
+    /// All rays.
+    pub const ALL: Self = Self { functionals: [DVec4::ZERO; 4], count: 0 };
+
+    /// Where all of these, at most four, are not negative.
+    ///
+    /// # Panics
+    /// For more than four.
+    pub fn new(functionals: &[DVec4]) -> Self {
+        let mut region = Self { count: functionals.len(), ..Self::ALL };
+        region.functionals[..functionals.len()].copy_from_slice(functionals);
+        region
+    }
+    /// The functionals of (p, 1).
+    pub fn functionals(&self) -> &[DVec4] {
+        &self.functionals[..self.count]
+    }
+    /// Whether a point lies in it, its border included.
+    pub fn contains(&self, p: DVec3) -> bool {
+        self.functionals().iter().all(|f| f.dot(p.extend(1.0)) >= 0.0)
+    }
+}
+
+impl PostWarp {
+    /// NDC after this, of NDC and w before it.
+    pub fn apply(&self, ndc: DVec3, w: f64) -> DVec3 {
+        match *self {
+            Self::None => ndc,
+            Self::Log { scale, offset } => DVec3::new(ndc.x, scale * w.ln() + offset, ndc.z),
+        }
+    }
+}
+
 impl Partition {
+    /// A map of somebody else's matrix that serves all camera depths.
+    pub fn of_matrix(shadow_clip_from_world: DMat4) -> Self {
+        Self {
+            shadow_clip_from_world,
+            post_warp: PostWarp::None,
+            eye_depth: [0.0, f64::INFINITY],
+            region: Region::ALL,
+            technique: "matrix",
+            values: Vec::new(),
+        }
+    }
     /// NDC of a world point, and its clip w. Meaningful where w > 0.
     pub fn project(&self, p_world: DVec3) -> (DVec3, f64) {
         let clip: DVec4 = self.shadow_clip_from_world * p_world.extend(1.0);
-        (clip.truncate() / clip.w, clip.w)
+        (self.post_warp.apply(clip.truncate() / clip.w, clip.w), clip.w)
+    }
+    /// A named intermediate number.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.values.iter().find(|(n, _)| *n == name).map(|v| v.1)
     }
 }
 
 impl Parameterization {
-    /// A named intermediate number.
+    /// Somebody else's maps.
+    pub fn of_partitions(partitions: Vec<Partition>, resolution: u32) -> Self {
+        Self {
+            technique: "matrix".into(),
+            settings: Vec::new(),
+            partitions,
+            selection: Selection::Depth,
+            resolution,
+            border_texels: 0,
+            notes: Vec::new(),
+        }
+    }
+    /// A named intermediate number of the first map that has it.
     pub fn value(&self, name: &str) -> Option<f64> {
-        self.values.iter().find(|(n, _)| *n == name).map(|v| v.1)
+        self.partitions.iter().find_map(|p| p.value(name))
     }
 }

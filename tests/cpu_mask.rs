@@ -258,7 +258,7 @@ fn outside_the_map_is_lit() {
 
 #[test]
 fn the_filter_weighs_as_written() {
-    let identity = maps(&[DMat4::IDENTITY]).partitions[0];
+    let identity = maps(&[DMat4::IDENTITY]).partitions.remove(0);
     let light = directional(DVec3::Z);
     // Four texels, of which one is lit; the receiver at z = 0.5 faces the light.
     let map = [0.9f32, 0.1, 0.1, 0.1];

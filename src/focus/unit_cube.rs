@@ -119,7 +119,7 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
     let scene_planes = view.scene_planes();
     // Boxes that stick out of the scene's by no more than this need no cut: far above rounding, far below a texel.
     let slack = f64::EPSILON.sqrt() * view.scene_box.extent().max_element();
-    let mut outward = [DVec4::ZERO; 12];
+    let mut outward = [DVec4::ZERO; 16];
     let mut planes = 0;
     for plane in view.receiver_planes() {
         outward[planes] = plane.functional();

@@ -10,6 +10,7 @@
 use glam::{DVec3, DVec4};
 
 use crate::geometry::{Aabb, ConvexBody, Frustum, Plane, Rows};
+use crate::parameterization::Region;
 use crate::rays::{LightFrame, LightRays};
 use crate::scene::{Camera, Light, Scene, SpotLight};
 
@@ -62,6 +63,8 @@ pub struct FocusedView {
     pub coverage: Coverage,
     camera_planes: [Plane; 6],
     light_planes: Option<[Plane; 6]>,
+    region_planes: [Plane; 4],
+    region_count: usize,
 }
 
 /// The frame, pyramid and reach of a spot light.
@@ -124,6 +127,24 @@ impl FocusedView {
         view.eye_depth = [near.clamp(camera.near(), camera.far()), far.clamp(camera.near(), camera.far())];
         view
     }
+    /// The same view, its receivers only those on some of the light's rays (told in world space).
+    pub fn restricted(mut self, region: &Region) -> Self {
+        let origin = self.origin;
+        for f in region.functionals() {
+            let local = f.truncate().extend(f.dot(origin.extend(1.0)));
+            let Some(plane) = Plane::where_positive(local) else { continue };
+            let mut receivers = self.receivers;
+            receivers.clip(&plane);
+            if receivers.is_empty() {
+                self.coverage = Coverage::NothingSeen;
+                return self;
+            }
+            self.receivers = receivers;
+            self.region_planes[self.region_count] = plane;
+            self.region_count += 1;
+        }
+        self
+    }
     /// The whole scene as far as the light shines on it, relative to the scene's middle.
     fn around(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, coverage: Coverage) -> Self {
         let mut view = Self::bare(scene, camera, light, focus, scene.origin());
@@ -160,6 +181,8 @@ impl FocusedView {
             coverage: Coverage::AsAsked,
             camera_planes: camera_frustum(camera, eye).planes(),
             light_planes,
+            region_planes: [Plane { normal: DVec3::ZERO, offset: 0.0 }; 4],
+            region_count: 0,
         }
     }
     /// The camera's frustum, local.
@@ -177,7 +200,8 @@ impl FocusedView {
     pub fn receiver_planes(&self) -> impl Iterator<Item = &Plane> {
         let by_camera = self.focus != Focus::Scene && self.coverage == Coverage::AsAsked;
         let camera = by_camera.then_some(&self.camera_planes).into_iter().flatten();
-        camera.chain(self.light_planes.iter().flatten())
+        let region = &self.region_planes[..self.region_count];
+        camera.chain(self.light_planes.iter().flatten()).chain(region)
     }
     /// The six half-spaces of the light's pyramid, for a spot.
     pub fn light_planes(&self) -> Option<&[Plane; 6]> {

@@ -23,7 +23,7 @@ pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
         Error::InvalidArgument { .. } => "ArgumentError",
         Error::UnknownName { .. } => "UnknownNameError",
         Error::FaceIndex { .. } | Error::EmptyScene { .. } => "SceneError",
-        Error::UnsupportedLight { .. } => "UnsupportedError",
+        Error::UnsupportedLight { .. } | Error::UnsuitedView { .. } => "UnsupportedError",
         Error::NoAdapter { .. } | Error::Device { .. } => "DeviceError",
         Error::Interrupted => return pyo3::exceptions::PyKeyboardInterrupt::new_err(()),
     };

@@ -26,6 +26,14 @@ impl From<Parameterization> for PyParameterization {
     }
 }
 
+fn values_dict<'py>(py: Python<'py>, partition: &Partition) -> PyResult<Bound<'py, PyDict>> {
+    let d = PyDict::new(py);
+    for (name, value) in &partition.values {
+        d.set_item(name, value)?;
+    }
+    Ok(d)
+}
+
 /// Whether a matrix of sixteen row-major numbers has no inverse; the size of its rows has no say.
 fn is_singular(rows: &[f64; 16]) -> bool {
     let mut scaled = *rows;
@@ -72,20 +80,8 @@ impl PyParameterization {
             let fix = "a shadow matrix has an inverse; check where it comes from";
             return Err(argument_error(py, "matrix", "matrices of full rank", "a singular one", fix));
         }
-        let partitions = numbers.as_chunks::<16>().0.iter().map(|rows| Partition {
-            shadow_clip_from_world: mat4_from_rows(rows),
-            post_warp: PostWarp::None,
-            eye_depth: [0.0, f64::INFINITY],
-        });
-        let p = Parameterization {
-            technique: "matrix".into(),
-            settings: Vec::new(),
-            partitions: partitions.collect(),
-            resolution,
-            border_texels: 0,
-            values: Vec::new(),
-            notes: Vec::new(),
-        };
+        let partitions = numbers.as_chunks::<16>().0.iter().map(|rows| Partition::of_matrix(mat4_from_rows(rows)));
+        let p = Parameterization::of_partitions(partitions.collect(), resolution);
         Ok(p.into())
     }
     /// Name of the technique, "matrix" for somebody else's.
@@ -98,14 +94,13 @@ impl PyParameterization {
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         settings_dict(py, &self.p.settings)
     }
-    /// Intermediate numbers by name (warp distance, sine of the light angle...).
+    /// Intermediate numbers by name (warp distance, sine of the light angle...) of a single map; of several, each has its own.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let d = PyDict::new(py);
-        for (name, value) in &self.p.values {
-            d.set_item(name, value)?;
+        match self.p.partitions.as_slice() {
+            [one] => values_dict(py, one),
+            _ => Ok(PyDict::new(py)),
         }
-        Ok(d)
     }
     /// What to know about this result, in words.
     #[getter]
@@ -125,7 +120,7 @@ impl PyParameterization {
     /// The maps, nearest first.
     #[getter]
     fn partitions(&self) -> Vec<PyPartition> {
-        self.p.partitions.iter().map(|&partition| PyPartition { partition }).collect()
+        self.p.partitions.iter().map(|partition| PyPartition { partition: partition.clone() }).collect()
     }
     /// (4, 4) float64: shadow clip from world, when there is one map.
     #[getter]
@@ -169,12 +164,23 @@ impl PyPartition {
     fn eye_depth(&self) -> (f64, f64) {
         self.partition.eye_depth.into()
     }
-    /// What follows the projective part: "none".
+    /// What follows the projective part: "none", or "log" for `y = scale ln(w) + offset`.
     #[getter]
     fn post_warp(&self) -> &'static str {
         match self.partition.post_warp {
             PostWarp::None => "none",
+            PostWarp::Log { .. } => "log",
         }
+    }
+    /// Name of the technique that made this map.
+    #[getter]
+    fn technique(&self) -> &'static str {
+        self.partition.technique
+    }
+    /// Intermediate numbers by name.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        values_dict(py, &self.partition)
     }
     /// NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0.
     #[allow(clippy::type_complexity)]

@@ -1,7 +1,7 @@
 //! `_core.Technique` and the registry's table.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, resolution};
@@ -122,6 +122,7 @@ pub fn settings_dict<'py>(py: Python<'py>, settings: &[(&'static str, Value)]) -
             Value::Integer(x) => d.set_item(name, x)?,
             Value::Flag(x) => d.set_item(name, x)?,
             Value::Choice(x) => d.set_item(name, x)?,
+            Value::Numbers(x) => d.set_item(name, PyTuple::new(py, x)?)?,
         }
     }
     Ok(d)
@@ -134,6 +135,7 @@ pub fn value_text(value: &Value) -> String {
         Value::Integer(x) => format!("{x}"),
         Value::Flag(x) => if *x { "True" } else { "False" }.to_string(),
         Value::Choice(x) => format!("{x:?}"),
+        Value::Numbers(_) => value.to_string(),
     }
 }
 
@@ -150,6 +152,9 @@ fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     }
     if value.is_instance_of::<PyString>() {
         return Ok(Value::Choice(value.extract()?));
+    }
+    if let Ok(list) = value.extract::<Vec<f64>>() {
+        return Ok(Value::Numbers(list));
     }
     if let Ok(item) = value.call_method0("item")
         && !item.get_type().is(value.get_type())

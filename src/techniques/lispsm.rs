@@ -12,7 +12,7 @@
 
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use super::uniform::{spot_depth_range, uniform_rows};
-use super::{Provisional, Settings, Warp};
+use super::{Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView, NoWarp, WarpSpace};
 use crate::scene::{Light, Scene};
@@ -22,7 +22,7 @@ pub static SPEC: Spec = Spec {
     name: "lispsm",
     title: "Light space perspective shadow map",
     source: "Wimmer, Scherzer, Purgathofer 2004; Wimmer, Scherzer 2006",
-    lights: LightSupport { directional: true, spot: true, point: false },
+    lights: LightSupport { directional: true, spot: true, point: true },
     params: &[
         ParamSpec {
             name: "near",
@@ -86,7 +86,8 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
 }
 
 impl Warp for Lispsm {
-    fn warp(&self, view: &FocusedView, scene: &Scene) -> Provisional {
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
+        let scene = part.scene;
         let mut values = Vec::with_capacity(8);
         let mut notes = Vec::new();
         let clip_from_local = match self.warp_space(view, scene, &mut notes) {
@@ -110,7 +111,7 @@ impl Warp for Lispsm {
             }
             None => uniform_rows(view, scene, &mut notes),
         };
-        Provisional { clip_from_local, values, notes }
+        Ok(Provisional { clip_from_local, values, notes })
     }
 }
 

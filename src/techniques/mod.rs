@@ -8,14 +8,18 @@ mod registry;
 mod settings;
 mod spec;
 mod technique;
+mod text;
 mod uniform;
 
 pub use crate::parameterization::Value;
-pub use registry::{Entry, specs, technique};
+pub use registry::{Entry, Make, specs, technique};
 pub use settings::Settings;
 pub use spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-pub use technique::{Fitting, Named, Provisional, Technique, Warp};
+pub use technique::{Fitting, Map, Maps, Named, Part, Provisional, Technique, Warp};
+pub use text::{technique_of, techniques_of};
 
 /// All techniques, in the order of tables.
-pub static TECHNIQUES: &[Entry] =
-    &[Entry { spec: &uniform::SPEC, make: uniform::make }, Entry { spec: &lispsm::SPEC, make: lispsm::make }];
+pub static TECHNIQUES: &[Entry] = &[
+    Entry { spec: &uniform::SPEC, make: Make::Warp(uniform::make) },
+    Entry { spec: &lispsm::SPEC, make: Make::Warp(lispsm::make) },
+];

@@ -9,8 +9,17 @@ use crate::error::{Error, Result};
 pub struct Entry {
     /// The self-description.
     pub spec: &'static Spec,
-    /// The warp from checked settings.
-    pub make: fn(&Settings) -> Result<Box<dyn Warp>>,
+    /// The technique from checked settings.
+    pub make: Make,
+}
+
+/// What a technique's file makes of checked settings.
+#[derive(Debug, Clone, Copy)]
+pub enum Make {
+    /// One map by a warp, focused and fitted as all are.
+    Warp(fn(&Settings) -> Result<Box<dyn Warp>>),
+    /// A scheme that divides the view and has other techniques make the maps.
+    Scheme(fn(Settings) -> Result<Box<dyn Technique>>),
 }
 
 /// The self-descriptions of all techniques.
@@ -38,6 +47,11 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
         valid: specs().map(|spec| spec.name.to_string()).collect(),
     })?;
     let settings = entry.spec.resolve(params)?;
-    let warp = (entry.make)(&settings)?;
-    Ok(Box::new(Focused { spec: entry.spec, settings, warp }))
+    match entry.make {
+        Make::Warp(make) => {
+            let warp = make(&settings)?;
+            Ok(Box::new(Focused { spec: entry.spec, settings, warp }))
+        }
+        Make::Scheme(make) => make(settings),
+    }
 }

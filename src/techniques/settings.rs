@@ -33,6 +33,14 @@ impl fmt::Display for Kind {
             Self::Flag => f.write_str("True or False"),
             Self::Choice(words) => f.write_str(&words.join(", ")),
             Self::ChoiceOrNumber { words, min, max } => write!(f, "{}, or {}", words.join(", "), span(min, max)),
+            Self::Numbers { words, count: [fewest, most], min, max } => {
+                let many = if fewest == most { format!("{most}") } else { format!("{fewest} to {most}") };
+                let or = if words.is_empty() { String::new() } else { format!("{}, or ", words.join(", ")) };
+                // The most negative number means no limit, as the largest one does.
+                let range = if *min == f64::MIN { String::new() } else { format!(", {}", span(min, max)) };
+                write!(f, "{or}{many} numbers{range}")
+            }
+            Self::Techniques => f.write_str("a technique, or several separated by /"),
         }
     }
 }
@@ -46,6 +54,7 @@ impl Kind {
             Self::Flag => self.to_string(),
             Self::Choice(_) => format!("one of {self}"),
             Self::ChoiceOrNumber { .. } => format!("a word or a number: {self}"),
+            Self::Numbers { .. } | Self::Techniques => self.to_string(),
         }
     }
     /// The value as this kind stores it, or nothing when it does not fit. Whole numbers pass for numbers, and text that
@@ -55,7 +64,7 @@ impl Kind {
             Value::Number(x) => Some(*x),
             Value::Integer(i) => Some(*i as f64),
             Value::Choice(text) => text.trim().parse().ok(),
-            Value::Flag(_) => None,
+            Value::Flag(_) | Value::Numbers(_) => None,
         };
         let word = |words: &[&'static str]| match value {
             Value::Choice(text) if words.contains(&text.as_str()) => Some(value.clone()),
@@ -76,8 +85,30 @@ impl Kind {
             },
             Self::Choice(words) => word(words),
             Self::ChoiceOrNumber { words, min, max } => word(words).or_else(|| in_range(*min, *max)),
+            Self::Numbers { words, count, min, max } => word(words).or_else(|| {
+                let list = match value {
+                    Value::Numbers(list) => Some(list.clone()),
+                    Value::Choice(text) => numbers_of(text),
+                    _ => number.map(|x| vec![x]),
+                };
+                let fits = |list: &Vec<f64>| {
+                    (count[0]..=count[1]).contains(&list.len()) && list.iter().all(|x| (min..=max).contains(&x))
+                };
+                list.filter(fits).map(Value::Numbers)
+            }),
+            Self::Techniques => match value {
+                Value::Choice(text) => Some(Value::Choice(text.trim().to_string())),
+                _ => None,
+            },
         }
     }
+}
+
+/// The numbers of a text: separated by commas or spaces, in parentheses or not.
+fn numbers_of(text: &str) -> Option<Vec<f64>> {
+    let inner = text.trim().trim_start_matches('(').trim_end_matches(')');
+    let parts = inner.split([',', ' ']).filter(|part| !part.is_empty());
+    parts.map(|part| part.parse().ok()).collect::<Option<Vec<f64>>>().filter(|list| !list.is_empty())
 }
 
 impl Spec {
@@ -129,6 +160,13 @@ impl Settings {
             Value::Number(x) => Some(*x),
             Value::Integer(i) => Some(*i as f64),
             _ => None,
+        }
+    }
+    /// A list of numbers; empty for a word.
+    pub fn numbers(&self, name: &str) -> &[f64] {
+        match self.get(name) {
+            Some(Value::Numbers(list)) => list,
+            _ => &[],
         }
     }
     /// Whether a flag is on.

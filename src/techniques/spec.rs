@@ -33,6 +33,19 @@ pub enum Kind {
         /// Largest.
         max: f64,
     },
+    /// A list of numbers in parentheses, or one of these words.
+    Numbers {
+        /// The words.
+        words: &'static [&'static str],
+        /// Fewest and most numbers.
+        count: [usize; 2],
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+    },
+    /// One technique or several, as [`techniques_of`](super::techniques_of) reads them.
+    Techniques,
 }
 
 /// The default of a parameter; [`Value`] without the heap.

@@ -1,19 +1,20 @@
 //! The shape of a technique, and what all of them share: bodies before the warp, the fit after it.
 //!
 //! ```text
-//! scene, camera, light -> FocusedView -> Warp::warp -> fit to the unit cube or the stable grid -> Parameterization
+//! scene, camera, light -> FocusedView -> Warp::warp -> fit to the unit cube or the stable grid -> one map
+//! one map, or several of a scheme that divides the view, or the six of a point light -> Parameterization
 //! ```
 
 use std::fmt::Debug;
 
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 use super::{Settings, Spec};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, Focus, FocusedView, MapSize, fit, scene_depth, stable_grid};
+use crate::focus::{Coverage, Focus, FocusedView, MapSize, ReceiverSamples, fit, scene_depth, stable_grid};
 use crate::geometry::Rows;
-use crate::parameterization::{Parameterization, Partition, PostWarp, Value};
-use crate::scene::{Camera, Light, Scene};
+use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection, Value};
+use crate::scene::{Camera, Light, PointLight, Scene, SpotLight};
 
 /// A technique with its settings: a pure function from a view to a [`Parameterization`].
 pub trait Technique: Debug + Send + Sync {
@@ -21,17 +22,131 @@ pub trait Technique: Debug + Send + Sync {
     fn spec(&self) -> &'static Spec;
     /// Every parameter with its value, in the order of the spec.
     fn settings(&self) -> Vec<(&'static str, Value)>;
-    /// The maps for one scene, camera and light, made for `resolution` texels along each side.
+    /// Whether it looks at receivers: [`Part::samples`] must be there.
+    fn needs_samples(&self) -> bool {
+        false
+    }
+    /// The maps for a part of a view; the light is none that [`Technique::serves`] refuses, and no point light unless the
+    /// technique makes its faces itself.
     ///
     /// # Errors
-    /// [`Error::UnsupportedLight`]; [`Error::InvalidArgument`] for a resolution that leaves no texel inside the border.
-    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization>;
+    /// [`Error::UnsuitedView`] for a view that the technique cannot serve.
+    fn maps(&self, part: &Part) -> Result<Maps>;
+    /// An error unless the technique serves the light.
+    ///
+    /// # Errors
+    /// [`Error::UnsupportedLight`].
+    fn serves(&self, light: &Light) -> Result<()> {
+        let spec = self.spec();
+        if spec.lights.serves(light) {
+            return Ok(());
+        }
+        Err(Error::UnsupportedLight {
+            technique: spec.name.to_string(),
+            light: light.kind().into(),
+            supported: spec.lights.names().into(),
+        })
+    }
+    /// The maps for one scene, camera and light, made for `resolution` texels along each side, by a technique that needs no
+    /// samples.
+    ///
+    /// # Errors
+    /// As [`Technique::parameterize_seen`].
+    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
+        self.parameterize_seen(scene, camera, light, resolution, None)
+    }
+    /// The maps for one scene, camera and light, made for `resolution` texels along each side; `samples` of what the camera
+    /// sees are used by techniques that [need them](Technique::needs_samples).
+    ///
+    /// # Errors
+    /// [`Error::UnsupportedLight`]; [`Error::UnsuitedView`]; [`Error::InvalidArgument`] for a resolution that leaves no texel
+    /// inside the border, or for missing samples.
+    fn parameterize_seen(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        resolution: u32,
+        samples: Option<&ReceiverSamples>,
+    ) -> Result<Parameterization> {
+        self.serves(light)?;
+        let size = MapSize::new(resolution)?;
+        if self.needs_samples() && samples.is_none() {
+            let fix = "render a small G-buffer of the view and hand over its samples";
+            return Err(Error::argument("samples", "samples of what the camera sees", "none", fix));
+        }
+        let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL };
+        let Maps { maps, selection, mut notes } = match light {
+            Light::Point(point) => faces_of(self, &part, point)?,
+            _ => self.maps(&part)?,
+        };
+        let several = maps.len() > 1;
+        let mut partitions = Vec::with_capacity(maps.len());
+        for (i, map) in maps.into_iter().enumerate() {
+            let own = map.notes.into_iter();
+            notes.extend(own.map(|note| if several { format!("map {i}: {note}") } else { note }));
+            partitions.push(map.partition);
+        }
+        Ok(Parameterization {
+            technique: self.spec().name.to_string(),
+            settings: self.settings(),
+            partitions,
+            selection,
+            resolution: size.resolution,
+            border_texels: size.border,
+            notes,
+        })
+    }
 }
 
-/// What a technique's file holds beside its spec: the warp itself, with its settings read.
+/// What maps are made of: a view, or a part of one.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The camera; its near and far planes bound the part.
+    pub camera: Camera,
+    /// The light.
+    pub light: Light,
+    /// Texels and border of each map.
+    pub size: MapSize,
+    /// What the camera sees, where the technique needs it.
+    pub samples: Option<&'a ReceiverSamples>,
+    /// The rays that the part is about.
+    pub region: Region,
+}
+
+/// The maps of a part of a view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Maps {
+    /// Nearest first; at least one.
+    pub maps: Vec<Map>,
+    /// How a receiver finds its map.
+    pub selection: Selection,
+    /// What the user should know of all of them.
+    pub notes: Vec<String>,
+}
+
+/// One map with what there is to say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// The map.
+    pub partition: Partition,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// What a warping technique's file holds beside its spec: the warp itself, with its settings read.
 pub trait Warp: Debug + Send + Sync {
     /// The provisional map of a view; the fit crops it.
-    fn warp(&self, view: &FocusedView, scene: &Scene) -> Provisional;
+    ///
+    /// # Errors
+    /// [`Error::UnsuitedView`] for a view that the technique cannot serve.
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional>;
+    /// Whether it looks at [`Part::samples`].
+    fn needs_samples(&self) -> bool {
+        false
+    }
     /// What the map is made to cover.
     fn focus(&self) -> Focus {
         Focus::SceneFit
@@ -84,70 +199,83 @@ impl Technique for Focused {
     fn settings(&self) -> Vec<(&'static str, Value)> {
         self.settings.values().to_vec()
     }
-    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
-        check_light(self.spec, light)?;
-        let size = MapSize::new(resolution)?;
-        let map = self.map(scene, camera, light, &size);
-        Ok(Parameterization {
-            technique: self.spec.name.to_string(),
-            settings: self.settings(),
-            partitions: vec![map.partition],
-            resolution: size.resolution,
-            border_texels: size.border,
-            values: map.values,
-            notes: map.notes,
-        })
+    fn needs_samples(&self) -> bool {
+        self.warp.needs_samples()
     }
-}
-
-/// One map of a technique.
-struct Map {
-    partition: Partition,
-    values: Vec<Named>,
-    notes: Vec<String>,
+    fn maps(&self, part: &Part) -> Result<Maps> {
+        Ok(Maps { maps: vec![self.map(part)?], selection: Selection::Depth, notes: Vec::new() })
+    }
 }
 
 impl Focused {
     /// The map for all that a camera sees between its near and far planes.
-    fn map(&self, scene: &Scene, camera: &Camera, light: &Light, size: &MapSize) -> Map {
+    fn map(&self, part: &Part) -> Result<Map> {
+        let Part { scene, camera, light, size, region, .. } = part;
+        let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
         match (self.warp.fitting(), self.warp.focus(), light) {
-            (Fitting::UnitCube, focus, _) => self.fitted(&FocusedView::new(scene, camera, light, focus), scene, size),
+            (Fitting::UnitCube, focus, _) => self.fitted(&view(focus).restricted(region), part),
             (Fitting::StableGrid, Focus::Frustum | Focus::SceneFit, Light::Directional(directional)) => {
                 let along = directional.direction();
                 let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
                 let values = vec![("texel_x", grid.texel), ("texel_y", grid.texel), ("radius", grid.radius)];
                 let view = FocusedView::new(scene, camera, light, Focus::Scene);
-                finished(&view, &grid.clip_from_world, values, Vec::new())
+                Ok(self.finished(&view, part, &grid.clip_from_world, values, Vec::new()))
             }
             // Made without the camera, it stands still by itself.
             (Fitting::StableGrid, ..) => {
-                let mut map = self.fitted(&FocusedView::new(scene, camera, light, Focus::Scene), scene, size);
+                let mut map = self.fitted(&view(Focus::Scene), part)?;
                 let note = "stable: the map covers all that the light reaches, whatever the camera sees";
                 map.notes.push(note.to_string());
-                map
+                Ok(map)
             }
         }
     }
-    fn fitted(&self, view: &FocusedView, scene: &Scene, size: &MapSize) -> Map {
-        let Provisional { clip_from_local, mut values, notes } = self.warp.warp(view, scene);
-        let rows = fit(&clip_from_local, view, scene, size);
-        values.extend(self.warp.values_of_fit(view, &rows, size));
-        finished(view, &rows.moved_to_world(view.origin), values, notes)
+    fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Map> {
+        let Provisional { clip_from_local, mut values, notes } = self.warp.warp(view, part)?;
+        let rows = fit(&clip_from_local, view, part.scene, &part.size);
+        values.extend(self.warp.values_of_fit(view, &rows, &part.size));
+        Ok(self.finished(view, part, &rows.moved_to_world(view.origin), values, notes))
+    }
+    /// A map with the notes every technique owes.
+    fn finished(
+        &self,
+        view: &FocusedView,
+        part: &Part,
+        clip_from_world: &Rows,
+        values: Vec<Named>,
+        mut notes: Vec<String>,
+    ) -> Map {
+        if view.coverage == Coverage::NothingSeen {
+            let lit = if view.spot().is_some() { " that the light reaches" } else { "" };
+            notes.insert(
+                0,
+                format!("the camera sees no part of the scene{lit}: the map covers what the light can reach"),
+            );
+        }
+        let partition = Partition {
+            shadow_clip_from_world: through_light(clip_from_world, &view.light).matrix(),
+            post_warp: PostWarp::None,
+            eye_depth: view.eye_depth,
+            region: part.region,
+            technique: self.spec.name,
+            values,
+        };
+        Map { partition, notes }
     }
 }
 
-/// A map with the notes every technique owes.
-fn finished(view: &FocusedView, clip_from_world: &Rows, values: Vec<Named>, mut notes: Vec<String>) -> Map {
-    if view.coverage == Coverage::NothingSeen {
-        let lit = if view.spot().is_some() { " that the light reaches" } else { "" };
-        notes.insert(0, format!("the camera sees no part of the scene{lit}: the map covers what the light can reach"));
+/// The maps of the six faces around a point light, +x, -x, +y, -y, +z, -z, each as a spot light's: a receiver reads the face
+/// that holds it.
+fn faces_of<T: Technique + ?Sized>(technique: &T, part: &Part, point: &PointLight) -> Result<Maps> {
+    let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let mut all = Maps { maps: Vec::with_capacity(6), selection: Selection::Containment, notes: Vec::new() };
+    for axis in axes {
+        let face = SpotLight::new(point.position(), axis, std::f64::consts::FRAC_PI_2, point.range())?;
+        let Maps { maps, notes, .. } = technique.maps(&Part { light: Light::Spot(face), ..*part })?;
+        all.maps.extend(maps);
+        all.notes.extend(notes);
     }
-    let partition = Partition {
-        shadow_clip_from_world: through_light(clip_from_world, &view.light).matrix(),
-        post_warp: PostWarp::None,
-        eye_depth: view.eye_depth,
-    };
-    Map { partition, values, notes }
+    Ok(all)
 }
 
 /// The same rows with x, y and w exactly zero at a placed light (theory.md 0.1), where the way through local coordinates
@@ -159,16 +287,4 @@ fn through_light(rows: &Rows, light: &Light) -> Rows {
     }
     let row = |r: DVec4| r.truncate().extend(-r.truncate().dot(p.truncate()));
     Rows { x: row(rows.x), y: row(rows.y), z: rows.z, w: row(rows.w) }
-}
-
-/// An error unless the technique serves the light.
-fn check_light(spec: &Spec, light: &Light) -> Result<()> {
-    if spec.lights.serves(light) {
-        return Ok(());
-    }
-    Err(Error::UnsupportedLight {
-        technique: spec.name.to_string(),
-        light: light.kind().into(),
-        supported: spec.lights.names().into(),
-    })
 }

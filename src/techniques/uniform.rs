@@ -5,7 +5,7 @@
 use glam::{DVec3, DVec4};
 
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::{Fitting, Named, Provisional, Settings, Warp};
+use super::{Fitting, Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
 use crate::geometry::Rows;
@@ -17,7 +17,7 @@ pub static SPEC: Spec = Spec {
     name: "uniform",
     title: "Uniform shadow map",
     source: "Williams 1978; focused after Brabec, Annen, Seidel 2002",
-    lights: LightSupport { directional: true, spot: true, point: false },
+    lights: LightSupport { directional: true, spot: true, point: true },
     params: &[
         ParamSpec {
             name: "focus",
@@ -55,10 +55,11 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
 }
 
 impl Warp for Uniform {
-    fn warp(&self, view: &FocusedView, scene: &Scene) -> Provisional {
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
+        let scene = part.scene;
         let mut notes = Vec::new();
         let clip_from_local = uniform_rows(view, scene, &mut notes);
-        Provisional { clip_from_local, values: Vec::new(), notes }
+        Ok(Provisional { clip_from_local, values: Vec::new(), notes })
     }
     fn focus(&self) -> Focus {
         self.focus

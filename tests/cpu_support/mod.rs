@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec2, DVec3};
-use shadowlab::parameterization::{Parameterization, Partition, PostWarp};
+use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::Instance;
@@ -16,20 +16,7 @@ pub fn one_map(shadow_clip_from_world: DMat4) -> Parameterization {
 }
 
 pub fn maps(matrices: &[DMat4]) -> Parameterization {
-    let partition = |&shadow_clip_from_world| Partition {
-        shadow_clip_from_world,
-        post_warp: PostWarp::None,
-        eye_depth: [0.0, f64::INFINITY],
-    };
-    Parameterization {
-        technique: "matrix".into(),
-        settings: vec![],
-        partitions: matrices.iter().map(partition).collect(),
-        resolution: 1,
-        border_texels: 0,
-        values: vec![],
-        notes: vec![],
-    }
+    Parameterization::of_partitions(matrices.iter().map(|m| Partition::of_matrix(*m)).collect(), 1)
 }
 
 /// `clip_from_world` for a world in pixels: x right, y down, z depth in [0, 1].

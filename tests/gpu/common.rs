@@ -4,7 +4,6 @@
 use std::io::Write;
 
 use glam::{DMat4, DVec3};
-use shadowlab::parameterization::PostWarp;
 use shadowlab::render::gpu::GpuRenderer;
 use shadowlab::{Camera, Error, Parameterization, Partition};
 
@@ -30,16 +29,7 @@ pub fn renderer() -> Option<GpuRenderer> {
 
 /// A parameterization of one map.
 pub fn single_map(shadow_clip_from_world: DMat4) -> Parameterization {
-    let eye_depth = [0.0, 1e9];
-    Parameterization {
-        technique: "matrix".into(),
-        settings: vec![],
-        partitions: vec![Partition { shadow_clip_from_world, post_warp: PostWarp::None, eye_depth }],
-        resolution: 64,
-        border_texels: 0,
-        values: vec![],
-        notes: vec![],
-    }
+    Parameterization::of_partitions(vec![Partition::of_matrix(shadow_clip_from_world)], 64)
 }
 
 /// A camera at a height above the origin that looks down, x to the right, -z to the top.

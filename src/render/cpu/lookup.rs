@@ -11,7 +11,7 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use crate::error::{Error, Result};
 use crate::image::GBuffer;
-use crate::parameterization::{Partition, PostWarp};
+use crate::parameterization::Partition;
 use crate::render::{Bias, Filter};
 use crate::scene::Light;
 
@@ -59,9 +59,6 @@ impl MapLookup {
         if !clip_from_relative.is_finite() {
             let fix = "check where the matrix comes from";
             return Err(Error::argument("shadow_clip_from_world", "16 finite numbers", "a NaN or an infinity", fix));
-        }
-        match partition.post_warp {
-            PostWarp::None => {}
         }
         let point = light.point();
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));

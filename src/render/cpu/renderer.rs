@@ -118,6 +118,10 @@ fn check_partitions(p: &Parameterization) -> Result<()> {
     for partition in &p.partitions {
         match partition.post_warp {
             PostWarp::None => {}
+            PostWarp::Log { .. } => {
+                let fix = "draw a technique without a logarithmic post-warp";
+                return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));
+            }
         }
     }
     Ok(())

@@ -13,7 +13,7 @@ use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, GBuffer, ShadowMask};
-use crate::parameterization::Parameterization;
+use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_extent, check_size};
 use crate::scene::{Camera, Light, Scene};
@@ -177,6 +177,10 @@ impl Session<'_> {
 fn check_partitions(p: &Parameterization) -> Result<()> {
     if p.partitions.is_empty() {
         return Err(Error::argument("partitions", "at least one", "none", "parameterize again"));
+    }
+    if p.partitions.iter().any(|p| p.post_warp != PostWarp::None) {
+        let fix = "draw it with the cpu renderer, which is exact";
+        return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));
     }
     if p.partitions.iter().any(|p| !p.shadow_clip_from_world.is_finite()) {
         let fix = "check where the matrix comes from";

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use super::draw_list::Draw;
 use super::scene_cache::DeviceScene;
 use crate::error::Result;
-use crate::parameterization::{Parameterization, PostWarp};
+use crate::parameterization::Parameterization;
 use crate::render::{Filter, MaskSettings};
 use crate::scene::{Camera, Light, Scene};
 
@@ -170,9 +170,6 @@ impl EyeSpace {
     pub fn maps(&self, p: &Parameterization) -> Vec<Map> {
         let world_from_eye = DMat4::from_translation(self.eye) * DMat4::from_scale(DVec3::splat(self.unit));
         let map = |partition: &crate::Partition| {
-            match partition.post_warp {
-                PostWarp::None => {}
-            }
             let clip_from_eye = partition.shadow_clip_from_world * world_from_eye;
             let largest = clip_from_eye.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
             // Clip coordinates are homogeneous: a power of two in all of them changes nothing.

@@ -1,0 +1,100 @@
+//! Techniques as text: `lispsm:near=optimal,axis=middle`, `z_partition:count=4,inner=(lispsm:near=optimal)/uniform`.
+//!
+//! ```text
+//! list      = technique { "/" technique }
+//! technique = name [ ":" key "=" value { "," key "=" value } ]
+//! value     = word | number | list of numbers or technique text in parentheses
+//! ```
+//! What is in parentheses is one value, whatever separators are in it.
+
+use super::{Technique, technique};
+use crate::error::{Error, Result};
+use crate::parameterization::Value;
+
+/// The technique of a text.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for a text that does not read; what [`technique`] says of names and values.
+pub fn technique_of(text: &str) -> Result<Box<dyn Technique>> {
+    let text = bare(text);
+    let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+    let mut params = Vec::new();
+    for part in pieces(rest, ',')?.into_iter().filter(|part| !part.is_empty()) {
+        let Some((key, value)) = part.split_once('=') else {
+            return Err(unreadable(text));
+        };
+        params.push((key.trim().replace('-', "_"), Value::Choice(bare(value).to_string())));
+    }
+    technique(name.trim(), &params)
+}
+
+/// The techniques of a text, in order; at least one.
+///
+/// # Errors
+/// As [`technique_of`].
+pub fn techniques_of(text: &str) -> Result<Vec<Box<dyn Technique>>> {
+    pieces(text, '/')?.into_iter().map(technique_of).collect()
+}
+
+/// A text without the parentheses around all of it.
+fn bare(text: &str) -> &str {
+    let text = text.trim();
+    let inner = text.strip_prefix('(').and_then(|t| t.strip_suffix(')'));
+    match inner {
+        // "(a)/(b)" begins and ends with one, too.
+        Some(inner) if pieces(inner, '/').is_ok() => bare(inner),
+        _ => text,
+    }
+}
+
+/// The pieces between separators outside of parentheses.
+fn pieces(text: &str, separator: char) -> Result<Vec<&str>> {
+    let (mut depth, mut start, mut found) = (0_i32, 0, Vec::new());
+    for (i, c) in text.char_indices() {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            c if c == separator && depth == 0 => {
+                found.push(text[start..i].trim());
+                start = i + c.len_utf8();
+            }
+            _ => {}
+        }
+        if depth < 0 {
+            return Err(unreadable(text));
+        }
+    }
+    found.push(text[start..].trim());
+    if depth == 0 { Ok(found) } else { Err(unreadable(text)) }
+}
+
+fn unreadable(text: &str) -> Error {
+    let expected = "name:parameter=value,parameter=value with values such as basic, 0.5 or (1,2,3)";
+    Error::argument("technique", expected, format!("{text:?}"), "see the table of techniques")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_read_with_what_is_in_parentheses_as_one_value() {
+        let t = technique_of(" lispsm: near=basic , near-factor=2 ").unwrap();
+        assert!(t.settings().contains(&("near", Value::Choice("basic".into()))));
+        assert!(t.settings().contains(&("near_factor", Value::Number(2.0))));
+        let several = techniques_of("(lispsm:near=0.5)/uniform / (uniform)").unwrap();
+        assert_eq!(several.iter().map(|t| t.spec().name).collect::<Vec<_>>(), ["lispsm", "uniform", "uniform"]);
+        assert_eq!(pieces("a=(1,2),b=((3,4),5)", ',').unwrap(), ["a=(1,2)", "b=((3,4),5)"]);
+        assert_eq!(bare(" ((x)) "), "x");
+        assert_eq!(bare("(a)/(b)"), "(a)/(b)");
+    }
+
+    #[test]
+    fn what_does_not_read_is_refused() {
+        for text in
+            ["", "lispsm:near", "lispsm:near=(1", "lispsm:near=1)", "nothing", "uniform//lispsm", "lispsm:nera=1"]
+        {
+            assert!(techniques_of(text).is_err(), "{text}");
+        }
+    }
+}

@@ -228,7 +228,7 @@ fn partitions_are_layers_and_serve_their_depths() {
     let Some(renderer) = renderer() else { return };
     let mut p = single_map(downwards(4.0, 4.0, -1.0));
     // The second map sees nothing at all, so whatever it serves is lit.
-    let mut empty = single_map(DMat4::from_translation(DVec3::new(100.0, 0.0, 0.0))).partitions[0];
+    let mut empty = single_map(DMat4::from_translation(DVec3::new(100.0, 0.0, 0.0))).partitions.remove(0);
     p.partitions[0].eye_depth = [0.0, 21.0];
     empty.eye_depth = [21.0, 100.0];
     p.partitions.push(empty);

@@ -10,4 +10,4 @@ pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use unit_cube::{BORDER_TEXELS, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, spot_depths};
 pub use view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
-pub use warp::{LEAST_KAPPA, NoWarp, WarpSpace};
+pub use warp::{LEAST_KAPPA, LEAST_LAMBDA, NoWarp, WarpSpace};

@@ -13,6 +13,10 @@ use crate::rays::LightFrame;
 /// million times the near depth: no map shows such a warp.
 pub const LEAST_KAPPA: f64 = 1e-6;
 
+/// The smallest warp distance as a share of the body. Derived from f64: w spans one over this, and half of the digits of its
+/// smallest value must be left.
+pub const LEAST_LAMBDA: f64 = 1.0 / (1 << 26) as f64;
+
 /// Why a view has no warp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoWarp {
@@ -160,6 +164,16 @@ impl WarpSpace {
     /// Eye depths at both ends of the line across the light along the whole body: Δz apart.
     pub fn line(&self) -> [f64; 2] {
         [self.eye_depth, self.eye_depth + self.rate * self.extent()]
+    }
+    /// A warp distance kept within what digits can hold; notes what is raised. Beyond the largest, infinity included, the map
+    /// is uniform to the last bit.
+    pub fn limited(&self, distance: f64, notes: &mut Vec<String>) -> f64 {
+        let least = LEAST_LAMBDA * self.extent();
+        if distance < least {
+            let (given, least) = (distance / self.per_length, least / self.per_length);
+            notes.push(format!("warp distance {given:e} raised to {least:e}, the least for the body"));
+        }
+        distance.clamp(least, self.extent() / f64::EPSILON)
     }
     /// The provisional map with the reference point `distance` before the near end (theory.md 5.1). x, y, w are those of the
     /// perspective; the fit crops.

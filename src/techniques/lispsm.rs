@@ -49,10 +49,6 @@ pub static SPEC: Spec = Spec {
     ],
 };
 
-/// The smallest warp distance as a share of the body. Derived from f64: w spans one over this, and half of the digits of its
-/// smallest value must be left.
-const LEAST_LAMBDA: f64 = 1.0 / (1 << 26) as f64;
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Distance {
     DeltaZ,
@@ -151,15 +147,6 @@ impl Lispsm {
                 Distance::Length(length) => length * space.per_length,
                 _ => space.equal_error_distance(near, far),
             };
-        let least = LEAST_LAMBDA * space.extent();
-        if distance < least {
-            let given = distance / space.per_length;
-            notes.push(format!(
-                "warp distance {given:e} raised to {:e}, the least for the body",
-                least / space.per_length
-            ));
-        }
-        // Beyond the largest the map is uniform to the last bit.
-        distance.clamp(least, space.extent() / f64::EPSILON)
+        space.limited(distance, notes)
     }
 }

@@ -1,5 +1,7 @@
 //! The result of a technique: plain data that renderers, analysis and users see.
 
+use std::ops::Range;
+
 use glam::{DMat4, DVec3, DVec4};
 
 /// The value of a parameter.
@@ -63,6 +65,17 @@ pub enum Selection {
     Depth,
     /// The first map that holds the receiver, whatever its camera depth.
     Containment,
+}
+
+/// How a map holds a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// Beside the map, behind its projection centre, or on a ray that it does not serve.
+    Outside,
+    /// Beyond the map's far plane, where casters may be missing.
+    Beyond,
+    /// All that could shade the point is in the map.
+    Within,
 }
 
 /// One map: where it projects to, and for which part of the view.
@@ -134,6 +147,33 @@ impl PostWarp {
     }
 }
 
+impl Held {
+    /// How a map holds the point that it projects to this NDC with this clip w.
+    pub fn of(ndc: DVec3, w: f64) -> Self {
+        // Written so that a NaN is outside.
+        if !(w > 0.0 && ndc.x.abs() <= 1.0 && ndc.y.abs() <= 1.0) {
+            Self::Outside
+        } else if ndc.z <= 1.0 {
+            Self::Within
+        } else {
+            Self::Beyond
+        }
+    }
+
+    /// The first of some maps that a point is within; else the first that it is beyond.
+    pub fn first(maps: Range<usize>, held: impl Fn(usize) -> Self) -> Option<usize> {
+        let mut beyond = None;
+        for k in maps {
+            match held(k) {
+                Self::Within => return Some(k),
+                Self::Beyond => beyond = beyond.or(Some(k)),
+                Self::Outside => {}
+            }
+        }
+        beyond
+    }
+}
+
 impl Partition {
     /// A map of somebody else's matrix that serves all camera depths.
     pub fn of_matrix(shadow_clip_from_world: DMat4) -> Self {
@@ -150,6 +190,14 @@ impl Partition {
     pub fn project(&self, p_world: DVec3) -> (DVec3, f64) {
         let clip: DVec4 = self.shadow_clip_from_world * p_world.extend(1.0);
         (self.post_warp.apply(clip.truncate() / clip.w, clip.w), clip.w)
+    }
+    /// How it holds a world point.
+    pub fn holds(&self, p_world: DVec3) -> Held {
+        if !self.region.contains(p_world) {
+            return Held::Outside;
+        }
+        let (ndc, w) = self.project(p_world);
+        Held::of(ndc, w)
     }
     /// A named intermediate number.
     pub fn value(&self, name: &str) -> Option<f64> {
@@ -170,8 +218,70 @@ impl Parameterization {
             notes: Vec::new(),
         }
     }
+    /// The map in which a receiver at a world point and camera depth is looked up; nothing where no map holds it.
+    pub fn choose(&self, p_world: DVec3, eye_depth: f64) -> Option<usize> {
+        let maps = self.first_map(eye_depth)..self.partitions.len();
+        Held::first(maps, |k| self.partitions[k].holds(p_world))
+    }
+    /// The first map that may serve a camera depth: under [`Selection::Depth`] the first that does not end before it, the
+    /// last having no end.
+    pub fn first_map(&self, eye_depth: f64) -> usize {
+        match self.selection {
+            Selection::Containment => 0,
+            Selection::Depth => {
+                let last = self.partitions.len().saturating_sub(1);
+                self.partitions[..last].iter().position(|p| eye_depth <= p.eye_depth[1]).unwrap_or(last)
+            }
+        }
+    }
     /// A named intermediate number of the first map that has it.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.partitions.iter().find_map(|p| p.value(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A map of the square of half side `half` around the origin, for depths 0 to 1.
+    fn square(half: f64, ends: f64) -> Partition {
+        let matrix = DMat4::from_scale(DVec3::new(1.0 / half, 1.0 / half, 1.0));
+        Partition { eye_depth: [0.0, ends], ..Partition::of_matrix(matrix) }
+    }
+
+    #[test]
+    fn a_receiver_finds_the_first_map_from_its_depth_that_holds_it() {
+        let mut p = Parameterization::of_partitions(vec![square(1.0, 1.0), square(2.0, 2.0), square(4.0, 3.0)], 64);
+        let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+        assert_eq!(p.choose(at(0.5, 0.5), 0.5), Some(0));
+        assert_eq!(p.choose(at(0.5, 0.5), 1.0), Some(0), "the end is part of the range");
+        assert_eq!(p.choose(at(0.5, 0.5), 1.5), Some(1));
+        assert_eq!(p.choose(at(0.5, 0.5), 9.0), Some(2), "the last map has no end");
+        assert_eq!(p.choose(at(0.5, 0.5), f64::NAN), Some(2));
+        assert_eq!(p.choose(at(1.5, 0.5), 0.5), Some(1), "the first does not hold it");
+        assert_eq!(p.choose(at(5.0, 0.5), 0.5), None);
+        assert_eq!(p.choose(at(f64::NAN, 0.5), 0.5), None);
+        assert_eq!(p.choose(at(0.5, -0.5), 0.5), Some(0), "before the near plane is no reason");
+        // Beyond the far plane of the first, a later one may know more.
+        p.partitions[1].shadow_clip_from_world *= DMat4::from_scale(DVec3::new(1.0, 1.0, 0.25));
+        assert_eq!(p.choose(at(0.5, 2.0), 0.5), Some(1));
+        assert_eq!(p.choose(at(0.5, 5.0), 0.5), Some(0), "beyond all of them");
+        p.selection = Selection::Containment;
+        assert_eq!(p.choose(at(0.5, 0.5), 9.0), Some(0));
+        p.partitions[0].region = Region::new(&[DVec4::new(-1.0, 0.0, 0.0, 0.0)]);
+        assert_eq!(p.choose(at(0.5, 0.5), 0.0), Some(1), "outside of its region");
+        assert_eq!(p.choose(at(0.0, 0.5), 0.0), Some(0), "the border belongs to it");
+        assert_eq!(Parameterization::of_partitions(vec![], 1).choose(DVec3::ZERO, 0.0), None);
+    }
+
+    #[test]
+    fn points_behind_the_projection_centre_are_in_no_map() {
+        let behind = DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, -DVec4::W);
+        let p = Parameterization::of_partitions(vec![Partition::of_matrix(behind)], 64);
+        assert_eq!(p.choose(DVec3::ZERO, 0.0), None);
+        let mut log = Partition::of_matrix(behind);
+        log.post_warp = PostWarp::Log { scale: 1.0, offset: 0.0 };
+        assert_eq!(log.holds(DVec3::ZERO), Held::Outside);
     }
 }

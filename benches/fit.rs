@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat3, DVec3};
-use shadowlab::focus::{Focus, FocusedView, MapSize, fit};
+use shadowlab::focus::{Focus, FocusedView, MapSize, Tightening, fit};
 use shadowlab::geometry::Aabb;
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};
@@ -85,7 +85,7 @@ fn parts(c: &mut Criterion) {
     for (name, scene) in [("one mesh", &one), ("10,000 instances", &many)] {
         let view = FocusedView::new(scene, &camera, &light, Focus::SceneFit);
         c.bench_function(&format!("focus/unit cube/{name}"), |b| {
-            b.iter(|| fit(black_box(&frame.orthographic()), black_box(&view), scene, &size));
+            b.iter(|| fit(black_box(&frame.orthographic()), black_box(&view), scene, &size, Tightening::Exact));
         });
     }
 }

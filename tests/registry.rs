@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use shadowlab::techniques::{self, Kind, TECHNIQUES, Value};
+use shadowlab::techniques::{self, FIT, Kind, Make, TECHNIQUES, Value};
 
 /// Files that hold no technique.
 const SUPPORT: [&str; 6] = ["mod", "registry", "settings", "spec", "technique", "text"];
@@ -45,6 +45,17 @@ fn defaults_are_valid_and_every_technique_can_be_made_from_its_own_settings() {
             }
         }
         assert!(!spec.title.is_empty() && !spec.source.is_empty() && !spec.lights.names().is_empty());
+    }
+}
+
+#[test]
+fn every_warp_lets_choose_how_closely_its_map_is_cut() {
+    for entry in TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))) {
+        let last = entry.spec.params.last().expect("a parameter");
+        assert_eq!((last.name, last.default), (FIT.name, FIT.default), "{}: the last parameter", entry.spec.name);
+        let Kind::Choice(words) = last.kind else { panic!("{}: words", entry.spec.name) };
+        let Kind::Choice(shared) = FIT.kind else { panic!("words") };
+        assert!(shared.iter().all(|word| words.contains(word)), "{}: {words:?}", entry.spec.name);
     }
 }
 

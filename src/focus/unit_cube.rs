@@ -1,9 +1,9 @@
 //! The fit shared by all techniques: crops a provisional map to receivers and casters, picks near and far, adds the border.
 //!
 //! Source: theory.md 1.3; the unit-cube clipping article; Wimmer and Scherzer 2006. Departures, both exact:
-//! - Receivers are the instances' boxes cut by the view, not only K: nothing else can be hit by a view ray. As every
+//! - Receivers are the instances' boxes cut by the view, not only K: nothing else can be hit by a view ray. As nearly every
 //!   instance casts and receives, the casters above the receivers' rectangle fill it, so the article's second crop to the
-//!   casters' rectangle has nothing left to cut and is not made.
+//!   casters' rectangle has next to nothing left to cut and is made only on demand ([`Tightening`]).
 //! - Casters are cut in space by the four side planes of the cropped map, which are linear functionals of position. On the
 //!   rectangle w is bounded below: under a directional light 1/w is an affine function of x and y, and a spot has its near
 //!   plane. So no division ever sees w <= 0.
@@ -11,8 +11,9 @@
 //! Whether a box can still change a bound is asked with a support function (no corners, no division), so that ten thousand
 //! instances cost well under a millisecond; only boxes that can are cut.
 
-use glam::{DVec3, DVec4};
+use glam::{DAffine3, DVec3, DVec4};
 
+use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use super::view::{Coverage, Focus, FocusedView, SpotFrustum};
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows, singular_values};
@@ -59,18 +60,55 @@ impl MapSize {
     }
 }
 
-/// `clip_from_local` cropped so that receivers fill the map up to its border, and every caster that any texel can see lies
-/// between z = 0 and the receivers' end, border texels included; w = 1 at the mean of the receivers' body.
+/// `clip_from_local` cropped to receivers and casters as closely as `tightening` says; w = 1 at the mean of the receivers'
+/// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and
+/// the receivers' end, border texels included.
 ///
 /// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body.
-pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize) -> Rows {
-    let receivers = with_room(&receivers_extent(provisional, view, scene), provisional, view, size);
+pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Rows {
+    let receivers = with_room(&across(provisional, view, scene, tightening), provisional, view, size);
     let map = with_border(&receivers, size);
-    let nearest = nearest_caster(provisional, &map, view, scene).unwrap_or(map.min.z).min(map.min.z);
-    let depth = map.max.z - nearest;
-    let low = map.min.truncate().extend(nearest - DEPTH_MARGIN * depth);
+    let near = match tightening {
+        Tightening::Exact => nearest_caster(provisional, &map, view, scene),
+        Tightening::Receivers => nearest_anywhere(provisional, &map, view, scene),
+        Tightening::Intersection => nearest_of(provisional, &map, view, casting(view, scene)),
+        Tightening::None => nearest_of(provisional, &map, view, std::iter::once(box_of(&view.scene_box))),
+        Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene).map(|b| b.min.z),
+    };
+    let near = match (near, tightening) {
+        // What lies before all casters is lit without a look at the map.
+        (Some(z), Tightening::Intersection | Tightening::Ignoring { .. }) if z < map.max.z => z,
+        (z, _) => z.unwrap_or(map.min.z).min(map.min.z),
+    };
+    let depth = map.max.z - near;
+    let low = map.min.truncate().extend(near - DEPTH_MARGIN * depth);
     let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
     canonical(&provisional.cropped(low, high), view)
+}
+
+/// What the receivers of a map span.
+fn across(provisional: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Aabb {
+    let casters = |receivers: &Aabb| match tightening {
+        Tightening::Intersection => casters_extent(provisional, receivers, view, scene),
+        Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene),
+        _ => None,
+    };
+    let receivers = match tightening {
+        Tightening::None => Aabb::from_points(view.receivers.vertices().iter().map(|p| provisional.project(*p))),
+        _ => receivers_extent(provisional, view, scene),
+    };
+    let Some(casters) = casters(&receivers) else { return receivers };
+    let (low, high) = (receivers.min.max(casters.min).truncate(), receivers.max.min(casters.max).truncate());
+    if low.cmple(high).all() {
+        Aabb { min: low.extend(receivers.min.z), max: high.extend(receivers.max.z) }
+    } else {
+        receivers
+    }
+}
+
+/// An axis-aligned box as an oriented one.
+fn box_of(bounds: &Aabb) -> OrientedBox {
+    OrientedBox::new(bounds, &DAffine3::IDENTITY, DVec3::ZERO)
 }
 
 /// What the whole map spans where receivers fill it up to its border.
@@ -172,19 +210,20 @@ fn growth(rows: &Rows, found: &Aabb) -> [DVec4; 5] {
 
 /// Smallest NDC z of the instances' boxes above the rectangle of `extent`; nothing where no box is.
 pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, scene: &Scene) -> Option<f64> {
-    let (rows, low, high) = (provisional, extent.min, extent.max);
-    let near_plane = view.light_planes().map(|planes| -planes[4].functional());
-    let sides = [
-        Some(rows.x - rows.w * low.x),
-        Some(rows.w * high.x - rows.x),
-        Some(rows.y - rows.w * low.y),
-        Some(rows.w * high.y - rows.y),
-        near_plane,
-    ];
+    nearest_of(provisional, extent, view, boxes(view, scene))
+}
+
+/// Smallest NDC z of some boxes above the rectangle of `extent`.
+fn nearest_of(
+    rows: &Rows,
+    extent: &Aabb,
+    view: &FocusedView,
+    casters: impl Iterator<Item = OrientedBox>,
+) -> Option<f64> {
+    let sides = sides(rows, extent, view);
     let planes = sides.map(|side| side.and_then(Plane::where_positive));
     let mut nearest: Option<f64> = None;
-    for i in 0..scene.instances().len() {
-        let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local()[i], view.origin);
+    for instance in casters {
         // Positive for a point (w > 0) nearer to the light than what was found.
         if let Some(z) = nearest
             && instance.range(rows.w * z - rows.z).1 <= 0.0

@@ -10,7 +10,7 @@
 //!         x <----- Pn ----------------> |<------------ D ------------------> |            warp axis: ->
 //! ```
 
-use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
+use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
 use super::uniform::{spot_depth_range, uniform_rows};
 use super::{Part, Provisional, Settings, Warp};
 use crate::error::Result;
@@ -46,6 +46,7 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Choice(&["view", "middle"]),
             doc: "warp along the view direction, or along the middle of the casters' body as the eye sees it",
         },
+        FIT,
     ],
 };
 

@@ -3,6 +3,7 @@
 use super::technique::Focused;
 use super::{Settings, Spec, TECHNIQUES, Technique, Value, Warp};
 use crate::error::{Error, Result};
+use crate::focus::Tightening;
 
 /// A line of [`TECHNIQUES`].
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +51,10 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
     match entry.make {
         Make::Warp(make) => {
             let warp = make(&settings)?;
-            Ok(Box::new(Focused { spec: entry.spec, settings, warp }))
+            // The least w of XPSM's published step; the other fits need none.
+            let least_w = settings.number("epsilon_w").unwrap_or(0.0);
+            let tightening = Tightening::named(settings.word("fit"), least_w);
+            Ok(Box::new(Focused { spec: entry.spec, settings, tightening, warp }))
         }
         Make::Scheme(make) => make(settings),
     }

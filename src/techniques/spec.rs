@@ -76,6 +76,17 @@ pub struct ParamSpec {
     pub doc: &'static str,
 }
 
+/// How closely a map is cut to receivers and casters ([`Tightening`](crate::focus::Tightening)): the last parameter of every
+/// warp, whose technique need not look at it.
+pub const FIT: ParamSpec = ParamSpec {
+    name: "fit",
+    unit: "",
+    default: Default::Choice("exact"),
+    kind: Kind::Choice(&["exact", "receivers", "intersection", "none"]),
+    doc: "how closely the map is cut: to receivers and the casters above them (exact), to receivers and all casters' depth \
+          (receivers), to where anything is cast on anything (intersection), or not to what is in the view (none)",
+};
+
 /// Which lights a technique serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LightSupport {

@@ -11,7 +11,7 @@ use glam::{DVec3, DVec4};
 
 use super::{Settings, Spec};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, Focus, FocusedView, MapSize, ReceiverSamples, fit, scene_depth, stable_grid};
+use crate::focus::{Coverage, Focus, FocusedView, MapSize, ReceiverSamples, Tightening, fit, scene_depth, stable_grid};
 use crate::geometry::Rows;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection, Value};
 use crate::scene::{Camera, Light, PointLight, Scene, SpotLight};
@@ -189,6 +189,7 @@ pub enum Fitting {
 pub(super) struct Focused {
     pub spec: &'static Spec,
     pub settings: Settings,
+    pub tightening: Tightening,
     pub warp: Box<dyn Warp>,
 }
 
@@ -232,7 +233,7 @@ impl Focused {
     }
     fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Map> {
         let Provisional { clip_from_local, mut values, notes } = self.warp.warp(view, part)?;
-        let rows = fit(&clip_from_local, view, part.scene, &part.size);
+        let rows = fit(&clip_from_local, view, part.scene, &part.size, self.tightening);
         values.extend(self.warp.values_of_fit(view, &rows, &part.size));
         Ok(self.finished(view, part, &rows.moved_to_world(view.origin), values, notes))
     }

@@ -4,7 +4,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
+use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
 use super::{Fitting, Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
@@ -34,6 +34,7 @@ pub static SPEC: Spec = Spec {
             doc: "texels stand still while the camera moves (a sphere around its frustum, moved in whole texels); \
                   a whole-scene map and a spot's whole cone stand still by themselves",
         },
+        FIT,
     ],
 };
 

@@ -223,15 +223,14 @@ impl Parameterization {
         let maps = self.first_map(eye_depth)..self.partitions.len();
         Held::first(maps, |k| self.partitions[k].holds(p_world))
     }
-    /// The first map that may serve a camera depth: under [`Selection::Depth`] the first that does not end before it, the
-    /// last having no end.
+    /// The first map that may serve a camera depth: under [`Selection::Depth`] the first that does not end before it; those
+    /// that end where the last does have no end.
     pub fn first_map(&self, eye_depth: f64) -> usize {
+        let Some(last) = self.partitions.last() else { return 0 };
+        let reaches = |p: &Partition| eye_depth <= p.eye_depth[1] || p.eye_depth[1] >= last.eye_depth[1];
         match self.selection {
             Selection::Containment => 0,
-            Selection::Depth => {
-                let last = self.partitions.len().saturating_sub(1);
-                self.partitions[..last].iter().position(|p| eye_depth <= p.eye_depth[1]).unwrap_or(last)
-            }
+            Selection::Depth => self.partitions.iter().position(reaches).unwrap_or(self.partitions.len() - 1),
         }
     }
     /// A named intermediate number of the first map that has it.
@@ -272,6 +271,11 @@ mod tests {
         p.partitions[0].region = Region::new(&[DVec4::new(-1.0, 0.0, 0.0, 0.0)]);
         assert_eq!(p.choose(at(0.5, 0.5), 0.0), Some(1), "outside of its region");
         assert_eq!(p.choose(at(0.0, 0.5), 0.0), Some(0), "the border belongs to it");
+        // The farthest maps of two faces: none of them is the end of the other.
+        p.selection = Selection::Depth;
+        p.partitions[1] = square(4.0, 3.0);
+        p.partitions[2] = square(2.0, 3.0);
+        assert_eq!(p.choose(at(3.5, 0.5), 3.1), Some(1));
         assert_eq!(Parameterization::of_partitions(vec![], 1).choose(DVec3::ZERO, 0.0), None);
     }
 

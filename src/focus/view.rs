@@ -122,28 +122,35 @@ impl FocusedView {
         if view.receivers.is_empty() {
             return Self::around(scene, camera, light, focus, Coverage::NothingSeen);
         }
-        let (near, far) = view.receivers.range(camera.forward().extend(0.0));
-        // The frustum's own planes, up to rounding: a split scheme may divide by the near depth.
-        view.eye_depth = [near.clamp(camera.near(), camera.far()), far.clamp(camera.near(), camera.far())];
+        view.eye_depth = view.receivers_depth();
         view
     }
-    /// The same view, its receivers only those on some of the light's rays (told in world space).
-    pub fn restricted(mut self, region: &Region) -> Self {
-        let origin = self.origin;
+    /// The same view of `scene`, its receivers only those on some of the light's rays (told in world space).
+    pub fn restricted(mut self, scene: &Scene, region: &Region) -> Self {
+        if region.functionals().is_empty() || self.coverage == Coverage::NothingSeen {
+            return self;
+        }
         for f in region.functionals() {
-            let local = f.truncate().extend(f.dot(origin.extend(1.0)));
+            let local = f.truncate().extend(f.dot(self.origin.extend(1.0)));
             let Some(plane) = Plane::where_positive(local) else { continue };
-            let mut receivers = self.receivers;
-            receivers.clip(&plane);
-            if receivers.is_empty() {
-                self.coverage = Coverage::NothingSeen;
-                return self;
-            }
-            self.receivers = receivers;
+            self.receivers.clip(&plane);
             self.region_planes[self.region_count] = plane;
             self.region_count += 1;
         }
+        if self.receivers.is_empty() {
+            return Self::around(scene, &self.camera, &self.light, self.focus, Coverage::NothingSeen);
+        }
+        if self.focus != Focus::Scene {
+            self.eye_depth = self.receivers_depth();
+        }
         self
+    }
+    /// Near and far camera depth of the receivers' body.
+    fn receivers_depth(&self) -> [f64; 2] {
+        let forward = self.camera.forward();
+        let (near, far) = self.receivers.range(forward.extend(-forward.dot(self.eye)));
+        // The frustum's own planes, up to rounding: a split scheme may divide by the near depth.
+        [near, far].map(|depth| depth.clamp(self.camera.near(), self.camera.far()))
     }
     /// The whole scene as far as the light shines on it, relative to the scene's middle.
     fn around(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, coverage: Coverage) -> Self {

@@ -46,6 +46,13 @@ impl Camera {
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(Error::argument("aspect", "a finite number above 0", aspect, "give width / height"));
         }
+        Self { eye, right, up: right.cross(forward), forward, fov_y, aspect, near, far }.with_depths(near, far)
+    }
+    /// The same camera with other near and far planes.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a near distance not above 0, far not beyond near, or anything not finite.
+    pub fn with_depths(self, near: f64, far: f64) -> Result<Self> {
         if !(near > 0.0 && near.is_finite()) {
             return Err(Error::argument("near", "a finite distance above 0", near, "move the near plane"));
         }
@@ -53,7 +60,7 @@ impl Camera {
             let expected = format!("a finite distance beyond near = {near}");
             return Err(Error::argument("far", expected, far, "move the far plane"));
         }
-        Ok(Self { eye, right, up: right.cross(forward), forward, fov_y, aspect, near, far })
+        Ok(Self { near, far, ..self })
     }
     /// The position.
     pub fn eye(&self) -> DVec3 {

@@ -214,7 +214,7 @@ impl Focused {
         let Part { scene, camera, light, size, region, .. } = part;
         let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
         match (self.warp.fitting(), self.warp.focus(), light) {
-            (Fitting::UnitCube, focus, _) => self.fitted(&view(focus).restricted(region), part),
+            (Fitting::UnitCube, focus, _) => self.fitted(&view(focus).restricted(scene, region), part),
             (Fitting::StableGrid, Focus::Frustum | Focus::SceneFit, Light::Directional(directional)) => {
                 let along = directional.direction();
                 let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
@@ -269,14 +269,35 @@ impl Focused {
 /// that holds it.
 fn faces_of<T: Technique + ?Sized>(technique: &T, part: &Part, point: &PointLight) -> Result<Maps> {
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let mut all = Maps { maps: Vec::with_capacity(6), selection: Selection::Containment, notes: Vec::new() };
-    for axis in axes {
+    let face = |axis| {
         let face = SpotLight::new(point.position(), axis, std::f64::consts::FRAC_PI_2, point.range())?;
-        let Maps { maps, notes, .. } = technique.maps(&Part { light: Light::Spot(face), ..*part })?;
-        all.maps.extend(maps);
-        all.notes.extend(notes);
+        technique.maps(&Part { light: Light::Spot(face), ..*part })
+    };
+    Ok(side_by_side(axes.into_iter().map(face).collect::<Result<_>>()?))
+}
+
+/// The maps of parts that divide the light's rays among them: a receiver reads the part that holds it. Where parts are
+/// divided by camera depth, their maps are sorted by the depth they end at; as no map of another part holds a receiver, the
+/// first that reaches its depth and holds it is its own part's.
+pub(super) fn side_by_side(parts: Vec<Maps>) -> Maps {
+    let by_depth = |part: &Maps| part.maps.len() > 1 && part.selection == Selection::Depth;
+    let selection = if parts.iter().any(by_depth) { Selection::Depth } else { Selection::Containment };
+    let mut all = Maps { maps: Vec::with_capacity(parts.len()), selection, notes: Vec::new() };
+    let ends = parts.iter().flat_map(|part| &part.maps).map(|map| map.partition.eye_depth[1]);
+    let farthest = ends.fold(0.0, f64::max);
+    for mut part in parts {
+        if selection == Selection::Depth {
+            // The last has no end, nor has any map that is found by containment.
+            let endless = if part.selection == Selection::Depth { part.maps.len() - 1 } else { 0 };
+            part.maps[endless..].iter_mut().for_each(|map| map.partition.eye_depth[1] = farthest);
+        }
+        all.maps.extend(part.maps);
+        all.notes.extend(part.notes.into_iter().filter(|note| !all.notes.contains(note)).collect::<Vec<_>>());
     }
-    Ok(all)
+    if selection == Selection::Depth {
+        all.maps.sort_by(|a, b| a.partition.eye_depth[1].total_cmp(&b.partition.eye_depth[1]));
+    }
+    all
 }
 
 /// The same rows with x, y and w exactly zero at a placed light (theory.md 0.1), where the way through local coordinates

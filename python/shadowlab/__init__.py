@@ -21,6 +21,7 @@ from ._core import (
     Technique,
     __version__,
 )
+from .convention import Convention
 from .registry import technique, techniques
 from .scenes import Scene, load_scene, turned
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Bias",
     "Camera",
+    "Convention",
     "DirectionalLight",
     "GBuffer",
     "Parameterization",

@@ -363,7 +363,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         if options.up != "y":
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
-        scene: Any = library.scene(name, **params)  # type: ignore[arg-type]  # it says what is wrong with them
+        scene: Any = library.scene(name, **params)
         camera, light = scene.camera, scene.light
         if size is None:
             width, height = picture_size(camera.aspect)

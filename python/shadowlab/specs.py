@@ -1,4 +1,8 @@
-"""Texts that name things: `lispsm:near=basic`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again."""
+"""Texts that name things: `lispsm:near=basic`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again.
+
+What stands in parentheses is one value, whatever separators are in it, as in src/techniques/text.rs:
+`z_partition:count=4,inner=(lispsm:near=optimal)/uniform`, `plane_optimal:plane=(0,1,0,0)`.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +15,44 @@ from .errors import ArgumentError, UnknownNameError
 # The values of a bias, in the order in which they are told.
 BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
-Value = bool | int | float | str
+Value = Any  # bool, int, float, str, or a tuple of numbers or of such tuples
+
+# What would be read as something else than a part of a word.
+SEPARATORS = frozenset(",/:=()")
+
+
+def pieces(text: str, separator: str) -> list[str] | None:
+    """The pieces between separators outside of parentheses; None where the parentheses do not pair up."""
+    depth, found = 0, [""]
+    for letter in text:
+        depth += (letter == "(") - (letter == ")")
+        if depth < 0:
+            return None
+        if letter == separator and depth == 0:
+            found.append("")
+        else:
+            found[-1] += letter
+    return [piece.strip() for piece in found] if depth == 0 else None
+
+
+def bare(text: str) -> str:
+    """The text without the parentheses around all of it."""
+    text = text.strip()
+    # "(a)/(b)" begins and ends with one, too.
+    while text.startswith("(") and text.endswith(")") and pieces(text[1:-1], ",") is not None:
+        text = text[1:-1].strip()
+    return text
 
 
 def parse_value(text: str) -> Value:
-    """A flag, a whole number, a number or a word."""
-    lowered = text.strip().lower()
+    """A flag, a whole number, a number, a word, or a tuple of numbers that stand in parentheses."""
+    text = text.strip()
+    inner = bare(text)
+    parts = (pieces(inner, ",") or []) if inner != text else []
+    if len(parts) > 1:
+        values = tuple(parse_value(part) for part in parts)
+        return inner if any(isinstance(value, (bool, str)) for value in values) else values
+    lowered = inner.lower()
     if lowered in ("true", "false"):
         return lowered == "true"
     for kind in (int, float):
@@ -24,7 +60,7 @@ def parse_value(text: str) -> Value:
             return kind(lowered)
         except ValueError:
             continue
-    return text.strip()
+    return inner
 
 
 def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
@@ -37,7 +73,12 @@ def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
     """
     name, colon, rest = text.strip().partition(":")
     values: dict[str, Value] = {}
-    for part in rest.split(",") if colon else []:
+    parts = pieces(rest, ",") if colon else []
+    if parts is None:
+        raise ArgumentError(
+            f"{what} {text!r}: a parenthesis has no partner; expected {what}:name=value,name=(value,value)"
+        )
+    for part in parts:
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if not (key and equals and value):
             raise ArgumentError(f"{what} {text!r}: expected {what}:name=value,name=value, got {part!r} after the colon")
@@ -50,9 +91,13 @@ def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
 
 
 def format_value(value: Any) -> str:
-    """The text that `parse_value` reads back as this value, to the last digit."""
+    """The text that `parse_value` reads back as this value, to the last digit; a tuple of one number as the number."""
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        return f"({','.join(map(format_value, value))})"
+    if isinstance(value, str) and SEPARATORS.intersection(value) and pieces(value, ",") is not None:
+        return f"({value})"
     return repr(value) if isinstance(value, float) else str(value)
 
 

@@ -1,5 +1,6 @@
 //! What a map must cover, and the fit that makes it cover that: shared by all techniques.
 
+mod logarithmic;
 mod samples;
 mod stable;
 mod tightening;
@@ -7,6 +8,7 @@ mod unit_cube;
 mod view;
 mod warp;
 
+pub use logarithmic::fit_logarithmic;
 pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;

@@ -67,12 +67,23 @@ impl MapSize {
 /// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body.
 pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Rows {
     let receivers = with_room(&across(provisional, view, scene, tightening), provisional, view, size);
-    let map = with_border(&receivers, size);
+    canonical(&cut_to(provisional, &with_border(&receivers, size), view, scene, tightening), view)
+}
+
+/// A map whose x and y span `map`, and whose depth goes from the nearest caster that `tightening` asks for to the far end of
+/// `map`.
+pub(super) fn cut_to(
+    provisional: &Rows,
+    map: &Aabb,
+    view: &FocusedView,
+    scene: &Scene,
+    tightening: Tightening,
+) -> Rows {
     let near = match tightening {
-        Tightening::Exact => nearest_caster(provisional, &map, view, scene),
-        Tightening::Receivers => nearest_anywhere(provisional, &map, view, scene),
-        Tightening::Intersection => nearest_of(provisional, &map, view, casting(view, scene)),
-        Tightening::None => nearest_of(provisional, &map, view, std::iter::once(box_of(&view.scene_box))),
+        Tightening::Exact => nearest_caster(provisional, map, view, scene),
+        Tightening::Receivers => nearest_anywhere(provisional, map, view, scene),
+        Tightening::Intersection => nearest_of(provisional, map, view, casting(view, scene)),
+        Tightening::None => nearest_of(provisional, map, view, std::iter::once(box_of(&view.scene_box))),
         Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene).map(|b| b.min.z),
     };
     let near = match (near, tightening) {
@@ -83,11 +94,11 @@ pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize
     let depth = map.max.z - near;
     let low = map.min.truncate().extend(near - DEPTH_MARGIN * depth);
     let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
-    canonical(&provisional.cropped(low, high), view)
+    provisional.cropped(low, high)
 }
 
 /// What the receivers of a map span.
-fn across(provisional: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Aabb {
+pub(super) fn across(provisional: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Aabb {
     let casters = |receivers: &Aabb| match tightening {
         Tightening::Intersection => casters_extent(provisional, receivers, view, scene),
         Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene),
@@ -112,7 +123,7 @@ fn box_of(bounds: &Aabb) -> OrientedBox {
 }
 
 /// What the whole map spans where receivers fill it up to its border.
-fn with_border(receivers: &Aabb, size: &MapSize) -> Aabb {
+pub(super) fn with_border(receivers: &Aabb, size: &MapSize) -> Aabb {
     let border = (0.5 * (size.inset().recip() - 1.0) * receivers.extent()).truncate().extend(0.0);
     Aabb { min: receivers.min - border, max: receivers.max + border }
 }
@@ -127,7 +138,8 @@ pub fn crop(provisional: &Rows, view: &FocusedView, across: &[DVec3], depth: &[D
     canonical(&provisional.cropped(low, high), view)
 }
 
-fn canonical(rows: &Rows, view: &FocusedView) -> Rows {
+/// The same map with w = 1 at the mean of the receivers' body.
+pub(super) fn canonical(rows: &Rows, view: &FocusedView) -> Rows {
     let w = rows.w.dot(view.receivers.vertex_mean().extend(1.0));
     if w > 0.0 { rows.scaled(1.0 / w) } else { *rows }
 }
@@ -267,7 +279,7 @@ pub fn spot_depths(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> Spo
 
 /// The extents padded where receivers lie in a plane or line through the light: to one texel, and in depth to the size of a
 /// texel (theory.md 1.1). Shadows smaller than that do not show.
-fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, size: &MapSize) -> Aabb {
+pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, size: &MapSize) -> Aabb {
     let mean = view.receivers.vertex_mean();
     let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
     let frame = LightFrame::any(along);

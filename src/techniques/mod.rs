@@ -15,7 +15,7 @@ pub use crate::parameterization::Value;
 pub use registry::{Entry, Make, specs, technique};
 pub use settings::Settings;
 pub use spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-pub use technique::{Fitting, Map, Maps, Named, Part, Provisional, Technique, Warp};
+pub use technique::{Fitting, Map, Maps, Named, Part, Provisional, Spacing, Technique, Warp};
 pub use text::{technique_of, techniques_of};
 
 /// All techniques, in the order of tables.

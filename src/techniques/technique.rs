@@ -11,7 +11,9 @@ use glam::{DVec3, DVec4};
 
 use super::{Settings, Spec};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, Focus, FocusedView, MapSize, ReceiverSamples, Tightening, fit, scene_depth, stable_grid};
+use crate::focus::{
+    Coverage, Focus, FocusedView, MapSize, ReceiverSamples, Tightening, fit, fit_logarithmic, scene_depth, stable_grid,
+};
 use crate::geometry::Rows;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection, Value};
 use crate::scene::{Camera, Light, PointLight, Scene, SpotLight};
@@ -155,6 +157,10 @@ pub trait Warp: Debug + Send + Sync {
     fn fitting(&self) -> Fitting {
         Fitting::UnitCube
     }
+    /// How texels follow each other along the warp axis.
+    fn spacing(&self) -> Spacing {
+        Spacing::Projective
+    }
     /// Numbers that are known only once the map is fitted: `clip_from_local` is.
     fn values_of_fit(&self, _view: &FocusedView, _clip_from_local: &Rows, _size: &MapSize) -> Vec<Named> {
         Vec::new()
@@ -182,6 +188,16 @@ pub enum Fitting {
     UnitCube,
     /// So that texels stand still in the world while the camera moves. Only a map without a warp can: the grid replaces it.
     StableGrid,
+}
+
+/// How texels follow each other along the axis of a warp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// As the warp's own projection puts them.
+    Projective,
+    /// Evenly in the logarithm of its w, which must be constant along light rays: [`PostWarp::Log`]. A map whose w hardly
+    /// varies over the receivers needs no logarithm and gets none.
+    Logarithmic,
 }
 
 /// A warp with the focusing and fitting around it.
@@ -232,10 +248,20 @@ impl Focused {
         }
     }
     fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Map> {
-        let Provisional { clip_from_local, mut values, notes } = self.warp.warp(view, part)?;
-        let rows = fit(&clip_from_local, view, part.scene, &part.size, self.tightening);
-        values.extend(self.warp.values_of_fit(view, &rows, &part.size));
-        Ok(self.finished(view, part, &rows.moved_to_world(view.origin), values, notes))
+        let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
+        let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
+        let (rows, post_warp) = match self.warp.spacing() {
+            Spacing::Projective => (fit(&clip_from_local, view, scene, size, tightening), PostWarp::None),
+            Spacing::Logarithmic => fit_logarithmic(&clip_from_local, view, scene, size, tightening),
+        };
+        let seen = view.coverage == Coverage::AsAsked;
+        if self.warp.spacing() == Spacing::Logarithmic && post_warp == PostWarp::None && seen && notes.is_empty() {
+            notes.push("no logarithm: w hardly varies over what is seen".to_string());
+        }
+        values.extend(self.warp.values_of_fit(view, &rows, size));
+        let mut map = self.finished(view, part, &rows.moved_to_world(view.origin), values, notes);
+        map.partition.post_warp = post_warp;
+        Ok(map)
     }
     /// A map with the notes every technique owes.
     fn finished(

@@ -114,7 +114,11 @@ fn local_rows(p: &Parameterization, origin: DVec3) -> Rows {
 /// before them.
 fn assert_pairs(what: &str, v: &View, r: &Receivers, local: &Rows, p: &Parameterization) {
     let mut random = Random(11);
-    let intersection = ("fit", Value::Choice("intersection".into()));
+    let [intersection, published] = ["intersection", "published"].map(|word| ("fit", Value::Choice(word.into())));
+    if p.settings.contains(&published) {
+        // Loses casters and is offered as that; tests/xpsm.rs shows it.
+        return;
+    }
     let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
     let nearest = r.view.spot().map(|spot| spot.depth() - glam::DVec4::W * spot.frustum.near);
     for _ in 0..100 {
@@ -158,7 +162,7 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, local: &Rows, p: &Parameter
 
 fn check(v: &View, made: &[(String, Box<dyn Technique>)]) {
     let r = Receivers::new(v);
-    for (name, t) in made {
+    for (name, t) in made.iter().filter(|(_, t)| t.spec().lights.serves(&v.light)) {
         let what = format!("{} / {name}", v.name);
         let p = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert_contract(&what, v, &r, &p);
@@ -249,6 +253,7 @@ fn scaled(t: &dyn Technique, scale: f64) -> Box<dyn Technique> {
         .map(|(p, (name, value))| match value {
             // The largest number means no limit at any scale.
             Value::Number(x) if p.unit == "world units" => (name.to_string(), Value::Number((x * scale).min(f64::MAX))),
+            Value::Number(x) if p.unit == "per world unit" => (name.to_string(), Value::Number((x / scale).min(f64::MAX))),
             other => (name.to_string(), other),
         })
         .collect();
@@ -276,7 +281,7 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
         for (light_name, light) in lights {
             let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
             let r = Receivers::new(&v);
-            for (setting, t) in &made {
+            for (setting, t) in made.iter().filter(|(_, t)| t.spec().lights.serves(&v.light)) {
                 let stable = t.settings().contains(&("stable", Value::Flag(true)));
                 let snapped = stable && matches!(light, Light::Directional(_));
                 let a = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");

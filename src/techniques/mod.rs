@@ -10,6 +10,7 @@ mod spec;
 mod technique;
 mod text;
 mod uniform;
+mod xpsm;
 
 pub use crate::parameterization::Value;
 pub use registry::{Entry, Make, specs, technique};
@@ -22,4 +23,5 @@ pub use text::{technique_of, techniques_of};
 pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &uniform::SPEC, make: Make::Warp(uniform::make) },
     Entry { spec: &lispsm::SPEC, make: Make::Warp(lispsm::make) },
+    Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
 ];

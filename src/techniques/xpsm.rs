@@ -1,0 +1,131 @@
+//! Extended perspective shadow maps.
+//!
+//! Source: Gusev 2007 (XPSM); theory.md 8. Where we depart:
+//! - The interval in focus begins at the near end of what is seen (Y_f = Ymin of K), so every receiver has w >= epsilon_w. The
+//!   paper takes the later beginning of receivers and casters; as every instance casts, that is the same.
+//! - The map is cut to the unit cube by the shared fit. The published step ignores points with w < epsilon_w and loses casters
+//!   by it; it is there as `fit=published`, for study.
+//!
+//! ```text
+//!   reference point            eye (w = 1)    near end of the receivers        along the light: ⊗
+//!         x <----- 1/p ---------> |              | (w >= epsilon_w)            axis: view direction ->
+//! ```
+
+use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
+use super::uniform::uniform_rows;
+use super::{Part, Provisional, Settings, Warp};
+use crate::error::Result;
+use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, WarpSpace};
+use crate::scene::Light;
+
+/// What the technique says of itself.
+pub static SPEC: Spec = Spec {
+    name: "xpsm",
+    title: "Extended perspective shadow map",
+    source: "Gusev 2007",
+    lights: LightSupport { directional: true, spot: false, point: false },
+    params: &[
+        ParamSpec {
+            name: "coefficient",
+            unit: "per world unit",
+            default: Default::Number(0.05),
+            kind: Kind::ChoiceOrNumber { words: &["lispsm"], min: 0.0, max: f64::MAX },
+            doc: "strength of the warp: over the sine between light and view, the inverse distance of the reference point \
+                  behind the eye. A number is right for one scale of the world; lispsm takes that of the ideal light space \
+                  perspective map, 1 / sqrt(near far), right at any scale",
+        },
+        ParamSpec {
+            name: "epsilon_w",
+            unit: "",
+            default: Default::Number(0.1),
+            kind: Kind::Number { min: 0.0, max: 1.0 },
+            doc: "least w of what is seen, where w is 1 at the eye: bounds the warp of what is seen aside or behind the eye",
+        },
+        ParamSpec {
+            name: "min_sin",
+            unit: "",
+            default: Default::Number(0.1),
+            kind: Kind::Number { min: 0.0, max: 1.0 },
+            doc: "below this sine between light and view the map is uniform",
+        },
+        ParamSpec {
+            kind: Kind::Choice(&["exact", "receivers", "intersection", "none", "published"]),
+            doc: "how closely the map is cut: to receivers and the casters above them (exact), to receivers and all casters' \
+                  depth (receivers), to where anything is cast on anything (intersection), not to what is in the view \
+                  (none), or as published, which loses casters: to corners with w above epsilon_w (published)",
+            ..FIT
+        },
+    ],
+};
+
+#[derive(Debug)]
+struct Xpsm {
+    /// In 1 over world units; nothing for the one of the ideal LiSPSM.
+    coefficient: Option<f64>,
+    epsilon_w: f64,
+    min_sin: f64,
+}
+
+/// The warp from checked settings.
+pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
+    Ok(Box::new(Xpsm {
+        coefficient: settings.number("coefficient"),
+        epsilon_w: settings.number("epsilon_w").unwrap_or(0.1),
+        min_sin: settings.number("min_sin").unwrap_or(0.1),
+    }))
+}
+
+impl Warp for Xpsm {
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
+        let mut values = Vec::with_capacity(8);
+        let mut notes = Vec::new();
+        let light = match &view.light {
+            Light::Directional(l) if view.coverage == Coverage::AsAsked => l,
+            // Refused before, or nothing is seen.
+            _ => return Ok(Provisional { clip_from_local: uniform_rows(view, part.scene, &mut notes), values, notes }),
+        };
+        let forward = view.camera.forward();
+        let space = WarpSpace::directional(view, light.direction(), forward, &view.casters());
+        let space = match space {
+            Ok(space) if space.rate >= self.min_sin => space,
+            other => {
+                let reason = match other {
+                    Ok(space) => format!("the sine between light and view, {:.3e}, is below min_sin", space.rate),
+                    Err(reason) => reason.reason().to_string(),
+                };
+                values.push(("kappa", other.map_or(0.0, |space| space.rate)));
+                notes.push(format!("no warp, a uniform map: {reason}"));
+                return Ok(Provisional { clip_from_local: uniform_rows(view, part.scene, &mut notes), values, notes });
+            }
+        };
+        let strength = self.strength(&space, view, &mut notes);
+        // The reference point lies 1/p behind the eye: Pn = 1/p + Ymin (theory.md 8). Infinite for p = 0, which is uniform.
+        let y_eye = space.rows.y.dot(view.eye.extend(1.0));
+        let distance = space.limited(strength.recip() + (space.y[0] - y_eye), &mut notes);
+        values.extend([("p", strength), ("kappa", space.rate), ("y_min", space.y[0] - y_eye)]);
+        values.extend([("warp_distance", distance), ("lambda", distance / space.extent()), ("depth", space.extent())]);
+        let warped = space.warped(distance);
+        // w = 1 + p Y, 1 at the eye: that is what epsilon_w is told in.
+        let w_eye = warped.w.dot(view.eye.extend(1.0));
+        Ok(Provisional { clip_from_local: warped.scaled(w_eye.recip()), values, notes })
+    }
+}
+
+impl Xpsm {
+    /// The paper's p, so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays above its
+    /// least at the near end.
+    fn strength(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
+        let [near, far] = view.eye_depth;
+        let coefficient = self.coefficient.unwrap_or_else(|| 1.0 / (near.sqrt() * far.sqrt()));
+        let p = coefficient / space.rate;
+        let [y_near, y_far] = space.y.map(|y| y - space.rows.y.dot(view.eye.extend(1.0)));
+        let focused = if y_near < 0.0 { (self.epsilon_w - 1.0) / y_near } else { f64::INFINITY };
+        // Nearer to the eye than that, the reference point and the eye are one up to half of the digits.
+        let apart = (LEAST_LAMBDA * y_near.abs().max(y_far.abs())).recip();
+        let most = focused.min(apart);
+        if p > most {
+            notes.push(format!("warp weakened from p = {p:.4e} to {most:.4e}, where w comes down to its least"));
+        }
+        p.min(most)
+    }
+}

@@ -39,6 +39,14 @@ pub struct ShadowMask {
     pub size: [u32; 2],
     /// Rows from the top.
     pub data: Vec<f32>,
+    /// Index of the map that was consulted; [`ShadowMask::NO_MAP`] where none was: where nothing is, where the surface
+    /// faces away from the light or is beyond its cone or range, and where no map holds the point, which is lit then.
+    pub partition: Vec<i16>,
+}
+
+impl ShadowMask {
+    /// No map was consulted.
+    pub const NO_MAP: i16 = -1;
 }
 
 /// What rays say of each pixel: [`TruthMask::LIT`] and so on.

@@ -131,6 +131,11 @@ impl Region {
     pub fn functionals(&self) -> &[DVec4] {
         &self.functionals[..self.count]
     }
+    /// The same for points told relative to `origin`.
+    pub fn relative_to(&self, origin: DVec3) -> Self {
+        let moved = |f: DVec4| f.truncate().extend(f.dot(origin.extend(1.0)));
+        Self { functionals: self.functionals.map(moved), ..*self }
+    }
     /// Whether a point lies in it, its border included.
     pub fn contains(&self, p: DVec3) -> bool {
         self.functionals().iter().all(|f| f.dot(p.extend(1.0)) >= 0.0)

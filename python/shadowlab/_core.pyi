@@ -273,6 +273,16 @@ class Renderer:
         bias: Bias | None = None,
         filter: str = "nearest",
     ) -> npt.NDArray[np.float32]: ...
+    def chosen_map(
+        self,
+        scene: Scene,
+        camera: Camera,
+        light: _Light,
+        parameterization: _Maps,
+        *,
+        size: _Size,
+        resolution: _Size | None = None,
+    ) -> npt.NDArray[np.int16]: ...
 
 @final
 class Misclassified:

@@ -12,7 +12,7 @@ use super::light::light;
 use super::parameterization::PyParameterization;
 use super::scene::{PyScene, scene};
 use crate::error::Error;
-use crate::image::GBuffer;
+use crate::image::{GBuffer, ShadowMask};
 use crate::render::cpu::CpuRenderer;
 use crate::render::{Bias, Filter, MaskSettings, Renderer};
 
@@ -324,25 +324,70 @@ impl PyRenderer {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let p = &p.get().p;
         let filter = Filter::NAMES.iter().find(|f| f.0 == filter).map(|f| f.1).ok_or_else(|| {
             let valid = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
             to_exception(py, Error::UnknownName { kind: "filter".into(), name: filter.into(), valid })
         })?;
-        let settings = MaskSettings {
-            resolution: resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?,
-            size: size2(size, "size")?,
-            bias: bias.unwrap_or_default(),
-            filter,
-        };
-        let (scene, camera, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
-        let mask =
-            run_watched(py, None, |progress| renderer.shadow_mask(scene, camera, &light, p, &settings, progress))?;
+        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias.unwrap_or_default(), filter)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
     }
+    /// Which map each pixel asks, where there are several.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene, camera, light, parameterization, size, resolution
+    ///     As in `shadow_mask`.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W) int16
+    ///     Index into `parameterization.partitions`; -1 where nothing is seen, where the surface faces away from the light or
+    ///     is beyond its reach, and where no map holds the point (which is lit then).
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn chosen_map<'py>(
+        &self,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+        #[pyo3(from_py_with = light)] light: crate::Light,
+        parameterization: &Bound<'py, PyAny>,
+        size: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray2<i16>>> {
+        let p = as_parameterization(parameterization)?;
+        let (bias, filter) = (Bias::default(), Filter::Nearest);
+        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias, filter)?;
+        let [w, h] = mask.size.map(|n| n as usize);
+        image(parameterization.py(), mask.partition, [h, w])
+    }
     fn __repr__(&self) -> String {
         format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter())
+    }
+}
+
+impl PyRenderer {
+    #[allow(clippy::too_many_arguments)]
+    fn mask(
+        &self,
+        scene: &Bound<'_, PyScene>,
+        camera: &Bound<'_, PyCamera>,
+        light: &crate::Light,
+        p: &Bound<'_, PyParameterization>,
+        size: &Bound<'_, PyAny>,
+        resolution: Option<&Bound<'_, PyAny>>,
+        bias: Bias,
+        filter: Filter,
+    ) -> PyResult<ShadowMask> {
+        let own = &p.get().p;
+        let settings = MaskSettings {
+            resolution: resolution.map_or(Ok([own.resolution; 2]), |r| size2(r, "resolution"))?,
+            size: size2(size, "size")?,
+            bias,
+            filter,
+        };
+        let (scene, camera, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
+        run_watched(p.py(), None, |progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))
     }
 }
 

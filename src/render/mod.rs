@@ -9,5 +9,5 @@ mod renderer;
 
 pub use bias::Bias;
 pub use filter::Filter;
-pub(crate) use renderer::check_extent;
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
+pub(crate) use renderer::{check_count, check_extent};

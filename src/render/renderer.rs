@@ -44,8 +44,9 @@ pub trait Renderer: Send + Sync {
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer>;
     /// The light that arrives at each pixel, through the shadow map.
     ///
-    /// In shadow: pixels whose surface faces away from the light (on the side seen by the eye) and those outside a spot's
-    /// cone or range. Lit: receivers outside the map, and nearer to the light than its near plane.
+    /// Each pixel asks the map that [`Parameterization::choose`] finds. In shadow: pixels whose surface faces away from the
+    /// light (on the side seen by the eye) and those outside a spot's cone or range. Lit: receivers that no map holds, and
+    /// those nearer to the light than their map's near plane.
     fn shadow_mask(
         &self,
         scene: &Scene,
@@ -76,4 +77,14 @@ pub(crate) fn check_extent(scene: &Scene) -> Result<()> {
     }
     let expected = format!("an extent between {smallest:e} and {:e} (positions are stored as f32)", f32::MAX);
     Err(Error::argument("scene", expected, format!("{extent:e}"), "scale the scene and the camera"))
+}
+
+/// Refuses more maps than a mask can number.
+pub(crate) fn check_count(p: &Parameterization) -> Result<()> {
+    let most = i16::MAX as usize;
+    if p.partitions.len() <= most {
+        return Ok(());
+    }
+    let fix = "divide the view into fewer parts";
+    Err(Error::argument("parameterization", format!("at most {most} maps"), p.partitions.len(), fix))
 }

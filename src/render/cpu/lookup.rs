@@ -11,8 +11,8 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use crate::error::{Error, Result};
 use crate::image::GBuffer;
-use crate::parameterization::Partition;
-use crate::render::{Bias, Filter};
+use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
+use crate::render::{Bias, Filter, MaskSettings};
 use crate::scene::Light;
 
 /// What a lookup needs to know of one map, its light and its settings.
@@ -26,6 +26,16 @@ pub struct MapLookup {
     light: DVec4,
     bias: Bias,
     filter: Filter,
+    post_warp: PostWarp,
+    /// In relative space.
+    region: Region,
+}
+
+/// The lookups into all maps of a parameterization, and which of them serves a receiver.
+#[derive(Debug, Clone)]
+pub struct Lookups<'a> {
+    p: &'a Parameterization,
+    maps: Vec<MapLookup>,
 }
 
 /// How a receiver is to be compared.
@@ -63,7 +73,18 @@ impl MapLookup {
         let point = light.point();
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
-        Ok(Self { rows, size, light, bias: bias.checked()?, filter })
+        let (post_warp, region) = (partition.post_warp, partition.region.relative_to(origin));
+        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, region })
+    }
+
+    /// How the map holds a receiver, `p` relative to the origin.
+    pub fn holds(&self, p: DVec3) -> Held {
+        if !self.region.contains(p) {
+            return Held::Outside;
+        }
+        let p4 = p.extend(1.0);
+        let [x, y, z, w] = self.rows.map(|row| row.dot(p4));
+        Held::of(self.post_warp.apply(DVec3::new(x, y, z) / w, w), w)
     }
 
     /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
@@ -162,15 +183,38 @@ impl MapLookup {
     }
 }
 
+impl<'a> Lookups<'a> {
+    /// The lookups of receivers relative to `origin`.
+    ///
+    /// # Errors
+    /// As [`MapLookup::new`].
+    pub fn new(p: &'a Parameterization, light: &Light, origin: DVec3, settings: &MaskSettings) -> Result<Self> {
+        let MaskSettings { resolution, bias, filter, .. } = *settings;
+        let one = |partition| MapLookup::new(partition, light, origin, resolution, bias, filter);
+        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()? })
+    }
+    /// How many maps there are.
+    pub fn count(&self) -> usize {
+        self.maps.len()
+    }
+    /// Texels of one map.
+    pub fn texels(&self) -> usize {
+        self.maps.first().map_or(0, |m| m.size[0] as usize * m.size[1] as usize)
+    }
+    /// The lookup into one map.
+    pub fn map(&self, k: usize) -> &MapLookup {
+        &self.maps[k]
+    }
+    /// The map that serves a receiver, `p` relative to the origin: [`Parameterization::choose`].
+    pub fn choose(&self, p: DVec3, eye_depth: f64) -> Option<usize> {
+        Held::first(self.p.first_map(eye_depth)..self.maps.len(), |k| self.maps[k].holds(p))
+    }
+}
+
 /// Whether light could arrive at a receiver: its normal (on the side that the eye sees) is turned towards the light, and
 /// the point lies within the light's cone and range.
 pub fn faces_light(light: &Light, p_world: DVec3, normal: DVec3) -> bool {
     normal.dot(light.to_light(p_world)) > 0.0 && light.reaches(p_world)
-}
-
-/// The partition that serves a camera depth: the first that does not end before it, else the last.
-pub fn partition_at(partitions: &[Partition], eye_depth: f64) -> usize {
-    partitions.iter().position(|p| eye_depth <= p.eye_depth[1]).unwrap_or(partitions.len().saturating_sub(1))
 }
 
 /// Position and normal of a pixel of a G-buffer in f64; nothing where it shows nothing.

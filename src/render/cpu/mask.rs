@@ -1,59 +1,121 @@
-//! The shadow mask: each pixel of a G-buffer looked up in the map that serves its depth.
+//! The shadow mask: each pixel of a G-buffer looked up in the map that holds it.
+//!
+//! Which map that is depends on no map's content, so it is settled first; then the maps are drawn one after the other into
+//! the same memory, and only those that some pixel asks. One map is looked up as its pixels are settled, row by row.
+
+use std::mem::MaybeUninit;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::lookup::{MapLookup, faces_light, partition_at, receiver};
-use super::memory::{unwritten, written};
+use super::lookup::{Lookups, faces_light, receiver};
+use super::memory::{unwritten, written, written_part};
 use crate::error::Result;
-use crate::image::{DepthMaps, GBuffer, ShadowMask};
-use crate::parameterization::Parameterization;
+use crate::image::{GBuffer, ShadowMask};
 use crate::progress::Progress;
-use crate::render::MaskSettings;
 use crate::scene::{Camera, Light};
 
-/// The lookups into the maps of all partitions.
-pub fn lookups(
-    p: &Parameterization,
-    light: &Light,
-    origin: glam::DVec3,
-    settings: &MaskSettings,
-) -> Result<Vec<MapLookup>> {
-    let one = |partition| MapLookup::new(partition, light, origin, settings.resolution, settings.bias, settings.filter);
-    p.partitions.iter().map(one).collect()
+/// What a mask is made of.
+pub struct MaskInput<'a> {
+    pub gbuffer: &'a GBuffer,
+    pub camera: &'a Camera,
+    pub light: &'a Light,
+    pub lookups: &'a Lookups<'a>,
+    pub progress: &'a Progress,
 }
 
-/// The light that arrives at each pixel.
-pub fn mask(
-    gbuffer: &GBuffer,
-    camera: &Camera,
-    light: &Light,
-    p: &Parameterization,
-    lookups: &[MapLookup],
-    maps: &DepthMaps,
-    progress: &Progress,
-) -> Result<ShadowMask> {
-    let width = gbuffer.size[0] as usize;
-    let layer = maps.size[0] as usize * maps.size[1] as usize;
-    let mut data = unwritten::<f32>(gbuffer.depth.len())?;
-    data.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
-        progress.check()?;
-        for (x, out) in row.iter_mut().enumerate() {
-            out.write(match receiver(gbuffer, y * width + x) {
-                None => f32::NAN,
-                Some((p_relative, normal)) => {
-                    let p_world = gbuffer.origin + p_relative;
-                    if faces_light(light, p_world, normal) {
-                        let k = partition_at(&p.partitions, camera.depth_of(p_world));
-                        lookups[k].light(&maps.data[k * layer..][..layer], p_relative, normal)
-                    } else {
-                        0.0
-                    }
-                }
-            });
+impl MaskInput<'_> {
+    /// The light that arrives at each pixel; `draw` writes all of the map with an index.
+    pub fn mask(&self, mut draw: impl FnMut(usize, &mut [MaybeUninit<f32>]) -> Result<()>) -> Result<ShadowMask> {
+        let pixels = self.gbuffer.depth.len();
+        let mut map = unwritten::<f32>(self.lookups.texels())?;
+        let (mut data, mut partition) = (unwritten::<f32>(pixels)?, unwritten::<i16>(pixels)?);
+        let is_single = self.lookups.count() == 1;
+        if is_single {
+            draw(0, &mut map)?;
         }
-        Ok(())
-    })?;
-    // SAFETY: every row has been written, or the error has been returned.
-    let data = unsafe { written(data) };
-    Ok(ShadowMask { size: gbuffer.size, data })
+        let asked: Vec<AtomicBool> = (0..self.lookups.count()).map(|_| AtomicBool::new(false)).collect();
+        self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
+            for (x, (light, chosen)) in light.iter_mut().zip(chosen.iter_mut()).enumerate() {
+                let (settled, map) = self.settle(first + x);
+                light.write(settled);
+                chosen.write(map.map_or(ShadowMask::NO_MAP, |k| k as i16));
+                if let Some(k) = map.filter(|_| !is_single) {
+                    asked[k].store(true, Ordering::Relaxed);
+                }
+            }
+            if is_single {
+                // SAFETY: the map has been drawn, the row written above.
+                unsafe { self.look_up(0, written_map(&map), first, light, chosen) };
+            }
+        })?;
+        for k in (0..asked.len()).filter(|&k| asked[k].load(Ordering::Relaxed)) {
+            draw(k, &mut map)?;
+            self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
+                // SAFETY: the map has been drawn, the rows written when they were settled.
+                unsafe { self.look_up(k, written_map(&map), first, light, chosen) };
+            })?;
+        }
+        // SAFETY: every row has been written, or the error has been returned.
+        let (data, partition) = unsafe { (written(data), written(partition)) };
+        Ok(ShadowMask { size: self.gbuffer.size, data, partition })
+    }
+
+    /// Calls `work` with each row: the index of its first pixel, its light and its maps.
+    fn for_each_row(
+        &self,
+        data: &mut [MaybeUninit<f32>],
+        partition: &mut [MaybeUninit<i16>],
+        work: impl Fn(usize, &mut [MaybeUninit<f32>], &mut [MaybeUninit<i16>]) + Sync,
+    ) -> Result<()> {
+        let width = self.gbuffer.size[0] as usize;
+        let rows = data.par_chunks_mut(width).zip(partition.par_chunks_mut(width)).enumerate();
+        rows.try_for_each(|(y, (light, chosen))| {
+            self.progress.check()?;
+            work(y * width, light, chosen);
+            Ok(())
+        })
+    }
+
+    /// The light at a pixel as far as it needs no map, and the map it needs.
+    fn settle(&self, pixel: usize) -> (f32, Option<usize>) {
+        let Some((p_relative, normal)) = receiver(self.gbuffer, pixel) else { return (f32::NAN, None) };
+        let p_world = self.gbuffer.origin + p_relative;
+        if !faces_light(self.light, p_world, normal) {
+            return (0.0, None);
+        }
+        (1.0, self.lookups.choose(p_relative, self.camera.depth_of(p_world)))
+    }
+
+    /// Looks up the pixels of a row that ask map `k`.
+    ///
+    /// # Safety
+    /// The row has been written.
+    unsafe fn look_up(
+        &self,
+        k: usize,
+        map: &[f32],
+        first: usize,
+        light: &mut [MaybeUninit<f32>],
+        chosen: &mut [MaybeUninit<i16>],
+    ) {
+        // SAFETY: as the caller promises.
+        let (light, chosen) = unsafe { (written_part(light), written_part(chosen)) };
+        for (x, (light, &mut chosen)) in light.iter_mut().zip(chosen).enumerate() {
+            if usize::try_from(chosen) == Ok(k)
+                && let Some((p_relative, normal)) = receiver(self.gbuffer, first + x)
+            {
+                *light = self.lookups.map(k).light(map, p_relative, normal);
+            }
+        }
+    }
+}
+
+/// A map that has been drawn.
+///
+/// # Safety
+/// All of it has been written.
+unsafe fn written_map(map: &[MaybeUninit<f32>]) -> &[f32] {
+    // SAFETY: as the caller promises; `MaybeUninit<f32>` has the layout of f32.
+    unsafe { std::slice::from_raw_parts(map.as_ptr().cast(), map.len()) }
 }

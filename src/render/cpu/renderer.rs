@@ -4,14 +4,15 @@ use std::sync::Mutex;
 
 use super::batch::Scratch;
 use super::gbuffer::gbuffer;
-use super::mask::{lookups, mask};
+use super::lookup::Lookups;
+use super::mask::MaskInput;
 use super::memory::{unwritten, written};
 use super::passes::{Pass, checked_matrix, pixel_count};
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, GBuffer, ShadowMask};
 use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, check_size};
+use crate::render::{MaskSettings, Renderer, check_count, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Renders on the processor, with as many threads as the rayon pool it is called from.
@@ -103,10 +104,16 @@ impl Renderer for CpuRenderer {
         check_size("size", settings.size)?;
         check_size("resolution", settings.resolution)?;
         check_partitions(p)?;
-        let lookups = lookups(p, light, scene.origin(), settings)?;
-        let g = self.gbuffer(scene, camera, settings.size, progress)?;
-        let maps = self.depth_maps(scene, p, settings.resolution, progress)?;
-        mask(&g, camera, light, p, &lookups, &maps, progress)
+        let lookups = &Lookups::new(p, light, scene.origin(), settings)?;
+        let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
+        let input = MaskInput { gbuffer, camera, light, lookups, progress };
+        let size = settings.resolution;
+        self.with_scratch(|scratch| {
+            input.mask(|k, depth| {
+                let clip_from_world = checked_matrix(&p.partitions[k].shadow_clip_from_world)?;
+                Pass { scene, clip_from_world, size, scratch, progress }.depth(depth)
+            })
+        })
     }
 }
 
@@ -115,6 +122,7 @@ fn check_partitions(p: &Parameterization) -> Result<()> {
     if p.partitions.is_empty() {
         return Err(Error::argument("parameterization", "at least one partition", "none", "let a technique make it"));
     }
+    check_count(p)?;
     for partition in &p.partitions {
         match partition.post_warp {
             PostWarp::None => {}

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::image::{DepthMaps, GBuffer, ShadowMask};
 use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, check_extent, check_size};
+use crate::render::{MaskSettings, Renderer, check_count, check_extent, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
@@ -53,6 +53,11 @@ impl GpuRenderer {
         &self.gpu.info
     }
 
+    /// How many maps of so many bytes are drawn in one submission.
+    fn maps_at_once(&self, map_bytes: u64, bytes: u64) -> usize {
+        (bytes / map_bytes).clamp(1, self.gpu.limits.max_texture_array_layers.into()) as usize
+    }
+
     /// Does one call's work while no other thread is at work.
     fn work<T>(&self, progress: &Progress, work: impl FnOnce(&mut Session) -> Result<T>) -> Result<T> {
         let mut state = lock(&self.state);
@@ -86,8 +91,7 @@ impl Renderer for GpuRenderer {
         self.gpu.check_buffer("a shadow map on its way back (bytes)", depth_bytes(resolution, 1))?;
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let texels = resolution[0] as usize * resolution[1] as usize;
-        let most = BATCH_BYTES.min(self.gpu.limits.max_buffer_size) / depth_bytes(resolution, 1);
-        let batch = most.clamp(1, self.gpu.limits.max_texture_array_layers.into()) as usize;
+        let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES.min(self.gpu.limits.max_buffer_size));
         let mut data = vec![0.0; texels * clips.len()];
         self.work(progress, |session| {
             for (clips, maps) in clips.chunks(batch).zip(data.chunks_mut(texels * batch)) {
@@ -137,22 +141,30 @@ impl Renderer for GpuRenderer {
         check_partitions(p)?;
         check_extent(scene)?;
         self.gpu.check_texture("a shadow mask", size, 1)?;
-        self.gpu.check_texture("a set of shadow maps", resolution, p.partitions.len() as u32)?;
+        self.gpu.check_texture("a shadow map", resolution, 1)?;
         let space = EyeSpace::new(scene, camera);
-        let lookup = space.lookup(light, settings, p.partitions.len())?;
+        let lookup = space.lookup(light, settings, p)?;
         let maps = space.maps(p);
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
-        let mut data = vec![0.0; size[0] as usize * size[1] as usize];
+        let pixels = size[0] as usize * size[1] as usize;
+        let mut mask = ShadowMask { size, data: vec![0.0; pixels], partition: vec![ShadowMask::NO_MAP; pixels] };
+        let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES);
         self.work(progress, |session| {
             let mut in_use = InUse::default();
             let mut encoder = self.gpu.encoder("shadow mask");
-            let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, &clips, resolution)?;
             let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
-            session.read_mask(encoder, &mut in_use, &drawn, &lookup, &maps, &depth_maps, &mut data)?;
+            for (first, clips) in (0..clips.len()).step_by(batch).zip(clips.chunks(batch)) {
+                let mut in_use = InUse::default();
+                let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, clips, resolution)?;
+                let lookup = lookup.part(first..first + clips.len());
+                let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
+                session.read_mask(recorded, &mut in_use, &drawn, &lookup, &maps, &depth_maps, &mut mask)?;
+                in_use.release(&mut session.state.pool);
+            }
             in_use.release(&mut session.state.pool);
             Ok(())
         })?;
-        Ok(ShadowMask { size, data })
+        Ok(mask)
     }
 }
 
@@ -178,6 +190,7 @@ fn check_partitions(p: &Parameterization) -> Result<()> {
     if p.partitions.is_empty() {
         return Err(Error::argument("partitions", "at least one", "none", "parameterize again"));
     }
+    check_count(p)?;
     if p.partitions.iter().any(|p| p.post_warp != PostWarp::None) {
         let fix = "draw it with the cpu renderer, which is exact";
         return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));

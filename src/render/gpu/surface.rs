@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use super::draw_list::Draw;
 use super::scene_cache::DeviceScene;
 use crate::error::Result;
-use crate::parameterization::Parameterization;
+use crate::parameterization::{Parameterization, Selection};
 use crate::render::{Filter, MaskSettings};
 use crate::scene::{Camera, Light, Scene};
 
@@ -65,6 +65,10 @@ pub(super) struct Lookup {
     slope_limit: f32,
     filter_kind: u32,
     maps: u32,
+    selection: u32,
+    first_map: u32,
+    end_map: u32,
+    unused: u32,
 }
 
 /// `Map` of lookup.wgsl.
@@ -73,7 +77,17 @@ pub(super) struct Lookup {
 pub(super) struct Map {
     /// Rows of `shadow_clip_from_eye`.
     rows: [[f32; 4]; 4],
-    depth_end: [f32; 4],
+    region: [[f32; 4]; 4],
+    depth_end: f32,
+    regions: u32,
+    unused: [u32; 2],
+}
+
+impl Lookup {
+    /// This lookup for a dispatch that sees to the pixels that ask some of the maps.
+    pub fn part(self, maps: Range<usize>) -> Self {
+        Self { first_map: maps.start as u32, end_map: maps.end as u32, ..self }
+    }
 }
 
 impl View {
@@ -134,11 +148,11 @@ impl EyeSpace {
         instances.iter().map(placement).collect()
     }
 
-    /// The light, its bias and the filter.
+    /// The light, its bias and the filter; the maps at hand are for the caller to fill in.
     ///
     /// # Errors
     /// [`crate::Error::InvalidArgument`] for an unusable bias.
-    pub fn lookup(&self, light: &Light, settings: &MaskSettings, maps: usize) -> Result<Lookup> {
+    pub fn lookup(&self, light: &Light, settings: &MaskSettings, p: &Parameterization) -> Result<Lookup> {
         let bias = settings.bias.checked()?;
         let point = light.point();
         let place = if point.w == 0.0 { point.truncate() } else { (point.truncate() - self.eye) / self.unit };
@@ -162,7 +176,14 @@ impl EyeSpace {
                 Filter::Nearest => 0,
                 Filter::Pcf2x2 => 1,
             },
-            maps: maps as u32,
+            maps: p.partitions.len() as u32,
+            selection: match p.selection {
+                Selection::Depth => 0,
+                Selection::Containment => 1,
+            },
+            first_map: 0,
+            end_map: 0,
+            unused: 0,
         })
     }
 
@@ -171,16 +192,26 @@ impl EyeSpace {
         let world_from_eye = DMat4::from_translation(self.eye) * DMat4::from_scale(DVec3::splat(self.unit));
         let map = |partition: &crate::Partition| {
             let clip_from_eye = partition.shadow_clip_from_world * world_from_eye;
-            let largest = clip_from_eye.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
             // Clip coordinates are homogeneous: a power of two in all of them changes nothing.
-            let scale =
-                if largest > 0.0 { 2f64.powi(-(largest.log2().floor() as i32).clamp(-1000, 1000)) } else { 1.0 };
+            let scale = power_of_two_below(&clip_from_eye.to_cols_array());
             let rows = std::array::from_fn(|i| (clip_from_eye.row(i) * scale).as_vec4().to_array());
-            let end = self.length(partition.eye_depth[1]).clamp(f32::MIN, f32::MAX);
-            Map { rows, depth_end: [end, 0.0, 0.0, 0.0] }
+            let functionals = partition.region.functionals();
+            let mut region = [[0.0; 4]; 4];
+            for (f, to) in functionals.iter().zip(&mut region) {
+                let f = world_from_eye.transpose() * *f;
+                *to = (f * power_of_two_below(&f.to_array())).as_vec4().to_array();
+            }
+            let depth_end = self.length(partition.eye_depth[1]).clamp(f32::MIN, f32::MAX);
+            Map { rows, region, depth_end, regions: functionals.len() as u32, unused: [0; 2] }
         };
         p.partitions.iter().map(map).collect()
     }
+}
+
+/// The power of two that brings the largest of some numbers to [1, 2); 1 where all are zero.
+fn power_of_two_below(numbers: &[f64]) -> f64 {
+    let largest = numbers.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if largest > 0.0 { 2f64.powi(-(largest.log2().floor() as i32).clamp(-1000, 1000)) } else { 1.0 }
 }
 
 /// The groups that a list of draws uses, each with its slots; at least one, the first from slot 0.

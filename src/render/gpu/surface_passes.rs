@@ -17,7 +17,7 @@ use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
 use super::surface::{EyeSpace, Lookup, Map, View, slots_by_group};
 use crate::error::Result;
-use crate::image::GBuffer;
+use crate::image::{GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};
 
 /// Bytes of results that one submission computes; more come in bands of rows. A quarter of the smallest binding of any
@@ -25,6 +25,10 @@ use crate::scene::{Camera, Scene};
 const BAND_BYTES: u64 = 32 << 20;
 /// Words a pixel in the result of gbuffer.wgsl.
 const GBUFFER_WORDS: usize = 9;
+/// Words a pixel in the result of lookup.wgsl.
+const MASK_WORDS: usize = 2;
+/// In place of a map's index there: the pixel asks a map of another batch.
+const OTHER_BATCH: i32 = -2;
 
 const RESULT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
 const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
@@ -129,7 +133,8 @@ impl Session<'_> {
         })
     }
 
-    /// Reads the shadow mask of a drawn view; `encoder` holds the commands that draw it and the maps. NaN where nothing is.
+    /// Reads the shadow mask of a drawn view where it asks the maps of `lookup`'s batch; `encoder` holds the commands that
+    /// draw the view and the maps.
     #[allow(clippy::too_many_arguments)]
     pub fn read_mask(
         &mut self,
@@ -139,7 +144,7 @@ impl Session<'_> {
         lookup: &Lookup,
         maps: &[Map],
         depth_maps: &Texture,
-        into: &mut [f32],
+        into: &mut ShadowMask,
     ) -> Result<()> {
         let pipeline = &self.pipelines.surface(self.gpu)?.mask;
         let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
@@ -150,10 +155,17 @@ impl Session<'_> {
         });
         let resources =
             [lookup.as_entire_binding(), maps.as_entire_binding(), BindingResource::TextureView(&depth_maps)];
-        self.in_bands(encoder, drawn, pipeline, &resources, 1, |pixels, bytes| {
-            // The shader's -1 stands for NaN, of which WGSL knows nothing.
-            let values = bytemuck::cast_slice::<u8, f32>(bytes).iter();
-            into[pixels].iter_mut().zip(values).for_each(|(to, &x)| *to = if x < 0.0 { f32::NAN } else { x });
+        self.in_bands(encoder, drawn, pipeline, &resources, MASK_WORDS, |pixels, bytes| {
+            let (values, maps) = bytes.split_at(bytes.len() / MASK_WORDS);
+            let values = bytemuck::cast_slice::<u8, f32>(values).iter().zip(bytemuck::cast_slice::<u8, i32>(maps));
+            let to = into.data[pixels.clone()].iter_mut().zip(&mut into.partition[pixels]);
+            for ((light, partition), (&value, &map)) in to.zip(values) {
+                if map != OTHER_BATCH {
+                    // The shader's -1 stands for NaN, of which WGSL knows nothing.
+                    *light = if value < 0.0 { f32::NAN } else { value };
+                    *partition = map as i16;
+                }
+            }
         })
     }
 

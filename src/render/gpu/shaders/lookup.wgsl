@@ -1,8 +1,9 @@
 // The light that arrives at each pixel through the shadow maps; twin of cpu/lookup.rs; surface.wgsl comes before this text.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit. Space "texel": the map in texels, x to the right, y down.
-// Group 1: 0 the light, its bias and the filter, 1 one record a map, 2 the maps, 3 result: a value in [0, 1] for each pixel of
-// the rows at hand, -1 where nothing is.
+// Group 1: 0 the light, its bias and the filter, 1 one record a map, 2 the maps of this batch, 3 result: for the n pixels of
+// the rows at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none; a pixel
+// that asks a map of another batch has OTHER_BATCH, and a value that says nothing.
 
 struct Lookup {
     // The light's centre: (unit vector to the light, 0) or (position, 1).
@@ -18,6 +19,12 @@ struct Lookup {
     // 0: one comparison with the texel the point falls into. 1: bilinear weights over the four nearest.
     filter_kind: u32,
     maps: u32,
+    // 0: by camera depth. 1: by containment.
+    selection: u32,
+    // The maps of this batch.
+    first_map: u32,
+    end_map: u32,
+    unused: u32,
 }
 
 struct Map {
@@ -26,14 +33,24 @@ struct Map {
     row_y: vec4f,
     row_z: vec4f,
     row_w: vec4f,
-    // The last camera depth this map serves, in x.
-    depth_end: vec4f,
+    // Functionals that are not negative on the rays this map serves; zero for none.
+    region: array<vec4f, 4>,
+    // The last camera depth this map serves.
+    depth_end: f32,
+    regions: u32,
 }
 
 @group(1) @binding(0) var<uniform> lookup: Lookup;
 @group(1) @binding(1) var<storage, read> maps: array<Map>;
 @group(1) @binding(2) var depth_maps: texture_depth_2d_array;
-@group(1) @binding(3) var<storage, read_write> result: array<f32>;
+@group(1) @binding(3) var<storage, read_write> result: array<u32>;
+
+const NO_MAP = 0xffffffffu;
+const OTHER_BATCH = 0xfffffffeu;
+
+// Of a functional of a region, relative to its terms: the roundings of its coefficients, of the point and of the sum, 2^-24
+// each. A point on the border between two maps must not fall between them.
+const REGION_ROUNDING = 16.0 / 16777216.0;
 
 // Larger than any bias that leaves a depth in [0, 1]; stands for infinity, which WGSL need not know.
 const BOUNDLESS = 1e30;
@@ -66,14 +83,49 @@ fn faces_light(p: vec3f, normal: vec3f) -> bool {
     return distance <= lookup.range && (lookup.cone.w < -1.0 || dot(-v, lookup.cone.xyz) >= distance * lookup.cone.w);
 }
 
-// The map that serves a camera depth: the first that does not end before it, else the last.
-fn map_at(depth: f32) -> u32 {
-    for (var i = 0u; i + 1 < lookup.maps; i++) {
-        if depth <= maps[i].depth_end.x {
-            return i;
+const OUTSIDE = 0;
+const BEYOND = 1;
+const WITHIN = 2;
+
+// How a map holds a point: Held of parameterization.rs.
+fn holds(k: u32, p: vec3f) -> i32 {
+    let p4 = vec4f(p, 1.0);
+    for (var i = 0u; i < maps[k].regions; i++) {
+        let f = maps[k].region[i];
+        if !(dot(f, p4) >= -REGION_ROUNDING * dot(abs(f), abs(p4))) {
+            return OUTSIDE;
         }
     }
-    return lookup.maps - 1;
+    let w = dot(maps[k].row_w, p4);
+    if !(w > 0.0) {
+        return OUTSIDE;
+    }
+    let ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
+    if !(abs(ndc.x) <= 1.0 && abs(ndc.y) <= 1.0) {
+        return OUTSIDE;
+    }
+    return select(BEYOND, WITHIN, ndc.z <= 1.0);
+}
+
+// The map that serves a receiver, or NO_MAP: Parameterization::choose.
+fn choose(p: vec3f, depth: f32) -> u32 {
+    var k = 0u;
+    if lookup.selection == 0 {
+        while k + 1 < lookup.maps && !(depth <= maps[k].depth_end) {
+            k++;
+        }
+    }
+    var found = NO_MAP;
+    for (; k < lookup.maps; k++) {
+        let held = holds(k, p);
+        if held == WITHIN {
+            return k;
+        }
+        if held == BEYOND && found == NO_MAP {
+            found = k;
+        }
+    }
+    return found;
 }
 
 fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
@@ -130,26 +182,34 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
     return Comparison(uv * size, clamp(z, 0.0, 1.0), false);
 }
 
-// 1 where the stored depth is at least z. Clamp to edge.
-fn lit(map: u32, texel: vec2i, z: f32) -> f32 {
+// 1 where the stored depth of a layer is at least z. Clamp to edge.
+fn lit(layer: u32, texel: vec2i, z: f32) -> f32 {
     let inside = clamp(texel, vec2i(0), vec2i(textureDimensions(depth_maps)) - 1);
-    return select(0.0, 1.0, textureLoad(depth_maps, inside, map, 0) >= z);
+    return select(0.0, 1.0, textureLoad(depth_maps, inside, layer, 0) >= z);
 }
 
 fn light(map: u32, p: vec3f, normal: vec3f) -> f32 {
     let at = compare_at(maps[map], p, normal);
+    let layer = map - lookup.first_map;
     if at.is_lit {
         return 1.0;
     }
     if lookup.filter_kind == 0 {
-        return lit(map, vec2i(floor(at.p_texel)), at.z);
+        return lit(layer, vec2i(floor(at.p_texel)), at.z);
     }
     let corner = floor(at.p_texel - 0.5);
     let f = at.p_texel - 0.5 - corner;
     let texel = vec2i(corner);
-    let top = (1.0 - f.x) * lit(map, texel, at.z) + f.x * lit(map, texel + vec2i(1, 0), at.z);
-    let bottom = (1.0 - f.x) * lit(map, texel + vec2i(0, 1), at.z) + f.x * lit(map, texel + vec2i(1, 1), at.z);
+    let top = (1.0 - f.x) * lit(layer, texel, at.z) + f.x * lit(layer, texel + vec2i(1, 0), at.z);
+    let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at.z) + f.x * lit(layer, texel + vec2i(1, 1), at.z);
     return (1.0 - f.y) * top + f.y * bottom;
+}
+
+// The result of a pixel: its light and the map it asked.
+fn write(invocation: vec3u, value: f32, map: u32) {
+    let i = invocation.y * view.width + invocation.x;
+    result[i] = bitcast<u32>(value);
+    result[view.width * view.rows + i] = map;
 }
 
 @compute @workgroup_size(8, 8)
@@ -162,15 +222,21 @@ fn shadow_mask(@builtin(global_invocation_id) invocation: vec3u) {
     if !is_mine(id) {
         return;
     }
-    let i = invocation.y * view.width + invocation.x;
     if id.x == 0 {
-        result[i] = -1.0;
+        write(invocation, -1.0, NO_MAP);
         return;
     }
     let s = surface(pixel.xy, id);
-    if faces_light(s.p_eye, s.normal) {
-        result[i] = light(map_at(s.depth), s.p_eye, s.normal);
+    if !faces_light(s.p_eye, s.normal) {
+        write(invocation, 0.0, NO_MAP);
+        return;
+    }
+    let map = choose(s.p_eye, s.depth);
+    if map == NO_MAP {
+        write(invocation, 1.0, NO_MAP);
+    } else if map < lookup.first_map || map >= lookup.end_map {
+        write(invocation, 0.0, OTHER_BATCH);
     } else {
-        result[i] = 0.0;
+        write(invocation, light(map, s.p_eye, s.normal), map);
     }
 }

@@ -9,8 +9,8 @@ The handedness of a view space leaves no trace in such a matrix: x to the right,
 of view space end in. What does leave one is the world's axes.
 
 Sources of the presets: the specifications of OpenGL 4.6 (clip volume -w <= z <= w), Vulkan 1.3 (0 <= z <= w, y down),
-Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate Systems"); Everitt, Rege, Cebenoyan 2001,
-"Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
+Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate Systems"); Everitt, Rege, Cebenoyan
+2001, "Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
 """
 
 from __future__ import annotations
@@ -219,6 +219,11 @@ class Convention:
         """The tiles, one where all maps share it."""
         several = isinstance(self.tile[0], tuple)
         return cast("tuple[Tile, ...]", self.tile if several else (self.tile,))
+
+    @property
+    def keeps_y(self) -> bool:
+        """Whether y of the map is that of our NDC."""
+        return bool(np.array_equal(self.map_from_ndc[:, 1], np.tile(np.eye(4)[1], (len(self.tiles), 1))))
 
     @property
     def map_from_ndc(self) -> np.ndarray:

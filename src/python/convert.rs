@@ -113,7 +113,8 @@ pub fn run_watched<T: Send>(
     }
 }
 
-/// A numpy view of any array-like, of the given shape (`None` = any length), converted to `T` where needed.
+/// A numpy view of any array-like, of the given shape (`None` = any length; no sides at all = any shape), converted to `T`
+/// where needed.
 pub fn array<'py, T: Element>(
     value: &Bound<'py, PyAny>,
     name: &str,
@@ -126,7 +127,8 @@ pub fn array<'py, T: Element>(
         format!("an array of shape ({}{comma}) of {}", sides.join(", "), T::get_dtype(py))
     };
     let fits = |actual: &[usize]| {
-        actual.len() == shape.len() && actual.iter().zip(shape).all(|(&a, s)| s.is_none_or(|s| s == a))
+        shape.is_empty()
+            || actual.len() == shape.len() && actual.iter().zip(shape).all(|(&a, s)| s.is_none_or(|s| s == a))
     };
     let asarray = || -> PyResult<Bound<'py, PyArrayDyn<T>>> {
         let numpy = py.import("numpy")?;

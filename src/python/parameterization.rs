@@ -4,9 +4,10 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3};
+use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
 use super::technique::{settings_dict, value_text};
-use crate::parameterization::{Parameterization, Partition, PostWarp};
+use crate::error::Error;
+use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
 #[pyclass(name = "Parameterization", frozen, module = "shadowlab")]
@@ -44,6 +45,25 @@ fn is_singular(rows: &[f64; 16]) -> bool {
     !mat4_from_rows(&scaled).inverse().is_finite()
 }
 
+/// How a receiver finds its map, with the names users know.
+const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
+
+/// The `shadowlab.Convention` that a convention or its name means.
+fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    value.py().import("shadowlab.convention")?.getattr("Convention")?.call_method1("of", (value,))
+}
+
+/// Near and far camera depth of each of `count` maps.
+fn eye_depths(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<[f64; 2]>> {
+    let depths = array::<f64>(value, "eye_depth", &[Some(count), Some(2)])?;
+    let depths = depths.as_slice()?.as_chunks::<2>().0.to_vec();
+    if let Some([near, far]) = depths.iter().find(|[near, far]| !(*near >= 0.0 && near < far)) {
+        let (expected, fix) = ("a near depth of 0 or more and a far depth beyond it", "give (near, far) of each map");
+        return Err(argument_error(value.py(), "eye_depth", expected, format!("({near}, {far})"), fix));
+    }
+    Ok(depths)
+}
+
 #[pymethods]
 impl PyParameterization {
     /// Somebody else's matrices as a parameterization.
@@ -51,17 +71,32 @@ impl PyParameterization {
     /// Parameters
     /// ----------
     /// matrix : (4, 4) or (K, 4, 4) array_like
-    ///     Shadow clip from world: acts on column vectors; NDC x, y in [-1, 1] with y up, z in [0, 1] with 0 nearest the light.
+    ///     Shadow clip from world: acts on column vectors; NDC x, y in [-1, 1] with y up, z in [0, 1] with 0 nearest the light;
+    ///     or as the convention says.
+    /// convention : Convention or str, optional
+    ///     How the matrices are written, "opengl" for example; as ours where none is given.
     /// resolution : int
     ///     Texels along a side the matrix was made for.
+    /// eye_depth : (K, 2) array_like, optional
+    ///     Near and far camera depth that each map serves, world units; all depths where none are given.
+    /// selection : str
+    ///     How a receiver finds its map: "depth", by the camera depth, or "containment", the first that holds it.
     ///
     /// Raises
     /// ------
     /// ArgumentError
-    ///     For another shape, numbers that are not finite, or a singular matrix.
+    ///     For another shape, numbers that are not finite, a singular matrix, or depths that are no ranges.
+    /// UnknownNameError
+    ///     For a convention or a selection that does not exist.
     #[staticmethod]
-    #[pyo3(signature = (matrix, *, resolution=1024))]
-    fn from_matrix(matrix: &Bound<'_, PyAny>, #[pyo3(from_py_with = resolution)] resolution: u32) -> PyResult<Self> {
+    #[pyo3(signature = (matrix, *, convention=None, resolution=1024, eye_depth=None, selection="depth"))]
+    fn from_matrix(
+        matrix: &Bound<'_, PyAny>,
+        convention: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = resolution)] resolution: u32,
+        eye_depth: Option<&Bound<'_, PyAny>>,
+        selection: &str,
+    ) -> PyResult<Self> {
         let py = matrix.py();
         let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)])
             .or_else(|_| array::<f64>(matrix, "matrix", &[Some(4), Some(4)]))?;
@@ -80,9 +115,56 @@ impl PyParameterization {
             let fix = "a shadow matrix has an inverse; check where it comes from";
             return Err(argument_error(py, "matrix", "matrices of full rank", "a singular one", fix));
         }
-        let partitions = numbers.as_chunks::<16>().0.iter().map(|rows| Partition::of_matrix(mat4_from_rows(rows)));
-        let p = Parameterization::of_partitions(partitions.collect(), resolution);
-        Ok(p.into())
+        let selection = SELECTIONS.iter().find(|s| s.0 == selection).map(|s| s.1).ok_or_else(|| {
+            let valid = SELECTIONS.iter().map(|s| s.0.to_string()).collect();
+            to_exception(py, Error::UnknownName { kind: "selection".into(), name: selection.into(), valid })
+        })?;
+        let ours = match convention {
+            None => stack,
+            Some(c) => array::<f64>(&self::convention(c)?.call_method1("to_ours", (stack.as_any(),))?, "matrix", &[])?,
+        };
+        let matrices = ours.as_slice()?.as_chunks::<16>().0;
+        let mut partitions: Vec<_> = matrices.iter().map(|m| Partition::of_matrix(mat4_from_rows(m))).collect();
+        if let Some(depths) = eye_depth.map(|value| eye_depths(value, partitions.len())).transpose()? {
+            partitions.iter_mut().zip(depths).for_each(|(partition, depth)| partition.eye_depth = depth);
+        }
+        Ok(Parameterization { selection, ..Parameterization::of_partitions(partitions, resolution) }.into())
+    }
+    /// The matrix, or the matrices where there are several maps, as a convention writes them.
+    ///
+    /// Parameters
+    /// ----------
+    /// convention : Convention or str
+    ///     "opengl" for example.
+    ///
+    /// Returns
+    /// -------
+    /// (4, 4) or (K, 4, 4) float64
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     Where a convention changes y, which the logarithm behind a map's matrix replaces.
+    /// UnknownNameError
+    ///     For a convention that does not exist.
+    fn to<'py>(&self, convention: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = convention.py();
+        let convention = self::convention(convention)?;
+        let logarithmic = self.p.partitions.iter().any(|p| p.post_warp != PostWarp::None);
+        if logarithmic && !convention.getattr("keeps_y")?.extract::<bool>()? {
+            let (expected, got) = ("a convention with y up in [-1, 1]", convention.str()?.to_string());
+            let fix = "the logarithm that replaces y is in NDC: apply it first, then the convention's map_from_ndc";
+            return Err(argument_error(py, "convention", expected, got, fix));
+        }
+        match self.p.partitions.as_slice() {
+            [_] => convention.call_method1("from_ours", (self.matrix(py)?,)),
+            _ => convention.call_method1("from_ours", (self.matrices(py)?,)),
+        }
+    }
+    /// How a receiver finds its map: "depth" or "containment".
+    #[getter]
+    fn selection(&self) -> &'static str {
+        SELECTIONS.iter().find(|s| s.1 == self.p.selection).map_or("depth", |s| s.0)
     }
     /// Name of the technique, "matrix" for somebody else's.
     #[getter]
@@ -172,6 +254,22 @@ impl PyPartition {
             PostWarp::Log { .. } => "log",
         }
     }
+    /// The terms of what follows the projective part: `scale` and `offset` of "log", nothing of "none".
+    #[getter]
+    fn post_warp_terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let d = PyDict::new(py);
+        if let PostWarp::Log { scale, offset } = self.partition.post_warp {
+            d.set_item("scale", scale)?;
+            d.set_item("offset", offset)?;
+        }
+        Ok(d)
+    }
+    /// (N, 4) float64: the rays this map serves, those of points p with `region @ (p, 1) >= 0`; all of them where N is 0.
+    #[getter]
+    fn region<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = self.partition.region.functionals();
+        image(py, rows.iter().flat_map(|row| row.to_array()).collect(), [rows.len(), 4])
+    }
     /// Name of the technique that made this map.
     #[getter]
     fn technique(&self) -> &'static str {
@@ -201,6 +299,6 @@ impl PyPartition {
     }
     fn __repr__(&self) -> String {
         let [near, far] = self.partition.eye_depth;
-        format!("Partition(eye_depth=({near}, {far}))")
+        format!("Partition({:?}, eye_depth=({near}, {far}))", self.partition.technique)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArray2, PyArray3};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
@@ -12,9 +12,12 @@ use super::light::light;
 use super::parameterization::PyParameterization;
 use super::scene::{PyScene, scene};
 use crate::error::Error;
+use crate::focus::ReceiverSamples;
 use crate::image::{GBuffer, ShadowMask};
+use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
-use crate::render::{Bias, Filter, MaskSettings, Renderer};
+use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer};
+use crate::scene::{Camera, Scene};
 
 /// How much nearer to the light a receiver is moved before it is compared. The parts add up.
 ///
@@ -111,9 +114,49 @@ pub struct PyGBuffer {
     normal: Py<PyArray3<f32>>,
     triangle: Py<PyArray2<i32>>,
     instance: Py<PyArray2<i32>>,
+    samples: PyOnceLock<ReceiverSamples>,
+}
+
+/// Pixels of the G-buffer that techniques look at where none is given: a share of the receivers is then known to 1 / 256 of
+/// the view along each side, and drawing it takes no longer than a small shadow map.
+const SAMPLE_PIXELS: f64 = 65536.0;
+
+/// What a camera sees, drawn small by the CPU renderer, with square pixels.
+pub fn receiver_samples(scene: &Scene, camera: &Camera, progress: &Progress) -> crate::Result<ReceiverSamples> {
+    let root = camera.aspect().sqrt();
+    let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
+    let size = [side(SAMPLE_PIXELS.sqrt() * root), side(SAMPLE_PIXELS.sqrt() / root)];
+    Ok(ReceiverSamples::from_gbuffer(&CpuRenderer::new().gbuffer(scene, camera, size, progress)?))
+}
+
+/// A G-buffer to take samples from, or nothing.
+pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyGBuffer>>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    instance_of::<PyGBuffer>(value, "samples", "sl.Renderer().gbuffer(scene, camera, size=256) makes one").map(Some)
 }
 
 impl PyGBuffer {
+    /// The surface points it shows; found at the first look.
+    pub fn receiver_samples<'py>(&'py self, py: Python<'py>) -> PyResult<&'py ReceiverSamples> {
+        self.samples.get_or_try_init(py, || {
+            let vectors = |a: &Py<PyArray3<f32>>| -> PyResult<Vec<[f32; 3]>> {
+                Ok(a.bind(py).readonly().as_slice()?.as_chunks::<3>().0.to_vec())
+            };
+            // Only what samples are made of.
+            Ok(ReceiverSamples::from_gbuffer(&GBuffer {
+                size: self.size,
+                origin: self.origin,
+                depth: Vec::new(),
+                position: vectors(&self.relative)?,
+                normal: vectors(&self.normal)?,
+                triangle: self.triangle.bind(py).readonly().as_slice()?.to_vec(),
+                instance: Vec::new(),
+            }))
+        })
+    }
+
     fn new(py: Python<'_>, g: GBuffer) -> PyResult<Self> {
         let [w, h] = g.size.map(|n| n as usize);
         Ok(Self {
@@ -125,6 +168,7 @@ impl PyGBuffer {
             normal: image(py, g.normal.into_flattened(), [h, w, 3])?.unbind(),
             triangle: image(py, g.triangle, [h, w])?.unbind(),
             instance: image(py, g.instance, [h, w])?.unbind(),
+            samples: PyOnceLock::new(),
         })
     }
 }

@@ -4,9 +4,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, resolution};
+use super::convert::{OrRaise, argument_error, resolution, run_watched};
 use super::light::light;
 use super::parameterization::PyParameterization;
+use super::render::{PyGBuffer, receiver_samples, samples};
 use super::scene::{PyScene, scene};
 use crate::parameterization::Value;
 use crate::techniques::{self, Default, Technique};
@@ -41,6 +42,11 @@ impl PyTechnique {
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         settings_dict(py, &self.technique.settings())
     }
+    /// Whether it looks at what the camera sees; see `samples` of `parameterize`.
+    #[getter]
+    fn needs_samples(&self) -> bool {
+        self.technique.needs_samples()
+    }
     /// The maps of this technique for a scene, camera and light.
     ///
     /// Parameters
@@ -50,6 +56,9 @@ impl PyTechnique {
     /// light : DirectionalLight, SpotLight or PointLight
     /// resolution : int
     ///     Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
+    /// samples : GBuffer, optional
+    ///     What the camera sees, for techniques that need it (`needs_samples`); they draw a small G-buffer of about 256 by 256
+    ///     pixels where none is given. Others leave it unread.
     ///
     /// Returns
     /// -------
@@ -58,10 +67,10 @@ impl PyTechnique {
     /// Raises
     /// ------
     /// UnsupportedError
-    ///     The technique does not serve this kind of light.
+    ///     The technique does not serve this kind of light, or this view.
     /// ArgumentError
     ///     An argument of the wrong type or outside its range.
-    #[pyo3(signature = (scene, camera, light, *, resolution=1024))]
+    #[pyo3(signature = (scene, camera, light, *, resolution=1024, samples=None))]
     fn parameterize<'py>(
         &self,
         py: Python<'py>,
@@ -69,9 +78,22 @@ impl PyTechnique {
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
         #[pyo3(from_py_with = light)] light: crate::Light,
         #[pyo3(from_py_with = resolution)] resolution: u32,
+        #[pyo3(from_py_with = samples)] samples: Option<Bound<'py, PyGBuffer>>,
     ) -> PyResult<PyParameterization> {
-        let p = self.technique.parameterize(&scene.get().scene, &camera.get().camera, &light, resolution);
-        Ok(p.or_raise(py)?.into())
+        let (scene, camera, technique) = (&scene.get().scene, &camera.get().camera, &self.technique);
+        if !technique.needs_samples() {
+            return Ok(technique.parameterize(scene, camera, &light, resolution).or_raise(py)?.into());
+        }
+        technique.serves(&light).or_raise(py)?;
+        let given = samples.as_ref().map(|g| g.get().receiver_samples(py)).transpose()?;
+        let p = run_watched(py, None, |progress| match given {
+            Some(seen) => technique.parameterize_seen(scene, camera, &light, resolution, Some(seen)),
+            None => {
+                let seen = receiver_samples(scene, camera, progress)?;
+                technique.parameterize_seen(scene, camera, &light, resolution, Some(&seen))
+            }
+        })?;
+        Ok(p.into())
     }
     fn __repr__(&self) -> String {
         let settings = self.technique.settings();
@@ -139,6 +161,42 @@ pub fn value_text(value: &Value) -> String {
     }
 }
 
+/// A technique as text that [`techniques::technique_of`] reads: its name, and the settings that are not the default.
+fn technique_text(technique: &dyn Technique) -> String {
+    let spec = technique.spec();
+    let settings = technique.settings();
+    let changed = settings.iter().zip(spec.params).filter(|((_, value), p)| *value != p.default.value());
+    let texts: Vec<String> = changed.map(|((name, value), _)| format!("{name}={}", setting_text(value))).collect();
+    if texts.is_empty() { spec.name.to_string() } else { format!("{}:{}", spec.name, texts.join(",")) }
+}
+
+/// A value in the text of a technique, in parentheses where it would be read as several.
+fn setting_text(value: &Value) -> String {
+    match value {
+        Value::Choice(word) if word.contains([',', '/', ':', '=', '(', ')']) => format!("({word})"),
+        Value::Choice(word) => word.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// The text of a technique or of its name; nothing for another type.
+fn text_of_technique(value: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+    if let Ok(technique) = value.cast::<PyTechnique>() {
+        return Ok(Some(technique_text(&*technique.get().technique)));
+    }
+    if value.is_instance_of::<PyString>() { value.extract().map(Some) } else { Ok(None) }
+}
+
+/// The texts of several techniques as one; nothing where one of them is none.
+fn text_of_techniques(values: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+    let mut texts = Vec::new();
+    for value in values.try_iter()? {
+        let Some(text) = text_of_technique(&value?)? else { return Ok(None) };
+        texts.push(if text.contains(':') { format!("({text})") } else { text });
+    }
+    Ok((!texts.is_empty()).then(|| texts.join("/")))
+}
+
 fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     // bool first: it is an int to Python.
     if value.is_instance_of::<PyBool>() {
@@ -150,8 +208,13 @@ fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Number(value.extract()?));
     }
-    if value.is_instance_of::<PyString>() {
-        return Ok(Value::Choice(value.extract()?));
+    if let Some(text) = text_of_technique(value)? {
+        return Ok(Value::Choice(text));
+    }
+    if (value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>())
+        && let Some(text) = text_of_techniques(value)?
+    {
+        return Ok(Value::Choice(text));
     }
     if let Ok(list) = value.extract::<Vec<f64>>() {
         return Ok(Value::Numbers(list));
@@ -163,5 +226,11 @@ fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         return value_from_object(&item, name);
     }
     let got = value.repr()?.to_string();
-    Err(argument_error(value.py(), name, "a number, a bool or a word", got, "see shadowlab.techniques()"))
+    Err(argument_error(
+        value.py(),
+        name,
+        "a number, several, a bool, a word or a technique",
+        got,
+        "see shadowlab.techniques()",
+    ))
 }

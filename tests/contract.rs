@@ -160,11 +160,19 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, local: &Rows, p: &Parameter
     }
 }
 
+/// A technique's maps of a view; nothing where it says that it does not serve the light.
+fn maps(what: &str, t: &dyn Technique, v: &View) -> Option<Parameterization> {
+    match t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION) {
+        Err(Error::UnsupportedLight { .. }) if t.serves(&v.light).is_err() => None,
+        other => Some(other.unwrap_or_else(|e| panic!("{what}: {e}"))),
+    }
+}
+
 fn check(v: &View, made: &[(String, Box<dyn Technique>)]) {
     let r = Receivers::new(v);
     for (name, t) in made.iter().filter(|(_, t)| t.spec().lights.serves(&v.light)) {
         let what = format!("{} / {name}", v.name);
-        let p = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let Some(p) = maps(&what, t.as_ref(), v) else { continue };
         assert_contract(&what, v, &r, &p);
         let again = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("again");
         assert_eq!(p, again, "{what}: not the same twice");
@@ -284,7 +292,7 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
             for (setting, t) in made.iter().filter(|(_, t)| t.spec().lights.serves(&v.light)) {
                 let stable = t.settings().contains(&("stable", Value::Flag(true)));
                 let snapped = stable && matches!(light, Light::Directional(_));
-                let a = t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");
+                let Some(a) = maps(setting, t.as_ref(), &v) else { continue };
                 for &(scale, offset) in if snapped { &lattice[..] } else { &plain[..] } {
                     let other = moved(&v, scale, offset);
                     let what = format!("{} / {setting}", other.name);
@@ -333,7 +341,7 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
     assert_eq!(compared, all);
     // The strongest warps: at their near end a rounding of the scene may be a texel, in some scenes; all are compared in
     // others.
-    let strongest = ["lispsm(near=0)", "lispsm(near=0.001)", "lispsm(near_factor=0.000001)"];
+    let strongest = ["gmnpr(lambda=0)", "lispsm(near=0)", "lispsm(near=0.001)", "lispsm(near_factor=0.000001)"];
     assert_eq!(vague.into_iter().collect::<Vec<_>>(), strongest);
 }
 

@@ -6,6 +6,7 @@ mod frustum;
 mod homography;
 mod oriented_box;
 mod plane;
+mod quadrilateral;
 
 pub use aabb::Aabb;
 pub use convex::ConvexBody;
@@ -13,3 +14,4 @@ pub use frustum::Frustum;
 pub use homography::{Rows, singular_values};
 pub use oriented_box::OrientedBox;
 pub use plane::Plane;
+pub use quadrilateral::square_from_quadrilateral;

@@ -3,12 +3,16 @@
 //! A new technique is one file with a `SPEC`, a `make` that reads the settings and the [`Warp`] itself, its `mod` line and its
 //! line in [`TECHNIQUES`]; focusing and fitting are shared around the warp.
 
+mod along_view;
+mod glpr;
+mod gmnpr;
 mod lispsm;
 mod registry;
 mod settings;
 mod spec;
 mod technique;
 mod text;
+mod tsm;
 mod uniform;
 mod xpsm;
 
@@ -23,5 +27,8 @@ pub use text::{technique_of, techniques_of};
 pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &uniform::SPEC, make: Make::Warp(uniform::make) },
     Entry { spec: &lispsm::SPEC, make: Make::Warp(lispsm::make) },
+    Entry { spec: &tsm::SPEC, make: Make::Warp(tsm::make) },
+    Entry { spec: &gmnpr::SPEC, make: Make::Warp(gmnpr::make) },
+    Entry { spec: &glpr::SPEC, make: Make::Warp(glpr::make) },
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
 ];

@@ -27,6 +27,8 @@ pub struct MapLookup {
     bias: Bias,
     filter: Filter,
     post_warp: PostWarp,
+    /// By how much more depth changes over the filter's reach along y than the slope at its beginning says.
+    bend: f64,
     /// In relative space.
     region: Region,
 }
@@ -74,7 +76,8 @@ impl MapLookup {
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
         let (post_warp, region) = (partition.post_warp, partition.region.relative_to(origin));
-        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, region })
+        let bend = bend(post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
+        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, bend, region })
     }
 
     /// How the map holds a receiver, `p` relative to the origin.
@@ -99,7 +102,8 @@ impl MapLookup {
         if !(w > 0.0) {
             return Comparison::Lit;
         }
-        let ndc = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        let projected = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        let ndc = self.post_warp.apply(projected, w);
         if !(ndc.z >= 0.0) {
             return Comparison::Lit;
         }
@@ -113,7 +117,12 @@ impl MapLookup {
         // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (theory E.5, quotient rule).
         let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
         let grad_x = 0.5 * size.x * gradient(row_x, ndc.x);
-        let grad_y = -0.5 * size.y * gradient(row_y, ndc.y);
+        let grad_y = -0.5
+            * size.y
+            * match self.post_warp {
+                PostWarp::None => gradient(row_y, ndc.y),
+                PostWarp::Log { scale, .. } => row_w.truncate() * (scale / w),
+            };
         let grad_z = gradient(row_z, ndc.z);
         let cross = grad_x.cross(grad_y);
 
@@ -140,7 +149,7 @@ impl MapLookup {
         if self.bias.slope > 0.0 {
             let det = cross.dot(normal).abs();
             let a_det = grad_z.dot(grad_y.cross(normal)).abs();
-            let b_det = grad_z.dot(grad_x.cross(normal)).abs();
+            let b_det = grad_z.dot(grad_x.cross(normal)).abs() * self.bend;
             let limit = match self.bias.slope_limit {
                 l if l.is_finite() => l * texel * grad_z.dot(to_light).abs(),
                 _ => f64::INFINITY,
@@ -208,6 +217,15 @@ impl<'a> Lookups<'a> {
     /// The map that serves a receiver, `p` relative to the origin: [`Parameterization::choose`].
     pub fn choose(&self, p: DVec3, eye_depth: f64) -> Option<usize> {
         Held::first(self.p.first_map(eye_depth)..self.maps.len(), |k| self.maps[k].holds(p))
+    }
+}
+
+/// By how much more the depth of a plane changes over `reach` in NDC y than its slope there says. Under a logarithm depth is
+/// affine in 1/w = exp((offset - y) / scale), which changes most towards the smaller w.
+fn bend(post_warp: PostWarp, reach: f64) -> f64 {
+    match post_warp {
+        PostWarp::Log { scale, .. } if reach != 0.0 => (reach / scale).abs().exp_m1() / (reach / scale).abs(),
+        _ => 1.0,
     }
 }
 

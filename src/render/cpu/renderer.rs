@@ -1,5 +1,6 @@
 //! The renderer itself: the trait over the passes.
 
+use std::mem::MaybeUninit;
 use std::sync::Mutex;
 
 use super::batch::Scratch;
@@ -8,9 +9,10 @@ use super::lookup::Lookups;
 use super::mask::MaskInput;
 use super::memory::{unwritten, written};
 use super::passes::{Pass, checked_matrix, pixel_count};
+use super::uneven::UnevenMap;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, GBuffer, ShadowMask};
-use crate::parameterization::{Parameterization, PostWarp};
+use crate::parameterization::{Parameterization, Partition, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_count, check_size};
 use crate::scene::{Camera, Light, Scene};
@@ -76,8 +78,7 @@ impl Renderer for CpuRenderer {
         let mut data = unwritten::<f32>(layer * p.partitions.len())?;
         self.with_scratch(|scratch| {
             for (partition, depth) in p.partitions.iter().zip(data.chunks_exact_mut(layer)) {
-                let clip_from_world = checked_matrix(&partition.shadow_clip_from_world)?;
-                Pass { scene, clip_from_world, size, scratch, progress }.depth(depth)?;
+                draw_map(scene, partition, size, depth, scratch, progress)?;
             }
             Ok(())
         })?;
@@ -109,11 +110,26 @@ impl Renderer for CpuRenderer {
         let input = MaskInput { gbuffer, camera, light, lookups, progress };
         let size = settings.resolution;
         self.with_scratch(|scratch| {
-            input.mask(|k, depth| {
-                let clip_from_world = checked_matrix(&p.partitions[k].shadow_clip_from_world)?;
-                Pass { scene, clip_from_world, size, scratch, progress }.depth(depth)
-            })
+            input.mask(|k, depth| draw_map(scene, &p.partitions[k], size, depth, scratch, progress))
         })
+    }
+}
+
+/// Draws one map into all of `depth`.
+fn draw_map(
+    scene: &Scene,
+    partition: &Partition,
+    size: [u32; 2],
+    depth: &mut [MaybeUninit<f32>],
+    scratch: &mut Scratch,
+    progress: &Progress,
+) -> Result<()> {
+    let clip_from_world = checked_matrix(&partition.shadow_clip_from_world)?;
+    match partition.post_warp {
+        PostWarp::None => Pass { scene, clip_from_world, size, scratch, progress }.depth(depth),
+        PostWarp::Log { scale, offset } => {
+            UnevenMap::new(&clip_from_world, scale, offset, size)?.depth(scene, depth, progress)
+        }
     }
 }
 
@@ -123,14 +139,5 @@ fn check_partitions(p: &Parameterization) -> Result<()> {
         return Err(Error::argument("parameterization", "at least one partition", "none", "let a technique make it"));
     }
     check_count(p)?;
-    for partition in &p.partitions {
-        match partition.post_warp {
-            PostWarp::None => {}
-            PostWarp::Log { .. } => {
-                let fix = "draw a technique without a logarithmic post-warp";
-                return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));
-            }
-        }
-    }
     Ok(())
 }

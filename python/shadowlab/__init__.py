@@ -27,6 +27,7 @@ from .scenes import Scene, load_scene, turned
 
 if TYPE_CHECKING:
     from . import plot
+    from .diagnosis import Diagnosis, diagnose
     from .doctor import report
     from .study import Study, compare
     from .views import default_view
@@ -35,6 +36,7 @@ __all__ = [
     "Bias",
     "Camera",
     "Convention",
+    "Diagnosis",
     "DirectionalLight",
     "GBuffer",
     "Parameterization",
@@ -49,6 +51,7 @@ __all__ = [
     "aliasing",
     "compare",
     "default_view",
+    "diagnose",
     "errors",
     "library",
     "load_scene",
@@ -62,9 +65,11 @@ __all__ = [
 
 #: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
 _LAZY = {
+    "Diagnosis": "diagnosis",
     "Study": "study",
     "compare": "study",
     "default_view": "views",
+    "diagnose": "diagnosis",
     "plot": "plot",
     "report": "doctor",
 }

@@ -5,6 +5,7 @@ mod cpu_support;
 use cpu_support::triangle_mesh;
 use glam::{DMat4, DVec2, DVec3};
 use shadowlab::focus::BORDER_TEXELS;
+use shadowlab::parameterization::PostWarp;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Filter, Renderer};
 use shadowlab::scene::{DirectionalLight, SpotLight};
@@ -28,7 +29,18 @@ fn level(middle: DVec3, half: f64) -> Scene {
 
 /// Where the ray of a place of the map, in NDC, meets the casters' height.
 fn at_height(p: &Parameterization, ndc: DVec2) -> DVec3 {
-    let world_from_clip = p.partitions[0].shadow_clip_from_world.inverse();
+    let matrix = p.partitions[0].shadow_clip_from_world;
+    let world_from_clip = matrix.inverse();
+    let ndc = match p.partitions[0].post_warp {
+        PostWarp::None => ndc,
+        PostWarp::Log { scale, offset } => {
+            // y of the matrix is a constant and another over w.
+            let (y, w) = (matrix.row(1), matrix.row(3));
+            let constant = y.truncate().dot(w.truncate()) / w.truncate().length_squared();
+            let inverse_w = ((offset - ndc.y) / scale).exp();
+            DVec2::new(ndc.x, constant + (y.w - constant * w.w) * inverse_w)
+        }
+    };
     let [a, b] = [0.25, 0.75].map(|z| DMat4::project_point3(&world_from_clip, ndc.extend(z)));
     a + (b - a) * ((HEIGHT - a.y) / (b.y - a.y))
 }
@@ -57,10 +69,11 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
                 let what = format!("{} {} at {middle}", spec.name, light.kind());
                 // A quarter of a texel to either side of the texel's middle.
                 let corner = |x: f64, y: f64| at_height(&before, middle + DVec2::new(x, y) * 0.25 * step);
-                let caster = quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+                let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                let caster = quad(corners);
                 let scene = ground.joined(&caster).expect("a scene");
                 let p = t.parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
-                for q in caster.bounds().corners() {
+                for q in corners {
                     let (ndc, w) = p.partitions[0].project(q);
                     let across = ndc.truncate().abs().max_element();
                     assert!(w > 0.0 && (inset..1.0).contains(&across), "{what}: the corner at {ndc} is in the border");

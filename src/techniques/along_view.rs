@@ -54,7 +54,7 @@ pub(super) fn warped_along_view(
     let (mut values, mut notes) = (Vec::with_capacity(16), Vec::new());
     let clip_from_local = match AlongView::new(view, &mut notes) {
         Some(along) => {
-            let AlongView { space, eye_y, theta, .. } = along;
+            let AlongView { space, theta, .. } = along;
             let wanted = distance(&along, &mut values, &mut notes);
             let distance = space.limited(wanted, &mut notes);
             values.extend([
@@ -63,8 +63,8 @@ pub(super) fn warped_along_view(
                 ("kappa", space.rate),
                 ("theta", theta),
                 ("depth", space.extent()),
-                ("y_min", space.y[0] - eye_y),
-                ("phi_offset", (distance - (space.y[0] - eye_y)) / space.rate),
+                ("y_min", along.eye_distance()),
+                ("phi_offset", (distance - along.eye_distance()) / space.rate),
             ]);
             space.warped(distance)
         }
@@ -130,8 +130,21 @@ impl<'a> AlongView<'a> {
         let quarter = std::f64::consts::FRAC_PI_4 * self.theta / body.silhouette;
         lambda / quarter.tan()
     }
+    /// The eye's distance from the near end of the receivers; negative where part of them lies behind it as the light sees it.
+    pub fn eye_distance(&self) -> f64 {
+        self.space.y[0] - self.eye_y
+    }
+    /// GMNPR's warp distance: equal errors at both ends of the centre ray (theory.md 6.4, 6.3 below the silhouette).
+    pub fn equal_ends_distance(&self, body: &SeenBody) -> f64 {
+        let [near, far] = body.depth;
+        if body.y[0] >= 0.0 {
+            return self.space.rate * (near * far).sqrt() + body.y[0];
+        }
+        let at_silhouette = body.silhouette.sin() * (near * far).sqrt() / body.silhouette_extent;
+        self.below_silhouette(body, at_silhouette) * (body.y[1] - body.y[0])
+    }
     /// The warp distance whose reference point lies `distance` before the near end of another body than the receivers'.
     pub fn distance_of(&self, body: &SeenBody, distance: f64) -> f64 {
-        distance + ((self.space.y[0] - self.eye_y) - body.y[0])
+        distance + (self.eye_distance() - body.y[0])
     }
 }

@@ -24,13 +24,17 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "lambda_floor",
             unit: "near/far",
-            default: Default::Number(0.1),
+            default: Default::Number(LEAST_SHARE),
             kind: Kind::Number { min: 0.0, max: 1e12 },
             doc: "least warp distance over the body's extent along the warp axis, in units of its near depth over its far depth",
         },
         FIT,
     ],
 };
+
+/// The default of `lambda_floor`. Chosen (theory.md 7): above 36 degrees of light for near 1, far 100 and 60 degrees of view
+/// it does nothing.
+pub(super) const LEAST_SHARE: f64 = 0.1;
 
 #[derive(Debug)]
 struct Glpr {
@@ -39,7 +43,7 @@ struct Glpr {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    Ok(Box::new(Glpr { floor: settings.number("lambda_floor").unwrap_or(0.1) }))
+    Ok(Box::new(Glpr { floor: settings.number("lambda_floor").unwrap_or(LEAST_SHARE) }))
 }
 
 impl Warp for Glpr {

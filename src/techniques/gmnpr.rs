@@ -88,11 +88,7 @@ impl Warp for Gmnpr {
             let extent = body.y[1] - body.y[0];
             let [near, far] = body.depth;
             let distance = match self.lambda {
-                Lambda::Gmnpr if body.y[0] >= 0.0 => along.space.rate * (near * far).sqrt() + body.y[0],
-                Lambda::Gmnpr => {
-                    let at_silhouette = body.silhouette.sin() * (near * far).sqrt() / body.silhouette_extent;
-                    along.below_silhouette(&body, at_silhouette) * extent
-                }
+                Lambda::Gmnpr => along.equal_ends_distance(&body),
                 Lambda::Lispsm => along.space.equal_error_distance(near, far),
                 Lambda::LispsmDeltaZ => along.space.equal_error_distance(near, near + along.space.rate * extent),
                 Lambda::Number(lambda) => lambda * extent,

@@ -7,6 +7,8 @@ mod along_view;
 mod glpr;
 mod gmnpr;
 mod lispsm;
+mod log;
+mod log_psm;
 mod registry;
 mod settings;
 mod spec;
@@ -31,4 +33,6 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &gmnpr::SPEC, make: Make::Warp(gmnpr::make) },
     Entry { spec: &glpr::SPEC, make: Make::Warp(glpr::make) },
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
+    Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
+    Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
 ];

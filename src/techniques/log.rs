@@ -1,0 +1,69 @@
+//! The ideal logarithmic shadow map: texels even in the logarithm of the distance from the eye.
+//!
+//! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM), section 4.2, for y; Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008
+//! for x, of which the former do not speak; theory.md 11 and E.1. Departure, there too: the paper's `s = ln(z/zn)` is not
+//! normalised, here s runs from 0 to 1 over the receivers.
+//!
+//! The reference point of the projective part is the eye's image itself, so under an overhead light a texel is as wide as a
+//! pixel and equally long everywhere. That image must lie before the receivers as the light sees them: a light that is closer
+//! to the view direction than the edge of what is seen has no such map.
+//!
+//! ```text
+//!   eye's image            near end (Ymin)                          far end (Ymax)      along the light: ⊗
+//!        x <---- w ------------>|<----------------------------------------->|          warp axis: ->
+//!        0 ............... s = 0 | |  |   |    |      |         |            s = 1     s = ln(w/w0) / ln(w1/w0)
+//! ```
+
+use super::along_view::warped_along_view;
+use super::spec::{FIT, LightSupport, Spec};
+use super::{Part, Provisional, Settings, Spacing, Warp};
+use crate::error::{Error, Result};
+use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, NoWarp, WarpSpace};
+use crate::scene::Light;
+
+/// What the technique says of itself.
+pub static SPEC: Spec = Spec {
+    name: "log",
+    title: "Ideal logarithmic shadow map",
+    source: "Wimmer, Scherzer, Purgathofer 2004, section 4.2; Lloyd et al. 2008",
+    lights: LightSupport { directional: true, spot: false, point: false },
+    params: &[FIT],
+};
+
+#[derive(Debug)]
+struct Log;
+
+/// The warp; there is nothing to set.
+pub fn make(_settings: &Settings) -> Result<Box<dyn Warp>> {
+    Ok(Box::new(Log))
+}
+
+impl Warp for Log {
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
+        check(view)?;
+        Ok(warped_along_view(view, part, |along, _, _| along.eye_distance()))
+    }
+    fn spacing(&self) -> Spacing {
+        Spacing::Logarithmic
+    }
+}
+
+/// Refuses a view in which the eye's image does not lie before the receivers. What is flat as the light sees it needs no warp.
+fn check(view: &FocusedView) -> Result<()> {
+    let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return Ok(()) };
+    match WarpSpace::directional(view, light.direction(), view.camera.forward(), &view.receivers) {
+        Ok(space) if space.y[0] - space.rows.y.dot(view.eye.extend(1.0)) < LEAST_LAMBDA * space.extent() => {
+            Err(unsuited("the eye does not lie before all of what is seen as the light sees it"))
+        }
+        Err(NoWarp::LightAlongAxis) => Err(unsuited(NoWarp::LightAlongAxis.reason())),
+        _ => Ok(()),
+    }
+}
+
+fn unsuited(reason: &str) -> Error {
+    Error::UnsuitedView {
+        technique: SPEC.name.into(),
+        reason: reason.into(),
+        fix: "turn the light away from the view direction, or take log_psm, which serves every view".into(),
+    }
+}

@@ -266,7 +266,9 @@ fn scaled(t: &dyn Technique, scale: f64) -> Box<dyn Technique> {
         .map(|(p, (name, value))| match value {
             // The largest number means no limit at any scale.
             Value::Number(x) if p.unit == "world units" => (name.to_string(), Value::Number((x * scale).min(f64::MAX))),
-            Value::Number(x) if p.unit == "per world unit" => (name.to_string(), Value::Number((x / scale).min(f64::MAX))),
+            Value::Number(x) if p.unit == "per world unit" => {
+                (name.to_string(), Value::Number((x / scale).min(f64::MAX)))
+            }
             other => (name.to_string(), other),
         })
         .collect();

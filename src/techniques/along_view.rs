@@ -83,7 +83,7 @@ impl<'a> AlongView<'a> {
     fn new(view: &'a FocusedView, notes: &mut Vec<String>) -> Option<Self> {
         let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return None };
         let (forward, along) = (view.camera.forward(), light.direction());
-        let space = WarpSpace::directional(view, along, forward, &view.receivers)
+        let space = WarpSpace::directional(view, along, forward, &view.casters())
             .map_err(|reason| notes.push(format!("no warp, a uniform map: {}", reason.reason())))
             .ok()?;
         let cosine = forward.dot(along);

@@ -9,6 +9,7 @@ mod gmnpr;
 mod lispsm;
 mod log;
 mod log_psm;
+mod psm;
 mod registry;
 mod settings;
 mod spec;
@@ -29,6 +30,7 @@ pub use text::{technique_of, techniques_of};
 pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &uniform::SPEC, make: Make::Warp(uniform::make) },
     Entry { spec: &lispsm::SPEC, make: Make::Warp(lispsm::make) },
+    Entry { spec: &psm::SPEC, make: Make::Warp(psm::make) },
     Entry { spec: &tsm::SPEC, make: Make::Warp(tsm::make) },
     Entry { spec: &gmnpr::SPEC, make: Make::Warp(gmnpr::make) },
     Entry { spec: &glpr::SPEC, make: Make::Warp(glpr::make) },

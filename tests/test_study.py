@@ -204,7 +204,7 @@ def test_unknown_filters_and_renderers_list_those_there_are(view):
         (0, "box.ply", r"scene: expected a Scene, got str; sl.load_scene\(it\)"),
         (0, None, "scene: expected a Scene, got NoneType"),
         (1, np.eye(4), "camera: expected a Camera, got ndarray; sl.Camera.look_at"),
-        (2, (0.3, -1, 0.1), "light: expected a DirectionalLight or a SpotLight, got tuple"),
+        (2, (0.3, -1, 0.1), "light: expected a DirectionalLight, a SpotLight or a PointLight, got tuple"),
     ],
 )
 def test_things_of_another_type_are_told_with_what_makes_one(view, place, value, message):

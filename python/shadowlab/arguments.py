@@ -98,7 +98,7 @@ def check_types(scene: Any, camera: Any, light: Any, bias: Any, filter: Any) -> 
         raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
     if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
         raise ArgumentError(
-            f"light: expected a DirectionalLight or a SpotLight, got {type(light).__name__}; "
+            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {type(light).__name__}; "
             "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
         )
     if bias is not None and not isinstance(bias, _core.Bias):

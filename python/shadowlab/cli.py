@@ -19,8 +19,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .cli_view import load_view, view_options
 from .errors import ArgumentError, ShadowlabError, ShadowlabWarning
-from .specs import parse_bias, parse_resolutions, parse_size, parse_spec, parse_vector
+from .specs import parse_bias, parse_resolutions, parse_size
 
 USAGE_ERROR = 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells say it
@@ -135,7 +136,7 @@ def parser() -> Parser:
 
     compare = commands.add_parser(
         "compare",
-        parents=[shared, view_options()],
+        parents=[shared, view_options(Parser(add_help=False))],
         help="techniques side by side, against traced truth",
         description=compare_command.__doc__,
     )
@@ -143,7 +144,8 @@ def parser() -> Parser:
         "--technique",
         action="append",
         metavar="NAME[:param=value,...]",
-        help="repeat for several (default: uniform and lispsm)",
+        help='repeat for several; "all" for every technique; matrix:file=F,convention=C for matrices of your own '
+        "(default: uniform and lispsm)",
     )
     compare.add_argument(
         "--resolution", action="append", metavar="N[,N...]", help="texels along each side of the maps (default: 1024)"
@@ -165,7 +167,10 @@ def parser() -> Parser:
     compare.set_defaults(run=compare_command)
 
     matrix = commands.add_parser(
-        "matrix", parents=[shared, view_options()], help="the matrix of a technique", description=matrix_command.__doc__
+        "matrix",
+        parents=[shared, view_options(Parser(add_help=False))],
+        help="the matrix of a technique",
+        description=matrix_command.__doc__,
     )
     matrix.add_argument("--technique", action="append", metavar="NAME[:param=value,...]", help="(default: lispsm)")
     matrix.add_argument(
@@ -173,6 +178,12 @@ def parser() -> Parser:
         action="append",
         metavar="N",
         help="texels along each side the fit is made for (default: 1024)",
+    )
+    matrix.add_argument(
+        "--convention",
+        default="webgpu",
+        metavar="NAME[:field=value,...]",
+        help="how the matrix is written: opengl, direct3d, vulkan... (default: webgpu, column vectors and z in 0..1)",
     )
     matrix.add_argument("--format", default="text", choices=("npy", "json", "text"), help="(default: text)")
     matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
@@ -195,46 +206,16 @@ def parser() -> Parser:
     return top
 
 
-def view_options() -> Parser:
-    """Scene, camera and light: what compare and matrix share."""
-    options = Parser(add_help=False)
-    options.add_argument(
-        "scene", metavar="MESH|@LIBRARY", help="a mesh file, or a scene of the library such as @forest:trees=500"
-    )
-    view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
-    view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")
-    view.add_argument("--ground", action="store_true", help="add a floor under the scene")
-    view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
-    view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
-    view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
-    view.add_argument("--near", type=number, metavar="D", help="near depth")
-    view.add_argument("--far", type=number, metavar="D", help="far depth")
-    view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light travels")
-    view.add_argument(
-        "--size",
-        metavar="WxH",
-        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
-    )
-    return options
-
-
-def number(text: str) -> float:
-    """A number, or argparse's error."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-
-
 def compare_command(options: argparse.Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from ._core import Bias, Renderer
     from .arguments import picture_size
+    from .registry import technique_of, with_all
     from .study import compare
     from .tables import text_table
 
     resolutions = [r for text in options.resolution or ["1024"] for r in parse_resolutions(text)]
-    specs = options.technique or list(DEFAULT_TECHNIQUES)
+    specs = with_all(options.technique or list(DEFAULT_TECHNIQUES))
     techniques = {spec: technique_of(spec) for spec in specs}
     if len(techniques) < len(specs):
         raise ArgumentError("technique: the same one is given twice; give each once")
@@ -272,11 +253,9 @@ def compare_command(options: argparse.Namespace) -> int:
 
 def matrix_command(options: argparse.Namespace) -> int:
     """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
-    import json
-
-    import numpy as np
-
-    from .record import plain
+    from .convention import Convention
+    from .matrix_files import details, written
+    from .registry import technique_of
 
     texts = options.resolution or ["1024"]
     resolutions = [r for text in texts for r in parse_resolutions(text)]
@@ -287,31 +266,16 @@ def matrix_command(options: argparse.Namespace) -> int:
         raise ArgumentError(f"technique: expected one, got {' and '.join(specs)}; ask for one matrix at a time")
     if options.out == "":
         raise ArgumentError("out: expected the name of a file, got nothing; leave --out away for standard output")
+    convention = Convention.of(options.convention)
     technique = technique_of(specs[0])
     scene, camera, light, _ = load_view(options, None if options.size is None else parse_size(options.size))
-    p = technique.parameterize(scene, camera, light, resolution=resolutions[0])
-    matrices = np.asarray(p.matrices)
-    if options.format == "npy":
-        stream = io.BytesIO()
-        np.save(stream, matrices[0] if len(matrices) == 1 else matrices)
-        content = stream.getvalue()
-    elif options.format == "json":
-        data = {
-            "technique": p.technique,
-            "settings": dict(p.settings),
-            "resolution": p.resolution,
-            "matrix": matrices[0] if len(matrices) == 1 else None,
-            "matrices": matrices,
-            "eye_depth": [list(part.eye_depth) for part in p.partitions],
-            "values": dict(p.values),
-            "notes": list(p.notes),
-        }
-        content = (json.dumps(plain(data), indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode()
-    else:
-        blocks = ["\n".join(" ".join(f"{x:24.17g}" for x in row) for row in m) for m in matrices]
-        content = ("\n\n".join(blocks) + "\n").encode()
-        for note in p.notes:
-            print(f"shadowlab: note: {note}", file=sys.stderr)
+    # Somebody else's matrices are what they are, whatever the view.
+    fitting = getattr(technique, "parameterize", None)
+    p = technique if fitting is None else fitting(scene, camera, light, resolution=resolutions[0])
+    content = written(p, options.format, convention)
+    if options.format != "json":
+        for line in details(p, convention):
+            print(f"shadowlab: note: {line}", file=sys.stderr)
     write_out(content, options.out)
     return 0
 
@@ -339,89 +303,6 @@ def doctor_command(_: argparse.Namespace) -> int:
     found = report()
     print(found)
     return 0 if found.works else 1
-
-
-def technique_of(spec: str) -> Any:
-    """The technique of `name:param=value,...`."""
-    from .registry import technique
-
-    name, params = parse_spec(spec, "technique")
-    return technique(name, **params)
-
-
-def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
-    """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
-    from . import library
-    from .arguments import picture_size
-    from .reproduce import Source
-    from .scenes import load_scene
-    from .views import default_view
-
-    given = given_vectors(options)
-    aspect = 1.0 if size is None else size[0] / size[1]
-    if options.scene.startswith("@"):
-        if options.up != "y":
-            raise ArgumentError("up: scenes of the library have y up; leave --up away")
-        name, params = parse_spec(options.scene[1:], "scene")
-        scene: Any = library.scene(name, **params)
-        camera, light = scene.camera, scene.light
-        if size is None:
-            width, height = picture_size(camera.aspect)
-            aspect = width / height  # that of the picture, so that its pixels are square
-        whole = scene.with_ground() if options.ground else scene
-    else:
-        scene = load_scene(options.scene, up=options.up)
-        whole = scene.with_ground() if options.ground else scene
-        # The floor is twelve times as wide as the object: the picture frames the object.
-        camera, light = default_view(whole, aspect=aspect, focus=scene)
-    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
-    source = replace(Source.of_scene(whole), arguments=(options.scene, *extra), up=options.up)
-    return whole, chosen_camera(options, given, camera, whole, aspect), chosen_light(given, light), source
-
-
-def given_vectors(options: argparse.Namespace) -> dict[str, Any]:
-    """Eye, target and light as given, in the world's axes."""
-    from .scenes import turned
-
-    names = [name for name in ("eye", "target", "light") if getattr(options, name) is not None]
-    return {name: turned(parse_vector(getattr(options, name), name), up=options.up) for name in names}
-
-
-def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any, aspect: float) -> Any:
-    """The fitting camera with everything that was given in its place."""
-    import numpy as np
-
-    from ._core import Camera
-    from .views import INSIDE_DEPTH_RATIO, fitting_depths
-
-    eye = given.get("eye", fitting.eye)
-    middle = np.asarray(scene.bounds).mean(axis=0) if "eye" in given else fitting.eye + fitting.far * fitting.forward
-    target = given.get("target", middle)
-    near, far = fitting.near, fitting.far
-    ahead = np.asarray(target) - np.asarray(eye)
-    length = float(np.linalg.norm(ahead))
-    if given.keys() & {"eye", "target"} and np.isfinite(length) and length > 0:
-        near, far = fitting_depths(scene, eye, ahead / length)
-    if options.far is not None:
-        far = options.far
-        # A far plane before the fitting near plane still leaves a picture; one that is no distance is said as it is.
-        near = min(near, far / INSIDE_DEPTH_RATIO) if far > 0 else near
-    near = near if options.near is None else options.near
-    if options.fov_deg is not None and not 0 < options.fov_deg < 180:
-        raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
-    fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
-    # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
-    vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
-    return Camera.look_at(
-        eye, target, up=(0, 0, -1) if vertical else (0, 1, 0), fov_y=fov_y, aspect=aspect, near=near, far=far
-    )
-
-
-def chosen_light(given: dict[str, Any], fitting: Any) -> Any:
-    """The light that was given, or the fitting one."""
-    from ._core import DirectionalLight
-
-    return DirectionalLight(given["light"]) if "light" in given else fitting
 
 
 def writable_directory(path: str) -> Path:

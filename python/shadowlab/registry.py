@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from . import _core
+from .errors import ArgumentError
+from .specs import parse_spec
+
+# The text that stands for every technique with its defaults.
+ALL = "all"
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,9 +22,10 @@ def technique(name: str, **params: Any) -> _core.Technique:
     Parameters
     ----------
     name : str
-        As `techniques()` lists it.
+        As `techniques()` lists it; "lispsm:near=optimal" brings parameters with it.
     **params
-        As `techniques()` lists them.
+        As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
+        their names, texts, objects, or a list of these.
 
     Raises
     ------
@@ -27,7 +34,37 @@ def technique(name: str, **params: Any) -> _core.Technique:
     ArgumentError
         A value outside its range.
     """
+    if isinstance(name, str) and ":" in name:
+        text = name
+        name, given = parse_spec(text, "technique")
+        for twice in given.keys() & params.keys():
+            raise ArgumentError(f"technique {text!r}: {twice} is given twice; give it once")
+        params = {**given, **params}
     return _core.Technique(name, **params)
+
+
+def technique_of(text: str) -> Any:
+    """The technique of `name:param=value,...`; of `matrix:file=F,convention=C` the parameterization in that file.
+
+    Raises
+    ------
+    UnknownNameError, ArgumentError
+        As `technique`.
+    LoadError
+        For a file of matrices that cannot be read.
+    """
+    name, params = parse_spec(text, "technique")
+    if name == "matrix":
+        from .matrix_files import matrix_technique
+
+        return matrix_technique(text, params)
+    return technique(name, **params)
+
+
+def with_all(items: Iterable[Any]) -> list[Any]:
+    """The items, the text "all" replaced by the names of all techniques."""
+    names = [spec["name"] for spec in _core.technique_specs()]
+    return [one for item in items for one in (names if isinstance(item, str) and item == ALL else [item])]
 
 
 def techniques() -> pd.DataFrame:

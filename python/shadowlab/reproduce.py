@@ -79,13 +79,59 @@ def light_python(light: Any) -> str:
 def technique_python(run: Any) -> str:
     """An expression that makes the technique of a run, every setting spelled out."""
     if run.given:
-        matrices = np.asarray(run.parameterization.matrices)
-        if len(matrices) > 1:
-            return "...  # the parameterization that was given; it has several matrices"
-        rows = ",\n        ".join(f"[{numbers(row)}]" for row in matrices[0])
-        return f"sl.Parameterization.from_matrix(np.array([\n        {rows}]))"
+        p = run.parameterization
+        blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
+        if len(blocks) == 1 and p.partitions[0].eye_depth == (0.0, np.inf):
+            return f"sl.Parameterization.from_matrix(np.array([\n        {blocks[0]}]))"
+        stack = ",\n        ".join(f"[{block}]" for block in blocks)
+        depths = ", ".join(f"({part.eye_depth[0]!r}, {far_python(part.eye_depth[1])})" for part in p.partitions)
+        return (
+            f"sl.Parameterization.from_matrix(np.array([\n        {stack}]),\n"
+            f"        eye_depth=[{depths}], selection={p.selection!r})"
+        )
     keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
     return f"sl.technique({run.technique!r}{keywords})"
+
+
+def far_python(depth: float) -> str:
+    """An expression that makes a depth, which may be infinite."""
+    return repr(depth) if np.isfinite(depth) else "float('inf')"
+
+
+def technique_text(run: Any) -> str | None:
+    """The command line's text of a run's technique; None for a matrix that is in no file."""
+    from .errors import ShadowlabError
+    from .registry import technique_of
+
+    if not run.given:
+        return format_spec(run.technique, run.settings)
+    if not run.label.startswith("matrix:"):
+        return None
+    try:
+        again = technique_of(run.label)
+    except ShadowlabError:
+        return None
+    p = run.parameterization
+    same = np.array_equal(again.matrices, p.matrices) and again.selection == p.selection
+    return run.label if same else None
+
+
+def light_arguments(light: Any, up: str) -> list[str]:
+    """The command line's options that make a light."""
+    words = []
+    if light.kind != "point":
+        words.append(f"--light={own_numbers(light.direction, up)}")
+    if light.kind != "directional":
+        words.append(f"--light-position={own_numbers(light.position, up)}")
+        words += ["--range", format_value(light.range)]
+    if light.kind == "spot":
+        words += ["--cone-deg", format_value(float(np.degrees(light.cone_angle)))]
+    return words
+
+
+def own_numbers(vector: Any, up: str) -> str:
+    """A world vector for the command line, in the axes of the file."""
+    return numbers(in_file_axes(vector, up)).replace(" ", "")
 
 
 def bias_python(bias: Any) -> str:
@@ -118,21 +164,28 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
 
     source, camera, light = study.source, study.camera, study.light
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
-    sayable = source.arguments and light.kind == "directional" and level and study.truth is not None
+    sayable = source.arguments and level and study.truth is not None
     aspect = study.size[0] / study.size[1]
     square = abs(camera.aspect - aspect) <= 4 * np.finfo(np.float64).eps * aspect
-    if not (sayable and square) or any(run.given for run in runs):
+    specs = dict.fromkeys(technique_text(run) for run in runs)
+    if not (sayable and square) or None in specs:
         return None
 
-    def own(vector: Any) -> str:
-        return numbers(in_file_axes(vector, source.up)).replace(" ", "")
-
     words = ["shadowlab", "compare", *source.arguments]
-    for spec in dict.fromkeys(format_spec(run.technique, run.settings) for run in runs):
-        words += ["--technique", spec]
-    words += [f"--eye={own(camera.eye)}", f"--target={own(camera_target(camera))}"]
+    for spec in specs:
+        words += ["--technique", str(spec)]
+    words += [
+        f"--eye={own_numbers(camera.eye, source.up)}",
+        f"--target={own_numbers(camera_target(camera), source.up)}",
+    ]
     words += ["--fov-deg", format_value(float(np.degrees(camera.fov_y)))]
-    words += ["--near", format_value(camera.near), "--far", format_value(camera.far), f"--light={own(light.direction)}"]
+    words += [
+        "--near",
+        format_value(camera.near),
+        "--far",
+        format_value(camera.far),
+        *light_arguments(light, source.up),
+    ]
     words += ["--resolution", ",".join(str(r) for r in sorted({run.resolution for run in runs}))]
     words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
     if study.filter != "nearest":

@@ -18,7 +18,6 @@ import numpy as np
 from .arguments import check_types, renderer_of, resolutions_of, size_of
 from .errors import ArgumentError, ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
-from .specs import parse_spec
 from .tables import Steps, settings_text, text_table
 
 T = TypeVar("T")
@@ -221,10 +220,10 @@ def compare(
     ----------
     scene : Scene
     camera : Camera
-    light : DirectionalLight or SpotLight
+    light : DirectionalLight, SpotLight or PointLight
     techniques : sequence or dict
-        Names ("lispsm", "lispsm:near=basic"), Technique objects or Parameterization objects; a dict gives each its
-        label.
+        Names ("lispsm", "lispsm:near=basic", "all" for every technique, "matrix:file=mine.npy,convention=opengl"),
+        Technique objects or Parameterization objects; a dict gives each its label.
     resolution : int or sequence of int
         Texels along each side of the maps.
     size : (int, int), optional
@@ -385,7 +384,9 @@ def labelled(techniques: Any) -> list[tuple[str, Any]]:
     if isinstance(techniques, Mapping):
         entries = [(str(label), resolved(item)) for label, item in techniques.items()]
     else:
-        items = list(techniques)
+        from .registry import with_all
+
+        items = with_all(techniques)
         named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
         names = [item.technique if is_parameterization(item) else item.name for _, item in named]
         entries = [
@@ -406,10 +407,9 @@ def labelled(techniques: Any) -> list[tuple[str, Any]]:
 def resolved(item: Any) -> Any:
     """The Technique or Parameterization that an entry means."""
     if isinstance(item, str):
-        from .registry import technique
+        from .registry import technique_of
 
-        name, params = parse_spec(item, "technique")
-        return technique(name, **params)
+        return technique_of(item)
     if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
         return item
     raise ArgumentError(

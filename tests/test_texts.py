@@ -1,0 +1,224 @@
+"""Techniques as text, as the core reads it, and within techniques; lights and matrices on the command line."""
+
+from __future__ import annotations
+
+import io
+import json
+import shlex
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import shadowlab as sl
+from shadowlab import cli
+from shadowlab.errors import ArgumentError, LoadError, UnknownNameError
+from shadowlab.registry import technique_of, with_all
+from shadowlab.specs import bare, format_spec, parse_spec, parse_value, pieces
+
+numbers = st.one_of(st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False))
+words = st.from_regex(r"[a-z][a-z_]{0,8}", fullmatch=True).filter(lambda w: w not in ("true", "false", "inf", "nan"))
+texts = st.recursive(
+    words, lambda inner: st.builds(lambda a, b, c: f"{a}:x={c},y=({b})/{a}", inner.filter(str.isalpha), inner, words)
+)
+values = st.one_of(st.booleans(), numbers, words, texts, st.lists(numbers, min_size=2, max_size=5).map(tuple))
+
+
+@given(words, st.dictionaries(words, values, max_size=4))
+def test_specs_survive_their_text(name, settings):
+    assert parse_spec(format_spec(name, settings), "technique") == (name, settings)
+
+
+def test_what_is_in_parentheses_is_one_value():
+    assert parse_spec("z_partition:count=4,inner=(lispsm:near=optimal,axis=middle)/uniform", "technique") == (
+        "z_partition", {"count": 4, "inner": "(lispsm:near=optimal,axis=middle)/uniform"},
+    )  # fmt: skip
+    assert parse_spec("plane_optimal:plane=(0,1,0,0)", "technique")[1] == {"plane": (0, 1, 0, 0)}
+    assert parse_spec("x:inner=(lispsm:near=optimal)", "technique")[1] == {"inner": "lispsm:near=optimal"}
+    assert parse_value("((1,2),(3,inf))") == ((1, 2), (3, np.inf))
+    assert parse_value(" ( 5 ) ") == 5
+    assert parse_value("(x,-z,y)") == "x,-z,y"
+    assert bare("((x))") == "x"
+    assert bare("(a)/(b)") == "(a)/(b)"
+    assert pieces("a=(1,2),b=3", ",") == ["a=(1,2)", "b=3"]
+    assert pieces("a)(", ",") is None
+
+
+@pytest.mark.parametrize("text", ["x:a=(1", "x:a=1)", "x:a=)1(", "x:(a=1"])
+def test_parentheses_without_a_partner_are_refused(text):
+    with pytest.raises(ArgumentError, match="a parenthesis has no partner"):
+        parse_spec(text, "technique")
+
+
+def test_a_text_brings_parameters():
+    one = sl.technique("lispsm:near=basic", axis="middle")
+    assert one.settings == sl.technique("lispsm", near="basic", axis="middle").settings
+    with pytest.raises(ArgumentError, match="near is given twice"):
+        sl.technique("lispsm:near=basic", near="basic")
+
+
+def test_all_is_every_technique():
+    names = list(sl.techniques()["name"].unique())
+    assert with_all(["all"]) == names
+    assert with_all(["uniform:stable=true", "all"]) == ["uniform:stable=true", *names]
+    scene = sl.library.scene("robots")
+    study = sl.compare(
+        scene, scene.camera, scene.light, "all", resolution=64, size=(32, 18), renderer="cpu", progress=False
+    )
+    assert [run.label for run in study.runs] == names
+    for run in study.runs:  # what cannot serve the view says why
+        assert bool(run.failure) == (run.mask is None)
+
+
+@pytest.fixture
+def files(tmp_path):
+    """A matrix of a library scene in every form, in OpenGL's convention."""
+    scene = sl.library.scene("robots")
+    p = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light, resolution=64)
+    found = {"matrix": p.matrix, "folder": tmp_path}
+    for form, name in (("npy", "m.npy"), ("json", "m.json"), ("text", "m.txt")):
+        out = tmp_path / name
+        words = ["matrix", "@robots", "--resolution", "64", "--convention", "opengl", "--format", form, "--out", out]
+        assert cli.main([str(word) for word in words]) == 0
+        found[form] = out
+    return found
+
+
+@pytest.mark.parametrize("form", ["npy", "json", "text"])
+def test_a_matrix_in_a_file_is_a_technique(files, form, capsys):
+    convention = "" if form == "json" else ",convention=opengl"  # JSON says it itself
+    text = f"matrix:file={files[form]}{convention}"
+    p = technique_of(text)
+    np.testing.assert_allclose(p.matrix, files["matrix"], rtol=1e-12, atol=1e-12)
+    out = files["folder"] / "report"
+    small = ["--resolution", "64", "--size", "64x36", "--backend", "cpu", "--out", str(out)]
+    assert cli.main(["compare", "@robots", "--technique", "lispsm", "--technique", text, *small]) == 0
+    capsys.readouterr()
+    data = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    ours, theirs = data["runs"]
+    assert theirs["misclassified"] == ours["misclassified"] > 0
+    assert theirs["technique"] == "matrix"
+    command = data["reproduce"]["command"]
+    assert shlex.split(command)[5:7] == ["--technique", text]
+    assert cli.main(shlex.split(command)[1:]) == 0
+    again = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert [r["misclassified"] for r in again["runs"]] == [r["misclassified"] for r in data["runs"]]
+
+
+def test_json_has_what_one_needs_beside_the_numbers(files):
+    data = json.loads(files["json"].read_text(encoding="utf-8"))
+    assert data["convention"] == "webgpu:z_range=(-1.0,1.0)"
+    assert data["resolution"] == 64
+    assert data["selection"] == "depth"
+    assert data["post_warp"] == [{"kind": "none"}]
+    assert len(data["eye_depth"]) == 1
+    assert data["values_of_maps"][0].keys() == data["values"].keys() > set()
+
+
+def test_several_matrices_keep_their_depths(tmp_path):
+    stack = np.array([np.eye(4), 2 * np.eye(4) + np.eye(4)[::-1] * 0])
+    np.save(tmp_path / "k.npy", stack)
+    text = f"matrix:file={tmp_path / 'k.npy'},eye_depth=((0.5,3),(3,inf)),selection=containment,resolution=77"
+    p = technique_of(text)
+    assert [part.eye_depth for part in p.partitions] == [(0.5, 3.0), (3.0, np.inf)]
+    assert (p.selection, p.resolution, len(p.matrices)) == ("containment", 77, 2)
+    (tmp_path / "k.txt").write_text("# first\n" + "\n".join(" ".join(map(str, row)) for m in stack for row in m))
+    np.testing.assert_array_equal(technique_of(f"matrix:file={tmp_path / 'k.txt'}").matrices, stack)
+
+
+BAD_FILES = {
+    "words": (b"not a matrix", "holds no matrices"),
+    "seven.txt": (b"1 2 3 4\n5 6 7\n", "holds no matrices"),
+    "binary": (bytes(range(256)), "holds no matrices"),
+    "empty": (b"", "holds no matrices"),
+    "broken.json": (b"{\"matrices\": [1,", "holds no matrices"),
+    "bare.json": (b"{}", "holds no matrices"),
+    "log.json": (b'{"matrix": [], "post_warp": [{"kind": "log"}]}', "a logarithm follows"),
+    "zero.txt": (b"0 0 0 0\n" * 4, "singular"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_file_without_matrices_is_told(tmp_path, name):
+    content, says = BAD_FILES[name]
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises((LoadError, ArgumentError), match=says) as raised:
+        technique_of(f"matrix:file={tmp_path / name}")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_pickle_is_not_opened(tmp_path):
+    stream = io.BytesIO()
+    np.save(stream, np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    (tmp_path / "p.npy").write_bytes(stream.getvalue())
+    with pytest.raises(LoadError, match="holds no matrices"):
+        technique_of(f"matrix:file={tmp_path / 'p.npy'}")
+
+
+def test_a_matrix_technique_says_what_it_misses(tmp_path):
+    with pytest.raises(ArgumentError, match="got no file"):
+        technique_of("matrix")
+    with pytest.raises(LoadError, match=r"cannot read .*check the path"):
+        technique_of(f"matrix:file={tmp_path / 'none.npy'}")
+    with pytest.raises(UnknownNameError, match="unknown field 'conv'"):
+        technique_of("matrix:file=a,conv=opengl")
+
+
+def view_of(*words):
+    options = cli.parser().parse_args(cli.joined_negative_values(["matrix", "@robots", *words]))
+    return cli.load_view(options, None)
+
+
+def test_lights_of_the_command_line():
+    scene, _, light, _ = view_of("--light-position", "1,9,-2", "--range", "30")
+    assert light == sl.PointLight((1, 9, -2), range=30)
+    low, high = np.asarray(scene.bounds)
+    _, _, light, _ = view_of("--light-position", "1,9,-2")
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    assert light.range == pytest.approx(np.linalg.norm(corners - [1, 9, -2], axis=1).max())
+    _, _, light, _ = view_of("--light-position", "1,9,-2", "--cone-deg", "60", "--range", "30")
+    middle = (low + high) / 2
+    assert light == sl.SpotLight((1, 9, -2), middle - [1, 9, -2], cone_angle=np.radians(60), range=30)
+    _, _, light, _ = view_of("--light-position", "1,9,-2", "--cone-deg", "60", "--range", "30", "--light", "-1,-2,0")
+    assert light == sl.SpotLight((1, 9, -2), (-1, -2, 0), cone_angle=np.radians(60), range=30)
+
+
+@pytest.mark.parametrize(
+    ("given_words", "says"),
+    [
+        (["--range", "3"], "range: expected a light with a place"),
+        (["--cone-deg", "3"], "cone-deg: expected a light with a place"),
+        (["--light-position", "0,5,0", "--light", "0,-1,0"], "--cone-deg makes it a spot"),
+        (["--light-position", "0,5,0", "--cone-deg", "180"], "cone-deg: expected degrees"),
+        (["--light-position", "0,5,0", "--cone-deg", "nan"], "cone-deg: expected degrees"),
+        (["--light-position", "0,5"], "light-position: expected three numbers"),
+        (["--light-position", "0,5,0", "--range", "0"], "range"),
+        (["--convention", "glide"], "unknown name 'glide'"),
+        (["--convention", "opengl:y=sideways"], "y: expected 'up' or 'down'"),
+        (["--technique", "matrix:file=none.npy"], "none.npy"),
+        (["--technique", "lispsm:near=(1"], "parenthesis"),
+    ],
+)
+def test_a_mistake_is_one_line(given_words, says, capsys):
+    assert cli.main(["matrix", "@robots", *given_words]) == 2
+    err = capsys.readouterr().err.strip()
+    assert says in err
+    assert "\n" not in err
+    assert "defect" not in err
+
+
+@pytest.mark.parametrize(
+    "light", [["--light-position", "0,6,1"], ["--light-position", "0,6,1", "--cone-deg", "80", "--light", "0,-1,-0.2"]]
+)
+def test_the_command_of_a_placed_light_gives_the_same_numbers(light, tmp_path, capsys):
+    small = ["--resolution", "64", "--size", "64x36", "--backend", "cpu", "--out", str(tmp_path)]
+    assert cli.main(["compare", "@robots", *light, *small]) == 0
+    data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert cli.main(shlex.split(data["reproduce"]["command"])[1:]) == 0
+    again = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert again["light"].keys() == data["light"].keys()
+    for name in data["light"].keys() - {"kind"}:
+        np.testing.assert_allclose(again["light"][name], data["light"][name], rtol=1e-14, atol=1e-15)
+    assert [r["misclassified"] for r in again["runs"]] == [r["misclassified"] for r in data["runs"]]
+    capsys.readouterr()

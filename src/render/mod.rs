@@ -5,6 +5,7 @@ pub mod cpu;
 mod filter;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod precision;
 mod renderer;
 
 pub use bias::Bias;

@@ -8,10 +8,11 @@
 //! around it take its place on the grid, so shared edges stay closed whatever path draws their triangles. Depth planes of
 //! triangles that are clipped or large reach far beyond their vertices' precision in f32 and come from f64 alone.
 
-use glam::{DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 use super::simd::{LANES, dispatch};
 use crate::geometry::Aabb;
+use crate::render::precision::single_is_enough;
 
 /// Sub-pixel bits of the fixed-point grid: what Direct3D 11 demands and graphics hardware has.
 pub const SUBPIXEL_BITS: u32 = 8;
@@ -22,12 +23,6 @@ const GUARD_PIXELS: f64 = 32768.0;
 /// Largest z / w that needs no clipping: depth beyond the far plane (1) is told to 2^-24 at least, and pixels of it are
 /// dropped one by one.
 pub const FAR_GUARD: f32 = 2.0;
-/// Largest ratio of the terms of a clip coordinate to w for which f32 will do.
-///
-/// Rounding the matrix and the four terms' sum costs at most 2^-23 of the terms together, and a seventh of that on average: 8
-/// is one unit in the last place of depth 1 then. A mesh as large as its map has a ratio of 1 to 3.
-const SINGLE_TERMS: f64 = 8.0;
-
 /// Beyond the left, right, bottom, top, near, far plane of the clip volume.
 pub const OUTSIDE: u32 = 0b11_1111;
 /// Not to be divided by w as it is: before the near plane, far beyond the far plane, w too small, or beyond the guard band.
@@ -114,21 +109,7 @@ impl Projection {
     /// The projection of a mesh in a box.
     pub fn new(clip_from_local: &DMat4, bounds_local: &Aabb) -> Self {
         let exact = normalized(clip_from_local);
-        let corners = bounds_local.corners();
-        let reach = corners.iter().fold(DVec3::ZERO, |r, p| r.max(p.abs())).extend(1.0);
-        let terms = (0..4).map(|i| (0..4).map(|j| exact[j][i].abs() * reach[j]).sum::<f64>()).fold(0.0, f64::max);
-        // The smallest w of what is both in the box and in view. Behind the inverse, w of a point in view is the inverse of
-        // its fourth coordinate, which is largest at a corner of the clip volume.
-        let in_box = corners.iter().map(|&p| clip_of(&exact, p)[3]).fold(f64::INFINITY, f64::min);
-        let local_from_clip = DMat4::from_cols_array_2d(&exact).inverse();
-        let in_view = (0..8)
-            .map(|c| {
-                DVec4::new(f64::from(c & 1) * 2.0 - 1.0, f64::from(c >> 1 & 1) * 2.0 - 1.0, f64::from(c >> 2), 1.0)
-            })
-            .map(|ndc| (local_from_clip * ndc).w)
-            .fold(0.0, |largest: f64, w| if w.is_nan() { f64::INFINITY } else { largest.max(w) });
-        let smallest_w = in_box.max(if in_view > 0.0 { 1.0 / in_view } else { 0.0 });
-        let single_is_enough = terms <= SINGLE_TERMS * smallest_w;
+        let single_is_enough = single_is_enough(&DMat4::from_cols_array_2d(&exact), bounds_local);
         Self { exact, single: exact.map(|c| c.map(|x| x as f32)), single_is_enough }
     }
 
@@ -300,14 +281,5 @@ mod tests {
         assert!(out[0].z.is_finite() && out[0].code & CLIP != 0 && out[1].code & CLIP == 0, "{out:?}");
         project_all_exactly(&columns, &viewport, &positions, &mut out);
         assert!(out[0].z.is_finite() && out[0].code & CLIP != 0 && out[1].code & CLIP == 0, "{out:?}");
-    }
-
-    #[test]
-    fn f64_is_for_meshes_beyond_the_map() {
-        let unit = Aabb::from_points([DVec3::NEG_ONE, DVec3::ONE]);
-        for (ratio, single) in [(0.01, true), (1.0, true), (100.0, false), (1e12, false)] {
-            let m = DMat4::from_scale(DVec3::new(ratio, ratio, 0.5 * ratio));
-            assert_eq!(Projection::new(&m, &unit).single_is_enough, single, "ratio {ratio}");
-        }
     }
 }

@@ -6,9 +6,11 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec4};
 use rayon::prelude::*;
 
+use super::exact::ExactTriangles;
 use super::guard_band::GuardBand;
 use super::scene_cache::DeviceScene;
 use crate::geometry::Aabb;
+use crate::render::precision::single_is_enough;
 use crate::scene::Scene;
 
 /// One instance in a pass, as shaders read it: the columns of `clip_from_local`, times a power of two.
@@ -23,6 +25,16 @@ pub(super) struct Draw {
     pub mesh: u32,
     /// Places in the list's arrays.
     pub slots: Range<u32>,
+    /// Whether the device projects them; else they are among the pass's exact triangles.
+    pub is_on_device: bool,
+}
+
+/// What a pass draws.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub(super) struct PassDraws {
+    pub draws: Vec<Draw>,
+    /// The instances that single precision would misplace.
+    pub exact: ExactTriangles,
 }
 
 /// The visible instances of one or several passes, each pass's after the other's.
@@ -34,7 +46,7 @@ pub(super) struct DrawList {
 }
 
 impl DrawList {
-    /// Appends what a pass under `clip_from_world` can show; gives its draws. The matrices are for the viewport that `guard`
+    /// Appends what a pass under `clip_from_world` can show; tells what it draws. The matrices are for the viewport that `guard`
     /// sets.
     pub fn push_pass(
         &mut self,
@@ -42,29 +54,41 @@ impl DrawList {
         on_device: &DeviceScene,
         clip_from_world: &DMat4,
         guard: GuardBand,
-    ) -> Vec<Draw> {
+    ) -> PassDraws {
         let viewport_from_clip = guard.viewport_from_clip();
-        let visible: Vec<(u32, ClipFromLocal)> = on_device
+        let visible: Vec<(u32, DMat4, bool)> = on_device
             .order
             .par_iter()
             .with_min_len(1024) // about 0.1 ms of work
             .filter_map(|&instance| {
                 let clip_from_local = scene.clip_from_local(clip_from_world, instance as usize);
                 let bounds = scene.mesh_of(instance as usize).bounds_local();
-                may_show(&clip_from_local, bounds).then(|| (instance, single(&(viewport_from_clip * clip_from_local))))
+                may_show(&clip_from_local, bounds).then(|| {
+                    let is_on_device = single_is_enough(&clip_from_local, bounds);
+                    (instance, viewport_from_clip * clip_from_local, is_on_device)
+                })
             })
             .collect();
-        let mut draws: Vec<Draw> = Vec::new();
-        for (instance, clip_from_local) in visible {
+        let mut pass = PassDraws::default();
+        for (instance, viewport_from_local, is_on_device) in visible {
             let (mesh, slot) = (scene.instances()[instance as usize].mesh, self.instances.len() as u32);
-            match draws.last_mut() {
-                Some(draw) if draw.mesh == mesh => draw.slots.end = slot + 1,
-                _ => draws.push(Draw { mesh, slots: slot..slot + 1 }),
+            match pass.draws.last_mut() {
+                Some(draw) if draw.mesh == mesh && draw.is_on_device == is_on_device => draw.slots.end = slot + 1,
+                _ => pass.draws.push(Draw { mesh, slots: slot..slot + 1, is_on_device }),
+            }
+            if !is_on_device {
+                pass.exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot);
             }
             self.instances.push(instance);
-            self.clip_from_local.push(clip_from_local);
+            self.clip_from_local.push(single(&viewport_from_local));
         }
-        draws
+        pass
+    }
+
+    /// Appends a matrix that changes nothing, which belongs to no instance; gives its place. The list is complete then.
+    pub fn push_identity(&mut self) -> u32 {
+        self.clip_from_local.push(single(&DMat4::IDENTITY));
+        self.clip_from_local.len() as u32 - 1
     }
 }
 

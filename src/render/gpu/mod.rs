@@ -5,6 +5,7 @@
 mod adapter;
 mod device;
 mod draw_list;
+mod exact;
 mod guard_band;
 mod passes;
 mod pipelines;

@@ -8,7 +8,8 @@ use wgpu::{
 };
 
 use super::device::Gpu;
-use super::draw_list::{Draw, DrawList};
+use super::draw_list::{DrawList, PassDraws};
+use super::exact::ExactTriangles;
 use super::guard_band::GuardBand;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
@@ -69,10 +70,12 @@ impl Session<'_> {
             self.progress.check()?;
             passes.push(list.push_pass(scene, &on_device, clip_from_world, guard));
         }
+        let identity = list.push_identity();
         let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let texture = self.state.pool.texture(self.gpu, DEPTH, size, passes.len() as u32)?;
         in_use.textures.push(texture.clone());
         for (layer, draws) in passes.iter().enumerate() {
+            let exact = self.upload_exact(in_use, &draws.exact)?;
             let view = layer_view(&texture, layer as u32);
             let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
                 label: Some("depth"),
@@ -83,9 +86,21 @@ impl Session<'_> {
             pass.set_pipeline(&self.pipelines.depth);
             pass.set_vertex_buffer(1, matrices.slice(..));
             draw_indexed(&mut pass, &on_device, draws);
+            if let Some(corners) = &exact {
+                pass.set_vertex_buffer(0, corners.slice(..));
+                pass.draw(0..draws.exact.corners.len() as u32, identity..identity + 1);
+            }
         }
         self.gpu.check()?;
         Ok(texture)
+    }
+
+    /// The corners of exact triangles in a buffer of the device; nothing where there are none.
+    pub fn upload_exact(&mut self, in_use: &mut InUse, exact: &ExactTriangles) -> Result<Option<Buffer>> {
+        if exact.corners.is_empty() {
+            return Ok(None);
+        }
+        self.upload(in_use, "triangles that take more than single precision (bytes)", &exact.corners).map(Some)
     }
 
     /// Writes an array into a buffer of the device that the recorded commands will read.
@@ -100,10 +115,10 @@ impl Session<'_> {
     }
 }
 
-/// Records one draw a mesh; pipeline and instances are set.
-pub(super) fn draw_indexed(pass: &mut RenderPass, on_device: &DeviceScene, draws: &[Draw]) {
+/// Records one draw a mesh of what the device projects; pipeline and instances are set.
+pub(super) fn draw_indexed(pass: &mut RenderPass, on_device: &DeviceScene, draws: &PassDraws) {
     let mut bound = None;
-    for draw in draws {
+    for draw in draws.draws.iter().filter(|draw| draw.is_on_device) {
         let mesh = on_device.meshes[draw.mesh as usize];
         if bound != Some(mesh.group) {
             let group = &on_device.groups[mesh.group as usize];

@@ -28,6 +28,8 @@ pub(super) struct Pipelines {
 /// What G-buffers and masks take.
 pub(super) struct SurfacePipelines {
     pub ids: IdsPipeline,
+    /// Of triangles that the host has projected.
+    pub ids_exact: RenderPipeline,
     pub gbuffer: ComputePipeline,
     pub mask: ComputePipeline,
 }
@@ -48,6 +50,7 @@ impl Pipelines {
         gpu.check()?;
         let surface = gpu.has_compute.then(|| SurfacePipelines {
             ids: ids_pipeline(device),
+            ids_exact: ids_exact_pipeline(device),
             gbuffer: compute_pipeline(device, "gbuffer", include_str!("shaders/gbuffer.wgsl")),
             mask: compute_pipeline(device, "shadow_mask", include_str!("shaders/lookup.wgsl")),
         });
@@ -90,6 +93,15 @@ fn ids_pipeline(device: &Device) -> IdsPipeline {
         let source = include_str!("shaders/ids_pulled.wgsl");
         IdsPipeline::Pulled(render_pipeline(device, "ids_pulled", source, &[], target))
     }
+}
+
+fn ids_exact_pipeline(device: &Device) -> RenderPipeline {
+    let layout = |array_stride, attributes| {
+        Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes })
+    };
+    let buffers = [layout(RECORD, &vertex_attr_array![0 => Float32x3]), layout(8, &vertex_attr_array![1 => Uint32x2])];
+    let source = include_str!("shaders/ids_exact.wgsl");
+    render_pipeline(device, "ids_exact", source, &buffers, Some(ColorTargetState::from(IDS)))
 }
 
 fn module(device: &Device, label: &str, source: String) -> ShaderModule {

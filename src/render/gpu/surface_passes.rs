@@ -66,7 +66,9 @@ impl Session<'_> {
         let placements = space.placements(scene, &on_device, &list.instances);
         let placements = self.upload(in_use, "the placements of all visible instances (bytes)", &placements)?;
         self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
-        let groups = slots_by_group(&on_device, &draws);
+        let exact = self.upload_exact(in_use, &draws.exact)?;
+        let exact_ids = self.upload(in_use, "the numbers of such triangles (bytes)", &draws.exact.ids)?;
+        let groups = slots_by_group(&on_device, &draws.draws);
         for (group, _) in &groups {
             let geometry = &on_device.groups[*group as usize];
             self.gpu.check_binding("the vertices of one mesh (bytes)", geometry.vertices.size())?;
@@ -98,7 +100,7 @@ impl Session<'_> {
             IdsPipeline::Pulled(pipeline) => {
                 pass.set_pipeline(pipeline);
                 let mut bound = None;
-                for draw in &draws {
+                for draw in draws.draws.iter().filter(|draw| draw.is_on_device) {
                     let mesh = on_device.meshes[draw.mesh as usize];
                     if bound != Some(mesh.group) {
                         let geometry = &on_device.groups[mesh.group as usize];
@@ -110,6 +112,12 @@ impl Session<'_> {
                     pass.draw(mesh.first_index..mesh.first_index + mesh.index_count, draw.slots.clone());
                 }
             }
+        }
+        if let Some(corners) = &exact {
+            pass.set_pipeline(&pipelines.ids_exact);
+            pass.set_vertex_buffer(0, corners.slice(..));
+            pass.set_vertex_buffer(1, exact_ids.slice(..));
+            pass.draw(0..draws.exact.corners.len() as u32, 0..1);
         }
         drop(pass);
         self.gpu.check()?;

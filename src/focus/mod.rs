@@ -1,5 +1,6 @@
 //! What a map must cover, and the fit that makes it cover that: shared by all techniques.
 
+mod body_error;
 mod logarithmic;
 mod samples;
 mod stable;
@@ -7,11 +8,16 @@ mod tightening;
 mod unit_cube;
 mod view;
 mod warp;
+mod warp_search;
 
+pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
 pub use logarithmic::fit_logarithmic;
 pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;
-pub use unit_cube::{BORDER_TEXELS, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, spot_depths};
+pub use unit_cube::{
+    BORDER_TEXELS, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, receivers_room, spot_depths,
+};
 pub use view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
 pub use warp::{LEAST_KAPPA, LEAST_LAMBDA, NoWarp, WarpSpace};
+pub use warp_search::{Strength, best_strength};

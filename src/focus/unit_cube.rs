@@ -66,7 +66,7 @@ impl MapSize {
 ///
 /// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body.
 pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Rows {
-    let receivers = with_room(&across(provisional, view, scene, tightening), provisional, view, size);
+    let receivers = receivers_room(provisional, view, scene, size, tightening);
     canonical(&cut_to(provisional, &with_border(&receivers, size), view, scene, tightening), view)
 }
 
@@ -95,6 +95,17 @@ pub(super) fn cut_to(
     let low = map.min.truncate().extend(near - DEPTH_MARGIN * depth);
     let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
     provisional.cropped(low, high)
+}
+
+/// What the receivers of a map span in its provisional NDC as [`fit`] has it, border aside.
+pub fn receivers_room(
+    provisional: &Rows,
+    view: &FocusedView,
+    scene: &Scene,
+    size: &MapSize,
+    tightening: Tightening,
+) -> Aabb {
+    with_room(&across(provisional, view, scene, tightening), provisional, view, size)
 }
 
 /// What the receivers of a map span.

@@ -165,6 +165,12 @@ impl WarpSpace {
     pub fn line(&self) -> [f64; 2] {
         [self.eye_depth, self.eye_depth + self.rate * self.extent()]
     }
+    /// The same space for another map without a warp, as a whole.
+    pub fn unwarped(&self, rows: &Rows, view: &FocusedView) -> Self {
+        let images = view.receivers.vertices().iter().map(|p| rows.project(*p).y);
+        let y = images.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(y), high.max(y)]);
+        Self { rows: *rows, y, x_ref: 0.0, ..*self }
+    }
     /// A warp distance kept within what digits can hold; notes what is raised. Beyond the largest, infinity included, the map
     /// is uniform to the last bit.
     pub fn limited(&self, distance: f64, notes: &mut Vec<String>) -> f64 {

@@ -118,6 +118,10 @@ impl ConvexBody {
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices[..self.vertex_count]
     }
+    /// The ends of the edges, each edge once.
+    pub fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        self.edges[..self.edge_count].iter().map(|e| [self.vertices[e.from as usize], self.vertices[e.to as usize]])
+    }
     /// Whether nothing is left.
     pub fn is_empty(&self) -> bool {
         self.vertex_count == 0

@@ -1,7 +1,7 @@
 //! Light space perspective shadow maps.
 //!
 //! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM); Wimmer and Scherzer 2006 (robust shadow maps: middle vector);
-//! theory.md 5. Departures, all there: the warp is anchored at the near end of the receivers' body; depth comes from the
+//! theory.md 5; the search for the least error is ours (closed forms, "the published warp against the best"). Departures, all there: the warp is anchored at the near end of the receivers' body; depth comes from the
 //! shared fit; in the warp distance Δz is the eye depth that the body spans along the warp axis (the paper's own section 4.4;
 //! the later paper's equation 1 lacks the sine).
 //!
@@ -12,9 +12,13 @@
 
 use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
 use super::uniform::{spot_depth_range, uniform_rows};
-use super::{Part, Provisional, Settings, Warp};
+use super::{Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
-use crate::focus::{Coverage, FocusedView, NoWarp, WarpSpace};
+use crate::focus::{
+    BodyError, Coverage, ErrorMeasure, ErrorNorm, FocusedView, NoWarp, Strength, Tightening, WarpSpace, best_strength,
+    receivers_room,
+};
+use crate::geometry::Rows;
 use crate::scene::{Light, Scene};
 
 /// What the technique says of itself.
@@ -28,16 +32,17 @@ pub static SPEC: Spec = Spec {
             name: "near",
             unit: "world units",
             default: Default::Choice("delta-z"),
-            kind: Kind::ChoiceOrNumber { words: &["delta-z", "basic"], min: 0.0, max: f64::MAX },
+            kind: Kind::ChoiceOrNumber { words: &["delta-z", "basic", "optimal"], min: 0.0, max: f64::MAX },
             doc: "warp distance, from the reference point to the near end of the receivers: by formula over the depth the \
-                  body spans (delta-z), by formula over the view's depth range (basic), or a length",
+                  body spans (delta-z), by formula over the view's depth range (basic), by a search for the least error over \
+                  the body, the uniform map included (optimal), or a length",
         },
         ParamSpec {
             name: "near_factor",
             unit: "",
             default: Default::Number(1.0),
             kind: Kind::Number { min: 1e-6, max: 1e12 },
-            doc: "multiplies the warp distance; the larger, the weaker the warp",
+            doc: "multiplies the warp distance, the optimal one as well; the larger, the weaker the warp",
         },
         ParamSpec {
             name: "axis",
@@ -45,6 +50,23 @@ pub static SPEC: Spec = Spec {
             default: Default::Choice("view"),
             kind: Kind::Choice(&["view", "middle"]),
             doc: "warp along the view direction, or along the middle of the casters' body as the eye sees it",
+        },
+        ParamSpec {
+            name: "norm",
+            unit: "",
+            default: Default::Choice("storage"),
+            kind: Kind::Choice(&["storage", "linf", "mean"]),
+            doc: "what near=optimal makes small, in the image, over the receivers' body: a texel's largest length along the \
+                  warp axis times its largest length across (storage), the largest length along (linf), or its mean area \
+                  over the pixels, every octave of depth as likely (mean)",
+        },
+        ParamSpec {
+            name: "near_weight",
+            unit: "",
+            default: Default::Number(1.0),
+            kind: Kind::Number { min: 1e-6, max: 1e6 },
+            doc: "for near=optimal: how many times an error at the near end of the receivers counts as one at their far end, \
+                  a power of eye depth between",
         },
         FIT,
     ],
@@ -55,6 +77,7 @@ enum Distance {
     DeltaZ,
     Basic,
     Length(f64),
+    Optimal(ErrorMeasure),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +91,7 @@ struct Lispsm {
     distance: Distance,
     factor: f64,
     axis: Axis,
+    tightening: Tightening,
 }
 
 /// The warp from checked settings.
@@ -75,11 +99,21 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     let distance = match (settings.number("near"), settings.word("near")) {
         (Some(length), _) => Distance::Length(length),
         (None, "basic") => Distance::Basic,
+        (None, "optimal") => {
+            let norm = match settings.word("norm") {
+                "linf" => ErrorNorm::Linf,
+                "mean" => ErrorNorm::Mean,
+                _ => ErrorNorm::Storage,
+            };
+            Distance::Optimal(ErrorMeasure { norm, near_weight: settings.number("near_weight").unwrap_or(1.0) })
+        }
         _ => Distance::DeltaZ,
     };
     let factor = settings.number("near_factor").unwrap_or(1.0);
     let axis = if settings.word("axis") == "middle" { Axis::Middle } else { Axis::View };
-    Ok(Box::new(Lispsm { distance, factor, axis }))
+    // Warps know the words of `fit` alone; XPSM's published step is not among them.
+    let tightening = Tightening::named(settings.word("fit"), 0.0);
+    Ok(Box::new(Lispsm { distance, factor, axis, tightening }))
 }
 
 impl Warp for Lispsm {
@@ -89,16 +123,27 @@ impl Warp for Lispsm {
         let mut notes = Vec::new();
         let clip_from_local = match self.warp_space(view, scene, &mut notes) {
             Some(Ok(space)) => {
-                let distance = self.warp_distance(&space, view, &mut notes);
-                values.push(("warp_distance", distance));
-                values.push(("lambda", distance / space.extent()));
+                let distance = match &self.distance {
+                    Distance::Optimal(measure) => self.optimum(measure, &space, view, part, &mut values),
+                    formula => Ok(self.warp_distance(formula, &space, view, &mut notes)),
+                };
+                if let Ok(distance) = distance {
+                    values.push(("warp_distance", distance));
+                    values.push(("lambda", distance / space.extent()));
+                }
                 values.push(("kappa", space.rate));
                 if let Light::Directional(l) = &view.light {
                     values.push(("gamma", view.camera.forward().angle_between(l.direction())));
                 }
                 values.push(("depth", space.extent()));
                 values.push(("y_min", space.y[0]));
-                space.warped(distance)
+                match distance {
+                    Ok(distance) => space.warped(distance),
+                    Err(uniform) => {
+                        notes.push("no warp, a uniform map: no warp distance has less error".into());
+                        uniform
+                    }
+                }
             }
             Some(Err(reason)) => {
                 values.push(("kappa", 0.0));
@@ -138,16 +183,45 @@ impl Lispsm {
         }
     }
     /// The distance from the reference point to the near end, in units of the warp space's y (theory.md 5.2).
-    fn warp_distance(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
-        let [near, far] = match self.distance {
+    fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
+        let [near, far] = match formula {
             Distance::Basic => view.eye_depth,
             _ => space.line(),
         };
-        let distance = self.factor
-            * match self.distance {
-                Distance::Length(length) => length * space.per_length,
-                _ => space.equal_error_distance(near, far),
-            };
-        space.limited(distance, notes)
+        let distance = match formula {
+            Distance::Length(length) => length * space.per_length,
+            _ => space.equal_error_distance(near, far),
+        };
+        space.limited(self.factor * distance, notes)
+    }
+    /// The warp distance with the least error; the uniform map where none has less.
+    fn optimum(
+        &self,
+        measure: &ErrorMeasure,
+        space: &WarpSpace,
+        view: &FocusedView,
+        part: &Part,
+        values: &mut Vec<Named>,
+    ) -> std::result::Result<f64, Rows> {
+        let extent = |rows: &Rows| receivers_room(rows, view, part.scene, &part.size, self.tightening);
+        let error = BodyError::new(view, space, measure);
+        let [best, unwarped] = best_strength(space, &error, part.size.resolution, extent);
+        // The uniform technique's own map: a spot's is not turned, nor is one along the view where the axis is another.
+        let upright = uniform_rows(view, part.scene, &mut Vec::new());
+        let turned = space.unwarped(&upright, view);
+        let uniform = if turned.rows == space.rows {
+            unwarped
+        } else {
+            Strength::of(0.0, &turned, &BodyError::new(view, &turned, measure), extent)
+        };
+        if best.mu > 0.0 && best.error < uniform.error {
+            let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
+            let made = Strength::of(space.extent() / distance, space, &error, extent);
+            values.extend([("error", made.error), ("error_uniform", uniform.error)]);
+            return Ok(distance);
+        }
+        let least = uniform.error.min(unwarped.error);
+        values.extend([("error", least), ("error_uniform", uniform.error)]);
+        Err(if unwarped.error < uniform.error { space.rows } else { upright })
     }
 }

@@ -162,6 +162,13 @@ def frustum_segments(shadow_clip_from_world: np.ndarray, camera: Any, depths: An
     depths : sequence of float, optional
         Camera depths at which a cross-section is drawn; the near and far planes where none is given.
     """
+    matrix = np.asarray(shadow_clip_from_world, dtype=np.float64)
+    clipped = [clip_segment(matrix @ a, matrix @ b) for a, b in frustum_edges(camera, depths)]
+    return np.array([s for s in clipped if s is not None]).reshape(-1, 2, 2)
+
+
+def frustum_edges(camera: Any, depths: Any = None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Both ends of each edge of a camera's frustum as homogeneous world points, with cross-sections at some depths."""
     depths = (camera.near, camera.far) if depths is None else tuple(depths)
     tan_y = np.tan(0.5 * camera.fov_y)
     rays = [
@@ -173,10 +180,7 @@ def frustum_segments(shadow_clip_from_world: np.ndarray, camera: Any, depths: An
     eye = np.asarray(camera.eye, dtype=np.float64)
     rings = [[np.append(eye + z * ray, 1.0) for ray in rays] for z in depths]
     edges = [(ring[i], ring[(i + 1) % 4]) for ring in rings for i in range(4)]
-    edges += [(a[i], b[i]) for a, b in itertools.pairwise(rings) for i in range(4)]
-    matrix = np.asarray(shadow_clip_from_world, dtype=np.float64)
-    clipped = [clip_segment(matrix @ a, matrix @ b) for a, b in edges]
-    return np.array([s for s in clipped if s is not None]).reshape(-1, 2, 2)
+    return edges + [(a[i], b[i]) for a, b in itertools.pairwise(rings) for i in range(4)]
 
 
 def clip_segment(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
@@ -213,12 +217,6 @@ def with_frustum(picture: np.ndarray, segments: np.ndarray) -> np.ndarray:
         for (x0, y0), (x1, y1) in pixels:
             draw.line((x0, y0, x1, y1), fill=colour, width=round(width))
     return np.asarray(image.resize((picture.shape[1], picture.shape[0]), Image.Resampling.BOX))
-
-
-def map_picture(depth: np.ndarray, shadow_clip_from_world: np.ndarray, camera: Any, side: int = 1024) -> np.ndarray:
-    """A shadow map as the light sees it, with the camera frustum, at most `side` pixels along each edge."""
-    small = reduced(np.asarray(depth), side)
-    return with_frustum(relief(small), frustum_segments(shadow_clip_from_world, camera))
 
 
 def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:

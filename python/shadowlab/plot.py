@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from . import pictures
+from .map_pictures import chosen_picture, mosaic, pictures_of_run
 from .pictures import difference, shade, truth_mask
 
 __all__ = [
+    "chosen_view",
     "difference",
     "difference_view",
     "error_curve",
@@ -67,6 +69,21 @@ def difference_view(
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
+def chosen_view(
+    gbuffer: Any,
+    light: Any,
+    mask: np.ndarray,
+    chosen: np.ndarray,
+    ax: Any = None,
+    *,
+    title: str = "",
+    aspect: Any = None,
+) -> Any:
+    """Axes with the eye view in the colours of the maps that its pixels ask; see `Renderer.chosen_map`."""
+    picture = chosen_picture(gbuffer, light, mask, chosen)
+    return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
+
+
 def shadow_map(depth: np.ndarray, ax: Any = None, *, title: str = "") -> Any:
     """Axes with a shadow map (H, W) as the light sees it, in NDC: x to the right and y up, both from -1 to 1."""
     ax = _axes(ax)
@@ -116,7 +133,8 @@ def study_figure(study: Any) -> Any:
     from .verdict import share_text
 
     runs = [run for run in study.runs if run.mask is not None]
-    columns = 3 if study.truth is not None else 2
+    several = any(run.chosen is not None for run in runs)
+    columns = 2 + (study.truth is not None) + several
     shape = (max(1, len(runs)), columns)
     aspect = study.camera.aspect
     ratios = [aspect] * (columns - 1) + [1.0]  # so that all pictures of a row are equally high
@@ -130,9 +148,20 @@ def study_figure(study: Any) -> Any:
             shown = (study.gbuffer, study.light, study.truth, run.errors.image, row[1])
             # A picture of the figure is about 400 pixels wide on a screen; single pixels of a larger one would fade.
             difference_view(*shown, title=title, aspect=aspect, width=max(1, round(max(study.size) / 400)))
-        first = run.maps if run.maps.ndim == 2 else run.maps[0]
-        shadow_map(first, row[-1], title="from the light")
-        frustum(np.asarray(run.parameterization.matrices)[0], study.camera, row[-1])
+        if run.chosen is not None:
+            chosen_view(
+                study.gbuffer, study.light, run.mask, run.chosen, row[-2], title="the map that is asked", aspect=aspect
+            )
+        elif several:
+            row[-2].set_axis_off()
+        parts = run.parameterization.partitions
+        if len(parts) == 1 and parts[0].post_warp == "none":
+            shadow_map(run.maps, row[-1], title="from the light")
+            frustum(np.asarray(run.parameterization.matrices)[0], study.camera, row[-1])
+        else:
+            picture = mosaic(pictures_of_run(run, study.camera, max(1, 1024 // round(len(parts) ** 0.5))))
+            title = "from the light" if len(parts) == 1 else f"{len(parts)} maps from the light"
+            _picture(row[-1], picture, title, picture.shape[1] / picture.shape[0])
     if not runs:
         for ax in grid.ravel():
             ax.set_axis_off()

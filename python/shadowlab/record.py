@@ -73,6 +73,16 @@ def run_record(run: Any) -> dict[str, Any]:
     if p is not None:
         record["matrices"] = np.asarray(p.matrices)
         record["values"] = dict(p.values)
+        record["selection"] = p.selection
+        record["partitions"] = [
+            {
+                "technique": part.technique,
+                "eye_depth": list(part.eye_depth),
+                "post_warp": {"kind": part.post_warp, **part.post_warp_terms},
+                "values": dict(part.values),
+            }
+            for part in p.partitions
+        ]
         record["notes"] = list(run.notes)
     return record
 

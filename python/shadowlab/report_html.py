@@ -13,12 +13,11 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from . import pictures, record
 from .chart import error_chart
 from .errors import ArgumentError
 from .html_parts import data_uri, document, figure, flipping, picture, slug, symbol, use
+from .report_maps import chosen_figure, map_figure, map_table
 from .reproduce import command_line, python_snippet
 from .tables import cells
 from .verdict import share_text
@@ -27,8 +26,6 @@ from .verdict import share_text
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
 # The close look is this part of the picture's shorter side: pixels become visible, and where they are stays clear.
 WINDOW_SHARE = 8
-# Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
-MAP_SIDE = 1024
 # Width that the page shows a picture of the eye view in, pixels of the screen; single pixels of larger ones would fade.
 SHOWN_PX = 520
 
@@ -203,7 +200,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
     shaded = pictures.shade(study.gbuffer, study.light, run.mask)
     files[f"{stem}_eye.png"] = pictures.png(shaded)
-    light_view = map_figure(study, run, name, stem, files)
+    light_view = map_figure(study.camera, run, name, stem, files)
     eye_text = f"Eye view with the shadows of {name}"
     if run.errors is None:
         eye = figure(picture(shaded, eye_text, aspect), "<b>Eye view</b> with its shadows", aspect)
@@ -227,26 +224,9 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
                 aspect,
             ),
         ]
-    grid = "".join(f'<div class="pictures">{row}</div>' for row in rows)
+    rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
+    grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
     return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
-
-
-def map_figure(study: Any, run: Any, name: str, stem: str, files: dict[str, bytes]) -> str:
-    """The map or maps as the light sees them, with the camera frustum."""
-    layers = run.maps if run.maps.ndim == 3 else run.maps[None]
-    made = []
-    for i, (layer, matrix) in enumerate(zip(layers, np.asarray(run.parameterization.matrices), strict=True)):
-        drawn = pictures.map_picture(layer, matrix, study.camera, MAP_SIDE)
-        which = f", part {i + 1}" if len(layers) > 1 else ""
-        files[f"{stem}_map{f'_{i + 1}' if len(layers) > 1 else ''}.png"] = pictures.png(drawn)
-        covered = share_text(float(np.mean(layer < 1.0)))
-        text = f"Shadow map of {name}{which} as the light sees it, with the camera frustum; {covered} of it covered"
-        made.append(picture(drawn, text, drawn.shape[1] / drawn.shape[0]))
-    covered = share_text(float(np.mean(run.maps < 1.0)))
-    caption = (
-        f"<b>From the light</b>, near is pale; the camera frustum in orange. {covered} of the texels hold a caster."
-    )
-    return figure(f'<div class="layers">{"".join(made)}</div>' if len(made) > 1 else made[0], caption, 1.0)
 
 
 def numbers_of(run: Any) -> str:

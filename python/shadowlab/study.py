@@ -6,105 +6,18 @@ cannot serve the scene or the light leaves its reason in its row and the others 
 
 from __future__ import annotations
 
-import statistics
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from .arguments import check_types, renderer_of, resolutions_of, size_of
-from .errors import ArgumentError, ShadowlabError
-from .matrices import CHECK_MATRIX, notes_on
+from .errors import ArgumentError
+from .runs import COLUMNS, COUNTS, TIMES, ByRun, Draw, Run, is_parameterization, run_one
 from .tables import Steps, settings_text, text_table
-
-T = TypeVar("T")
-
-COLUMNS = (
-    "technique", "settings", "resolution", "misclassified", "false_shadow", "false_light", "share", "compared",
-    "undecided", "unmatched", "fit_us", "render_ms", "mask_ms", "notes", "failure",
-)  # fmt: skip
-COUNTS = ("resolution", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched")
-TIMES = ("share", "fit_us", "render_ms", "mask_ms")
-
-# A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
-FIT_REPEATS = 200
-FIT_BUDGET_S = 0.1
-# The best of a few runs is what the machine can do; slow maps are drawn once.
-RENDER_REPEATS = 3
-RENDER_BUDGET_S = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """One technique at one resolution: a row of the table with its pictures. What failed holds None and the reason."""
-
-    label: str
-    technique: str
-    settings: Mapping[str, Any]
-    resolution: int
-    given: bool  # a matrix from elsewhere, not made by a technique of ours
-    parameterization: Any = None
-    maps: np.ndarray | None = None
-    mask: np.ndarray | None = None
-    errors: Any = None
-    fit_us: float | None = None
-    render_ms: float | None = None
-    mask_ms: float | None = None
-    doubts: tuple[str, ...] = ()  # what speaks against a matrix from elsewhere
-    failure: str = ""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the technique did where it could not do as told, and what speaks against a given matrix."""
-        own = () if self.parameterization is None else tuple(self.parameterization.notes)
-        return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
-
-    def row(self) -> dict[str, Any]:
-        """The row of the table; None where nothing was measured."""
-        errors = self.errors
-        return {
-            "technique": self.label,
-            "settings": settings_text(self.settings),
-            "resolution": self.resolution,
-            "misclassified": None if errors is None else int(errors.count),
-            "false_shadow": None if errors is None else int(errors.false_shadow),
-            "false_light": None if errors is None else int(errors.false_light),
-            "share": None if errors is None else float(errors.fraction),
-            "compared": None if errors is None else int(errors.compared),
-            "undecided": None if errors is None else int(errors.undecided),
-            "unmatched": None if errors is None else int(errors.unmatched),
-            "fit_us": self.fit_us,
-            "render_ms": self.render_ms,
-            "mask_ms": self.mask_ms,
-            "notes": "; ".join(self.notes),
-            "failure": self.failure,
-        }
-
-
-class ByRun(Mapping[Any, Any]):
-    """Arrays of the runs that succeeded, by (label, resolution), or by label alone in a study of one resolution."""
-
-    def __init__(self, arrays: Mapping[tuple[str, int], np.ndarray]):
-        self._arrays = dict(arrays)
-
-    def __getitem__(self, key: Any) -> Any:
-        found = [key] if key in self._arrays else [k for k in self._arrays if k[0] == key]
-        if len(found) != 1:
-            keys = ", ".join(map(repr, self._arrays)) or "none"
-            raise KeyError(f"{key!r}: expected one of {keys}")
-        return self._arrays[found[0]]
-
-    def __iter__(self) -> Iterator[tuple[str, int]]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __repr__(self) -> str:
-        return f"{{{', '.join(f'{k!r}: {v.shape} {v.dtype}' for k, v in self._arrays.items())}}}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,6 +34,8 @@ class Study:
         Per run, by (label, resolution), or by label alone where the study has one resolution: the shadow mask (H, W)
         float32, the shadow map (H, W) or (K, H, W) float32, and the difference from the truth (H, W) int8 (0 agree,
         1 false shadow, 2 false light, -1 not compared).
+    chosen : mapping
+        Of runs with several maps: which of them each pixel asks (H, W) int16; -1 for none.
     verdict : str
         What the table says, in plain English.
     """
@@ -161,6 +76,11 @@ class Study:
     def differences(self) -> ByRun:
         """Differences from the truth (H, W) int8."""
         return ByRun({(r.label, r.resolution): r.errors.image for r in self.runs if r.errors is not None})
+
+    @property
+    def chosen(self) -> ByRun:
+        """The map that each pixel asks (H, W) int16, of runs with several maps."""
+        return ByRun({(r.label, r.resolution): r.chosen for r in self.runs if r.chosen is not None})
 
     @property
     def verdict(self) -> str:
@@ -282,57 +202,6 @@ def compare(
     )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Draw:
-    """What all runs of a study share."""
-
-    scene: Any
-    camera: Any
-    light: Any
-    renderer: Any
-    size: tuple[int, int]
-    bias: Any
-    filter: str
-    gbuffer: Any
-    truth: np.ndarray | None
-
-
-def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
-    """One row of the study; an error of ours becomes its `failure`."""
-    from . import aliasing
-
-    given = is_parameterization(item)
-    name = item.technique if given else item.name
-    settings = dict(item.settings)
-    known: dict[str, Any] = {}
-    try:
-        if given:
-            known["parameterization"] = p = item
-            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer))
-        else:
-            known["parameterization"] = p = item.parameterize(
-                draw.scene, draw.camera, draw.light, resolution=resolution
-            )
-            known["fit_us"] = median_fit_us(
-                lambda: item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution)
-            )
-        known["maps"], known["render_ms"] = best_of(
-            lambda: draw.renderer.shadow_map(draw.scene, p, resolution=resolution)
-        )
-        known["mask"], known["mask_ms"] = best_of(
-            lambda: draw.renderer.shadow_mask(
-                draw.scene, draw.camera, draw.light, p,
-                resolution=resolution, size=draw.size, bias=draw.bias, filter=draw.filter,
-            )
-        )  # fmt: skip
-        if draw.truth is not None:
-            known["errors"] = aliasing.misclassified(known["mask"], draw.truth)
-    except ShadowlabError as error:
-        kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}
-        return Run(label, name, settings, resolution, given, **kept, failure=str(error))
-    return Run(label, name, settings, resolution, given, **known)
-
-
 def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> tuple[np.ndarray, float]:
     """The truth and the milliseconds it took."""
     from . import trace
@@ -340,30 +209,6 @@ def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> 
     start = time.perf_counter()
     mask = trace.shadow_mask(scene, camera, light, size=size)
     return mask, 1e3 * (time.perf_counter() - start)
-
-
-def median_fit_us(fit: Callable[[], Any]) -> float:
-    """The median time of a call, in microseconds."""
-    durations: list[float] = []
-    end = time.perf_counter() + FIT_BUDGET_S
-    while len(durations) < FIT_REPEATS and (not durations or time.perf_counter() < end):
-        start = time.perf_counter()
-        fit()
-        durations.append(time.perf_counter() - start)
-    return 1e6 * statistics.median(durations)
-
-
-def best_of(draw: Callable[[], T]) -> tuple[T, float]:
-    """What a call returns and its shortest time, in milliseconds."""
-    best, spent, result = float("inf"), 0.0, None
-    for _ in range(RENDER_REPEATS):
-        start = time.perf_counter()
-        result = draw()
-        elapsed = time.perf_counter() - start
-        best, spent = min(best, elapsed), spent + elapsed
-        if spent > RENDER_BUDGET_S:
-            break
-    return result, 1e3 * best  # type: ignore[return-value]
 
 
 def labelled(techniques: Any) -> list[tuple[str, Any]]:
@@ -416,8 +261,3 @@ def resolved(item: Any) -> Any:
         f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
         "sl.Parameterization.from_matrix(m) takes a matrix of your own"
     )
-
-
-def is_parameterization(item: Any) -> bool:
-    """Whether it is the result of a technique rather than a technique."""
-    return hasattr(item, "matrices") and hasattr(item, "technique")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .specs import format_value
-from .verdict import share_text
+from .verdict import share_text, size_text
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
@@ -62,7 +62,7 @@ def cells(row: Mapping[str, Any]) -> list[str]:
 
     return [
         str(row["technique"]),
-        f"{row['resolution']}²",
+        size_text(row),
         "failed" if row["failure"] else shown("misclassified", "{:,}".format),
         shown("share", share_text),
         shown("false_shadow", "{:,}".format),

@@ -58,13 +58,19 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
     elif drawn[0]["compared"] == 0:
         sentences.append(_nothing_compared(drawn[0]))
     else:
-        unwarped = {row["technique"]: row["notes"].split(NO_WARP, 1)[1] for row in drawn if NO_WARP in row["notes"]}
+        # Of several maps each has its own note; one that warps is enough.
+        unwarped = {
+            row["technique"]: row["notes"].split(NO_WARP, 1)[1].split("; map ", 1)[0]
+            for row in drawn
+            if row["notes"].count(NO_WARP) >= maps_of(row)
+        }
         warped = [row for row in drawn if row["technique"] not in unwarped]
         sentences += _fewest(warped or drawn)
         if all(_hardly_wrong(row) for row in drawn):
             sentences.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
             sentences += _warps_against_uniform(warped, technique_of_label)
+            sentences += _memory(drawn, technique_of_label)
         for label, reason in unwarped.items():
             sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
     for label, doubt in dict.fromkeys((row["technique"], row["notes"].split(CHECK_MATRIX, 1)[1]) for row in doubted):
@@ -109,14 +115,16 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
             return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
         return [f"{place(row)} gets {count(row)} wrong ({details(drawn)})."]
     best = [row for row in drawn if int(row["misclassified"]) == least]
-    cheapest = min(int(row["resolution"]) for row in best)
-    best = [row for row in best if int(row["resolution"]) == cheapest]
-    who = listed([row["technique"] for row in best])
+    cheapest = min(texels(row) for row in best)
+    best = [row for row in best if texels(row) == cheapest]
+    sizes = dict.fromkeys(size_text(row) for row in best)
+    who = f"{listed([row['technique'] for row in best])} at {next(iter(sizes))}"
+    who = who if len(sizes) == 1 else listed([place(row) for row in best])
     if least == 0:
         compared = int(best[0]["compared"])
-        return [f"{who} at {cheapest}² {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
+        return [f"{who} {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} at {cheapest}² {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
+    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
@@ -212,7 +220,8 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
         return []
     for r in larger:
         if as_well(r):
-            many = f"{times((r / resolution) ** 2)} times the texels"
+            ratio = texels(uniform[r]) / texels(row)
+            many = "as many texels" if ratio == 1 else f"{times(ratio)} times the texels"
             return [
                 f"Of the sizes run, {uniform[r]['technique']} first does as well at {r}² as {place(row)} "
                 f"({many}; {uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
@@ -224,9 +233,60 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
     ]
 
 
+def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
+    """What techniques with several maps cost beside those with one, and the uniform map of as many texels."""
+    single = [row for row in drawn if maps_of(row) == 1]
+    several: dict[str, Mapping[str, Any]] = {}
+    for row in sorted(drawn, key=lambda r: int(r["resolution"])):
+        if maps_of(row) > 1:
+            several.setdefault(row["technique"], row)
+    if not single:
+        return []
+    groups: dict[int, list[str]] = {}
+    for label, row in several.items():
+        groups.setdefault(maps_of(row), []).append(label)
+    sentences = []
+    for maps, labels in groups.items():
+        draw = "draws" if len(labels) == 1 else "draw"
+        sentences.append(f"{listed(labels)} {draw} {maps} maps, {maps} times the texels of one at equal resolution.")
+    baseline = [r for r in single if technique_of_label.get(r["technique"], r["technique"]) == BASELINE]
+    for row in several.values():
+        large = [r for r in baseline if texels(r) >= texels(row)]
+        if large:
+            base = min(large, key=texels)
+            ratio = texels(base) / texels(row)
+            many = "as many texels" if ratio == 1 else f"{times(ratio)} times the texels"
+            sentences.append(
+                f"{place(base)} has {many}{' as' if ratio == 1 else ' of'} {place(row)}, and {_against(base, row)}."
+            )
+    return sentences
+
+
+def _against(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+    """The wrong pixels of two rows."""
+    return f"{int(first['misclassified']):,} wrong pixels against {int(second['misclassified']):,}"
+
+
 def place(row: Mapping[str, Any]) -> str:
-    """Label and resolution of a row."""
-    return f"{row['technique']} at {int(row['resolution'])}²"
+    """Label and size of a row."""
+    return f"{row['technique']} at {size_text(row)}"
+
+
+def maps_of(row: Mapping[str, Any]) -> int:
+    """The number of maps of a row; one where it is not known."""
+    value = row.get("maps")
+    return 1 if value is None or _missing(value) else int(value)
+
+
+def texels(row: Mapping[str, Any]) -> int:
+    """The texels of all maps of a row."""
+    return maps_of(row) * int(row["resolution"]) ** 2
+
+
+def size_text(row: Mapping[str, Any]) -> str:
+    """The size of a row's maps: 1024², or 4 × 1024² of four."""
+    maps = maps_of(row)
+    return f"{int(row['resolution'])}²" if maps == 1 else f"{maps} × {int(row['resolution'])}²"
 
 
 def count(row: Mapping[str, Any]) -> str:

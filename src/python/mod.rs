@@ -3,6 +3,7 @@
 mod aliasing;
 mod camera;
 mod convert;
+mod gbuffer;
 mod library;
 mod light;
 mod parameterization;
@@ -19,13 +20,15 @@ mod _core {
     #[pymodule_export]
     use super::camera::PyCamera;
     #[pymodule_export]
+    use super::gbuffer::PyGBuffer;
+    #[pymodule_export]
     use super::library::{library_build, library_specs};
     #[pymodule_export]
     use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
-    use super::render::{PyBias, PyGBuffer, PyRenderer, adapters};
+    use super::render::{PyBias, PyRenderer, adapters};
     #[pymodule_export]
     use super::scene::{PyMesh, PyScene};
     #[pymodule_export]

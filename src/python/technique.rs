@@ -5,9 +5,9 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, resolution, run_watched};
+use super::gbuffer::{PyGBuffer, receiver_samples, samples};
 use super::light::light;
 use super::parameterization::PyParameterization;
-use super::render::{PyGBuffer, receiver_samples, samples};
 use super::scene::{PyScene, scene};
 use crate::parameterization::Value;
 use crate::techniques::{self, Default, Technique};

@@ -1,0 +1,189 @@
+"""One technique at one resolution: how it is run and timed, and the row of the table that it gives."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .errors import ShadowlabError
+from .matrices import CHECK_MATRIX, notes_on
+from .tables import settings_text
+
+T = TypeVar("T")
+
+COLUMNS = (
+    "technique", "settings", "resolution", "maps", "misclassified", "false_shadow", "false_light", "share", "compared",
+    "undecided", "unmatched", "fit_us", "render_ms", "mask_ms", "notes", "failure",
+)  # fmt: skip
+COUNTS = ("resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched")
+TIMES = ("share", "fit_us", "render_ms", "mask_ms")
+
+# A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
+FIT_REPEATS = 200
+FIT_BUDGET_S = 0.1
+# The best of a few runs is what the machine can do; slow maps are drawn once.
+RENDER_REPEATS = 3
+RENDER_BUDGET_S = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One technique at one resolution: a row of the table with its pictures. What failed holds None and the reason."""
+
+    label: str
+    technique: str
+    settings: Mapping[str, Any]
+    resolution: int
+    given: bool  # a matrix from elsewhere, not made by a technique of ours
+    parameterization: Any = None
+    maps: np.ndarray | None = None
+    mask: np.ndarray | None = None
+    chosen: np.ndarray | None = None  # which of several maps each pixel asks
+    errors: Any = None
+    fit_us: float | None = None
+    render_ms: float | None = None
+    mask_ms: float | None = None
+    doubts: tuple[str, ...] = ()  # what speaks against a matrix from elsewhere
+    failure: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the technique did where it could not do as told, and what speaks against a given matrix."""
+        own = () if self.parameterization is None else tuple(self.parameterization.notes)
+        return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
+
+    def row(self) -> dict[str, Any]:
+        """The row of the table; None where nothing was measured."""
+        errors = self.errors
+        return {
+            "technique": self.label,
+            "settings": settings_text(self.settings),
+            "resolution": self.resolution,
+            "maps": None if self.parameterization is None else len(self.parameterization.matrices),
+            "misclassified": None if errors is None else int(errors.count),
+            "false_shadow": None if errors is None else int(errors.false_shadow),
+            "false_light": None if errors is None else int(errors.false_light),
+            "share": None if errors is None else float(errors.fraction),
+            "compared": None if errors is None else int(errors.compared),
+            "undecided": None if errors is None else int(errors.undecided),
+            "unmatched": None if errors is None else int(errors.unmatched),
+            "fit_us": self.fit_us,
+            "render_ms": self.render_ms,
+            "mask_ms": self.mask_ms,
+            "notes": "; ".join(self.notes),
+            "failure": self.failure,
+        }
+
+
+class ByRun(Mapping[Any, Any]):
+    """Arrays of the runs that succeeded, by (label, resolution), or by label alone in a study of one resolution."""
+
+    def __init__(self, arrays: Mapping[tuple[str, int], np.ndarray]):
+        self._arrays = dict(arrays)
+
+    def __getitem__(self, key: Any) -> Any:
+        found = [key] if key in self._arrays else [k for k in self._arrays if k[0] == key]
+        if len(found) != 1:
+            keys = ", ".join(map(repr, self._arrays)) or "none"
+            raise KeyError(f"{key!r}: expected one of {keys}")
+        return self._arrays[found[0]]
+
+    def __iter__(self) -> Iterator[tuple[str, int]]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return f"{{{', '.join(f'{k!r}: {v.shape} {v.dtype}' for k, v in self._arrays.items())}}}"
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """What all runs of a study share."""
+
+    scene: Any
+    camera: Any
+    light: Any
+    renderer: Any
+    size: tuple[int, int]
+    bias: Any
+    filter: str
+    gbuffer: Any
+    truth: np.ndarray | None
+
+
+def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
+    """One row of the study; an error of ours becomes its `failure`."""
+    from . import aliasing
+
+    given = is_parameterization(item)
+    name = item.technique if given else item.name
+    settings = dict(item.settings)
+    known: dict[str, Any] = {}
+    try:
+        if given:
+            known["parameterization"] = p = item
+            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer))
+        else:
+            # The very pixels that are compared, for techniques that look at receivers.
+            seen = {"samples": draw.gbuffer} if getattr(item, "needs_samples", False) else {}
+
+            def fit() -> Any:
+                return item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution, **seen)
+
+            known["parameterization"] = p = fit()
+            known["fit_us"] = median_fit_us(fit)
+        known["maps"], known["render_ms"] = best_of(
+            lambda: draw.renderer.shadow_map(draw.scene, p, resolution=resolution)
+        )
+        known["mask"], known["mask_ms"] = best_of(
+            lambda: draw.renderer.shadow_mask(
+                draw.scene, draw.camera, draw.light, p,
+                resolution=resolution, size=draw.size, bias=draw.bias, filter=draw.filter,
+            )
+        )  # fmt: skip
+        if len(p.matrices) > 1 and hasattr(draw.renderer, "chosen_map"):
+            known["chosen"] = draw.renderer.chosen_map(
+                draw.scene, draw.camera, draw.light, p, resolution=resolution, size=draw.size
+            )
+        if draw.truth is not None:
+            known["errors"] = aliasing.misclassified(known["mask"], draw.truth)
+    except ShadowlabError as error:
+        kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}
+        return Run(label, name, settings, resolution, given, **kept, failure=str(error))
+    return Run(label, name, settings, resolution, given, **known)
+
+
+def median_fit_us(fit: Callable[[], Any]) -> float:
+    """The median time of a call, in microseconds."""
+    durations: list[float] = []
+    end = time.perf_counter() + FIT_BUDGET_S
+    while len(durations) < FIT_REPEATS and (not durations or time.perf_counter() < end):
+        start = time.perf_counter()
+        fit()
+        durations.append(time.perf_counter() - start)
+    return 1e6 * statistics.median(durations)
+
+
+def best_of(draw: Callable[[], T]) -> tuple[T, float]:
+    """What a call returns and its shortest time, in milliseconds."""
+    best, spent, result = float("inf"), 0.0, None
+    for _ in range(RENDER_REPEATS):
+        start = time.perf_counter()
+        result = draw()
+        elapsed = time.perf_counter() - start
+        best, spent = min(best, elapsed), spent + elapsed
+        if spent > RENDER_BUDGET_S:
+            break
+    return result, 1e3 * best  # type: ignore[return-value]
+
+
+def is_parameterization(item: Any) -> bool:
+    """Whether it is the result of a technique rather than a technique."""
+    return hasattr(item, "matrices") and hasattr(item, "technique")

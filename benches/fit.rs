@@ -14,7 +14,7 @@ use shadowlab::focus::{Focus, FocusedView, MapSize, Tightening, fit};
 use shadowlab::geometry::Aabb;
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};
-use shadowlab::techniques::{Value, technique};
+use shadowlab::techniques::{specs, technique_of};
 
 fn cube() -> Arc<Mesh> {
     let corners = Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE }.corners().map(|p| p.to_array());
@@ -57,15 +57,19 @@ fn lamp() -> Light {
     Light::Spot(SpotLight::new(DVec3::new(-12.0, 11.0, 2.0), DVec3::new(0.6, -0.6, -0.9), 1.2, 90.0).expect("a light"))
 }
 
+/// Every technique with its defaults, under the lights it serves; medians over many views are `benches/techniques.rs`'s.
 fn parameterize(c: &mut Criterion) {
     let (one, many, camera) = (one_mesh(), ten_thousand(), camera());
-    let middle = [("axis".to_string(), Value::Choice("middle".into()))];
-    let cases = [("uniform", "", &[][..]), ("lispsm", "", &[]), ("lispsm", " middle", &middle)];
-    for (name, suffix, params) in cases {
-        let t = technique(name, params).expect("a technique");
+    let names = specs().map(|spec| spec.name).chain(["lispsm:axis=middle"]);
+    for name in names {
+        let t = technique_of(name).expect(name);
+        // Those that look at samples of a G-buffer are refused here too.
         for (scene_name, scene) in [("one mesh", &one), ("10,000 instances", &many)] {
             for (light_name, light) in [("sun", sun()), ("spot", lamp())] {
-                c.bench_function(&format!("parameterize/{name}{suffix}/{scene_name}/{light_name}"), |b| {
+                if t.parameterize(scene, &camera, &light, 1024).is_err() {
+                    continue;
+                }
+                c.bench_function(&format!("parameterize/{name}/{scene_name}/{light_name}"), |b| {
                     b.iter(|| t.parameterize(black_box(scene), black_box(&camera), black_box(&light), 1024));
                 });
             }

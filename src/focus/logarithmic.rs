@@ -45,12 +45,16 @@ fn logarithm(
     let (rows, reference) = reciprocal(provisional)?;
     let tight = across(&rows, view, scene, tightening);
     let receivers = with_room(&tight, &rows, view, size);
-    if receivers.extent().y > tight.extent().y {
-        // Thinner than a texel along the axis.
+    // y is reference / w: its ends are those of w, and neither is 0.
+    let [low, high] = [tight.min.y, tight.max.y];
+    let axis = rows.w.truncate();
+    let aside = view.rays.direction_at(view.receivers.vertex_mean())?.cross(axis).try_normalize()?;
+    let (left, right) = view.receivers.range(aside.extend(0.0));
+    let thickness = (reference / high - reference / low).abs() / axis.length();
+    if thickness * f64::from(size.resolution) < right - left {
+        // Thinner along the axis than a texel is across it: the ordinary fit gives it room.
         return None;
     }
-    // y is reference / w: its ends are those of w, and neither is 0.
-    let [low, high] = [receivers.min.y, receivers.max.y];
     // ln(w_high / w_low), without cancellation where w hardly varies.
     let range = ((low - high) / high).ln_1p();
     if !(range.is_finite() && range.abs() > LEAST_RANGE) {

@@ -27,8 +27,9 @@ pub struct MapLookup {
     bias: Bias,
     filter: Filter,
     post_warp: PostWarp,
-    /// By how much more depth changes over the filter's reach along y than the slope at its beginning says.
-    bend: f64,
+    /// How much depth falls over the filter's reach along y, in units of what its slope there says: where it rises with w, and
+    /// where it falls.
+    bend: [f64; 2],
     /// In relative space.
     region: Region,
 }
@@ -149,7 +150,13 @@ impl MapLookup {
         if self.bias.slope > 0.0 {
             let det = cross.dot(normal).abs();
             let a_det = grad_z.dot(grad_y.cross(normal)).abs();
-            let b_det = grad_z.dot(grad_x.cross(normal)).abs() * self.bend;
+            let b_det = -grad_z.dot(grad_x.cross(normal));
+            let rises_with_w = match self.post_warp {
+                PostWarp::None => true,
+                // Y grows down.
+                PostWarp::Log { scale, .. } => b_det * cross.dot(normal) * scale < 0.0,
+            };
+            let b_det = b_det.abs() * self.bend[usize::from(!rises_with_w)];
             let limit = match self.bias.slope_limit {
                 l if l.is_finite() => l * texel * grad_z.dot(to_light).abs(),
                 _ => f64::INFINITY,
@@ -220,12 +227,15 @@ impl<'a> Lookups<'a> {
     }
 }
 
-/// By how much more the depth of a plane changes over `reach` in NDC y than its slope there says. Under a logarithm depth is
-/// affine in 1/w = exp((offset - y) / scale), which changes most towards the smaller w.
-fn bend(post_warp: PostWarp, reach: f64) -> f64 {
+/// How much the depth of a plane falls over `reach` in NDC y, in units of what its slope says: where it rises with w, and where
+/// it falls. Under a logarithm depth is affine in 1/w = exp((offset - y) / scale), whose change grows towards the smaller w.
+fn bend(post_warp: PostWarp, reach: f64) -> [f64; 2] {
     match post_warp {
-        PostWarp::Log { scale, .. } if reach != 0.0 => (reach / scale).abs().exp_m1() / (reach / scale).abs(),
-        _ => 1.0,
+        PostWarp::Log { scale, .. } if reach != 0.0 => {
+            let reach = (reach / scale).abs();
+            [reach.exp_m1() / reach, -(-reach).exp_m1() / reach]
+        }
+        _ => [1.0; 2],
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use shadowlab::techniques::{self, FIT, Kind, Make, TECHNIQUES, Value};
 
 /// Files that hold no technique.
-const SUPPORT: [&str; 7] = ["along_view", "mod", "registry", "settings", "spec", "technique", "text"];
+const SUPPORT: [&str; 8] = ["along_view", "depth_splits", "mod", "registry", "settings", "spec", "technique", "text"];
 
 #[test]
 fn every_file_is_a_technique_and_every_technique_a_file() {

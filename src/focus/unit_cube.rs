@@ -17,6 +17,7 @@ use super::tightening::{Tightening, boxes, casters_extent, casting, corners_exte
 use super::view::{Coverage, Focus, FocusedView, SpotFrustum};
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows, singular_values};
+use crate::parameterization::Region;
 use crate::rays::LightFrame;
 use crate::scene::Scene;
 
@@ -180,7 +181,8 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
     let scene_planes = view.scene_planes();
     // Boxes that stick out of the scene's by no more than this need no cut: far above rounding, far below a texel.
     let slack = f64::EPSILON.sqrt() * view.scene_box.extent().max_element();
-    let mut outward = [DVec4::ZERO; 16];
+    // Six of the camera, six of a light's pyramid, and those of a region.
+    let mut outward = [DVec4::ZERO; 12 + Region::MOST];
     let mut planes = 0;
     for plane in view.receiver_planes() {
         outward[planes] = plane.functional();

@@ -63,7 +63,7 @@ pub struct FocusedView {
     pub coverage: Coverage,
     camera_planes: [Plane; 6],
     light_planes: Option<[Plane; 6]>,
-    region_planes: [Plane; 4],
+    region_planes: [Plane; Region::MOST],
     region_count: usize,
 }
 
@@ -188,7 +188,7 @@ impl FocusedView {
             coverage: Coverage::AsAsked,
             camera_planes: camera_frustum(camera, eye).planes(),
             light_planes,
-            region_planes: [Plane { normal: DVec3::ZERO, offset: 0.0 }; 4],
+            region_planes: [Plane { normal: DVec3::ZERO, offset: 0.0 }; Region::MOST],
             region_count: 0,
         }
     }

@@ -4,6 +4,8 @@
 //! line in [`TECHNIQUES`]; focusing and fitting are shared around the warp.
 
 mod along_view;
+mod depth_splits;
+mod face_partition;
 mod glpr;
 mod gmnpr;
 mod lispsm;
@@ -18,6 +20,7 @@ mod text;
 mod tsm;
 mod uniform;
 mod xpsm;
+mod z_partition;
 
 pub use crate::parameterization::Value;
 pub use registry::{Entry, Make, specs, technique};
@@ -37,4 +40,6 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
+    Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },
+    Entry { spec: &face_partition::SPEC, make: Make::Scheme(face_partition::make) },
 ];

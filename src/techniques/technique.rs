@@ -259,7 +259,16 @@ impl Focused {
             notes.push("no logarithm: w hardly varies over what is seen".to_string());
         }
         values.extend(self.warp.values_of_fit(view, &rows, size));
-        let mut map = self.finished(view, part, &rows.moved_to_world(view.origin), values, notes);
+        let clip_from_world = rows.moved_to_world(view.origin);
+        if !sees_depth(&clip_from_world, &view.light) {
+            return Err(Error::UnsuitedView {
+                technique: self.spec.name.into(),
+                reason: "depths along the light are lost to rounding: what is seen is too thin for a warp that strong"
+                    .into(),
+                fix: "weaken the warp, or use uniform".into(),
+            });
+        }
+        let mut map = self.finished(view, part, &clip_from_world, values, notes);
         map.partition.post_warp = post_warp;
         Ok(map)
     }
@@ -292,12 +301,19 @@ impl Focused {
 }
 
 /// The maps of the six faces around a point light, +x, -x, +y, -y, +z, -z, each as a spot light's: a receiver reads the face
-/// that holds it.
+/// on whose rays it lies. A warped map's square can hold rays of other faces, whose casters it does not look for.
 fn faces_of<T: Technique + ?Sized>(technique: &T, part: &Part, point: &PointLight) -> Result<Maps> {
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let face = |axis| {
-        let face = SpotLight::new(point.position(), axis, std::f64::consts::FRAC_PI_2, point.range())?;
-        technique.maps(&Part { light: Light::Spot(face), ..*part })
+    let face = |along: DVec3| {
+        let light = SpotLight::new(point.position(), along, std::f64::consts::FRAC_PI_2, point.range())?;
+        // Towards the axis from the planes through the light and an edge between two faces.
+        let border = |across: DVec3| {
+            let normal = along + across;
+            normal.extend(-normal.dot(point.position()))
+        };
+        let across: Vec<DVec4> = axes.into_iter().filter(|a| a.dot(along) == 0.0).map(border).collect();
+        let region = Region::new(&across);
+        technique.maps(&Part { light: Light::Spot(light), region, ..*part })
     };
     Ok(side_by_side(axes.into_iter().map(face).collect::<Result<_>>()?))
 }
@@ -324,6 +340,13 @@ pub(super) fn side_by_side(parts: Vec<Maps>) -> Maps {
         all.maps.sort_by(|a, b| a.partition.eye_depth[1].total_cmp(&b.partition.eye_depth[1]));
     }
     all
+}
+
+/// Whether depth grows along the light by more than the rounding of its own terms.
+fn sees_depth(rows: &Rows, light: &Light) -> bool {
+    let terms = rows.z * light.point();
+    // Derived from f64: four products, each rounded by half a step, and three sums.
+    terms.element_sum().abs() > 4.0 * f64::EPSILON * terms.abs().element_sum()
 }
 
 /// The same rows with x, y and w exactly zero at a placed light (theory.md 0.1), where the way through local coordinates

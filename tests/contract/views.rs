@@ -3,9 +3,13 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
+use shadowlab::focus::ReceiverSamples;
 use shadowlab::geometry::Aabb;
-use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight, library};
-use shadowlab::techniques::{self, Kind, Technique, Value};
+use shadowlab::render::Renderer;
+use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, PointLight, Scene, SpotLight, library};
+use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
+use shadowlab::{Error, Progress};
 
 /// Uniform random numbers from a seed (SplitMix64).
 pub struct Random(pub u64);
@@ -220,6 +224,30 @@ pub fn spots(scene: &Scene, camera: &Camera) -> Vec<(String, Light)> {
     all.into_iter().map(|(name, spot)| (name.to_string(), Light::Spot(spot))).collect()
 }
 
+/// Point lights above, inside, at the eye, and out of reach of everything.
+pub fn points(scene: &Scene, camera: &Camera) -> Vec<(String, Light)> {
+    let b = *scene.bounds();
+    let size = b.diagonal().max(1e-3);
+    let above = b.center().with_y(b.max.y + 0.3 * size) + DVec3::X * (0.1 * size);
+    let all = [
+        ("above", above, 3.0 * size),
+        ("inside", b.center() + DVec3::new(0.03, 0.05, -0.02) * size, 2.0 * size),
+        ("at the eye", camera.eye(), 4.0 * size),
+        ("behind the eye", camera.eye() - camera.forward() * size, 9.0 * size),
+        ("reaches nothing", above, 0.1 * size),
+    ];
+    all.into_iter()
+        .map(|(name, p, range)| (format!("point {name}"), Light::Point(PointLight::new(p, range).expect("a light"))))
+        .collect()
+}
+
+/// What a small image of the view shows.
+pub fn samples_of(scene: &Scene, camera: &Camera) -> ReceiverSamples {
+    let size = [64, (64.0 / camera.aspect()).round().clamp(1.0, 64.0) as u32];
+    let gbuffer = CpuRenderer::new().gbuffer(scene, camera, size, &Progress::new()).expect("a G-buffer");
+    ReceiverSamples::from_gbuffer(&gbuffer)
+}
+
 /// The library's scenes with their own cameras and lights; few trees, for time.
 pub fn from_library() -> Vec<View> {
     let spec_of = |name: &str| library::specs().iter().find(|s| s.name == name).expect("a spec");
@@ -238,35 +266,78 @@ pub fn from_library() -> Vec<View> {
         .collect()
 }
 
-/// Every technique with its defaults and with each word, flag and a few numbers of each parameter.
+/// Settings that depend on each other.
+const TOGETHER: [&str; 10] = [
+    "z_partition:splits=min-max,cover=samples",
+    "z_partition:splits=equal-log,cover=samples,inner=lispsm",
+    "z_partition:splits=equal-log,count=16",
+    "z_partition:count=3,overlap=0.3,inner=(lispsm:near=basic)/uniform",
+    "z_partition:count=2,stable=true,inner=uniform:focus=frustum",
+    "z_partition:distances=(0.5,20),range=camera,inner=uniform:focus=frustum",
+    "z_partition:count=2,inner=face_partition",
+    "z_partition:count=2,inner=(z_partition:count=2,splits=uniform)",
+    "face_partition:inner=(z_partition:count=2)/uniform",
+    "face_partition:inner=uniform:focus=none",
+];
+
+/// Every technique with its defaults, with each word, flag and a few numbers of each parameter, and settings that belong
+/// together.
 pub fn settings() -> Vec<(String, Box<dyn Technique>)> {
     let mut all = Vec::new();
     for spec in techniques::specs() {
         let mut add = |params: &[(String, Value)]| {
             let shown: Vec<String> = params.iter().map(|(n, v)| format!("{n}={v}")).collect();
-            all.push((
-                format!("{}({})", spec.name, shown.join(",")),
-                techniques::technique(spec.name, params).expect("made"),
-            ));
+            match techniques::technique(spec.name, params) {
+                Ok(t) => all.push((format!("{}({})", spec.name, shown.join(",")), t)),
+                // A value may need another beside it; it has its line above then.
+                Err(Error::InvalidArgument { name, .. }) if params.iter().any(|(n, _)| *n == name) => {
+                    let assigned = params.iter().map(|(n, v)| format!("{n}={v}").replace('"', ""));
+                    let together =
+                        |text: &&str| text.starts_with(spec.name) && assigned.clone().all(|a| text.contains(&a));
+                    assert!(TOGETHER.iter().any(|text| together(text)), "{}({})", spec.name, shown.join(","));
+                }
+                Err(error) => panic!("{}({}): {error}", spec.name, shown.join(",")),
+            }
         };
         add(&[]);
         for p in spec.params {
-            let mut values: Vec<Value> = Vec::new();
-            if let Kind::Choice(words) | Kind::ChoiceOrNumber { words, .. } = p.kind {
-                values.extend(words.iter().map(|w| Value::Choice(w.to_string())));
-            }
-            if let Kind::Number { min, max } | Kind::ChoiceOrNumber { min, max, .. } = p.kind {
-                let probes: [f64; 5] = [0.0, 1e-3, 0.1, 10.0, 1e9];
-                values.extend(probes.iter().map(|x| Value::Number(x.clamp(min, max))));
-                values.extend([Value::Number(min), Value::Number(max)]);
-            }
-            if p.kind == Kind::Flag {
-                values.extend([Value::Flag(true), Value::Flag(false)]);
-            }
-            for value in values.iter().filter(|v| **v != p.default.value()) {
-                add(&[(p.name.to_string(), value.clone())]);
+            for value in values_of(&p.kind).into_iter().filter(|v| *v != p.default.value()) {
+                add(&[(p.name.to_string(), value)]);
             }
         }
     }
+    all.extend(TOGETHER.map(|text| (text.to_string(), technique_of(text).expect(text))));
     all
+}
+
+fn values_of(kind: &Kind) -> Vec<Value> {
+    let mut values: Vec<Value> = Vec::new();
+    if let Kind::Choice(words) | Kind::ChoiceOrNumber { words, .. } | Kind::Numbers { words, .. } = *kind {
+        values.extend(words.iter().map(|w| Value::Choice(w.to_string())));
+    }
+    if let Kind::Number { min, max } | Kind::ChoiceOrNumber { min, max, .. } = *kind {
+        let probes: [f64; 5] = [0.0, 1e-3, 0.1, 10.0, 1e9];
+        values.extend(probes.iter().map(|x| Value::Number(x.clamp(min, max))));
+        values.extend([Value::Number(min), Value::Number(max)]);
+    }
+    match *kind {
+        Kind::Flag => values.extend([Value::Flag(true), Value::Flag(false)]),
+        Kind::Integer { min, max } => {
+            values.extend([min, min.midpoint(max), max].map(Value::Integer));
+        }
+        Kind::Numbers { count: [fewest, most], min, max, .. } => {
+            let lists = [fewest, (fewest + 1).min(most), most.min(8)];
+            let ascending = |n: usize| (0..n).map(|i| (0.5 * 4_f64.powi(i as i32)).clamp(min, max)).collect();
+            values.extend(lists.map(|n| Value::Numbers(ascending(n))));
+        }
+        // Each by itself, but for those that would nest in themselves: they have their lines among [`TOGETHER`].
+        Kind::Techniques => values.extend(
+            techniques::specs()
+                .filter(|spec| spec.params.iter().all(|p| p.kind != Kind::Techniques))
+                .map(|spec| Value::Choice(spec.name.to_string())),
+        ),
+        Kind::Number { .. } | Kind::Choice(_) | Kind::ChoiceOrNumber { .. } => {}
+    }
+    values.dedup();
+    values
 }

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use super::draw_list::Draw;
 use super::scene_cache::DeviceScene;
 use crate::error::Result;
-use crate::parameterization::{Parameterization, Selection};
+use crate::parameterization::{Parameterization, Region, Selection};
 use crate::render::{Filter, MaskSettings};
 use crate::scene::{Camera, Light, Scene};
 
@@ -77,7 +77,7 @@ pub(super) struct Lookup {
 pub(super) struct Map {
     /// Rows of `shadow_clip_from_eye`.
     rows: [[f32; 4]; 4],
-    region: [[f32; 4]; 4],
+    region: [[f32; 4]; Region::MOST],
     depth_end: f32,
     regions: u32,
     unused: [u32; 2],
@@ -190,18 +190,21 @@ impl EyeSpace {
     /// The records of all maps, whose matrices are finite.
     pub fn maps(&self, p: &Parameterization) -> Vec<Map> {
         let world_from_eye = DMat4::from_translation(self.eye) * DMat4::from_scale(DVec3::splat(self.unit));
+        let farthest = p.partitions.last().map_or(0.0, |last| last.eye_depth[1]);
         let map = |partition: &crate::Partition| {
             let clip_from_eye = partition.shadow_clip_from_world * world_from_eye;
             // Clip coordinates are homogeneous: a power of two in all of them changes nothing.
             let scale = power_of_two_below(&clip_from_eye.to_cols_array());
             let rows = std::array::from_fn(|i| (clip_from_eye.row(i) * scale).as_vec4().to_array());
             let functionals = partition.region.functionals();
-            let mut region = [[0.0; 4]; 4];
+            let mut region = [[0.0; 4]; Region::MOST];
             for (f, to) in functionals.iter().zip(&mut region) {
                 let f = world_from_eye.transpose() * *f;
                 *to = (f * power_of_two_below(&f.to_array())).as_vec4().to_array();
             }
-            let depth_end = self.length(partition.eye_depth[1]).clamp(f32::MIN, f32::MAX);
+            // Those that end where the last does have no end: Parameterization::first_map.
+            let end = partition.eye_depth[1];
+            let depth_end = if end >= farthest { f32::MAX } else { self.length(end).clamp(f32::MIN, f32::MAX) };
             Map { rows, region, depth_end, regions: functionals.len() as u32, unused: [0; 2] }
         };
         p.partitions.iter().map(map).collect()

@@ -34,7 +34,7 @@ struct Map {
     row_z: vec4f,
     row_w: vec4f,
     // Functionals that are not negative on the rays this map serves; zero for none.
-    region: array<vec4f, 4>,
+    region: array<vec4f, 8>,
     // The last camera depth this map serves.
     depth_end: f32,
     regions: u32,

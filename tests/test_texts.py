@@ -222,3 +222,19 @@ def test_the_command_of_a_placed_light_gives_the_same_numbers(light, tmp_path, c
         np.testing.assert_allclose(again["light"][name], data["light"][name], rtol=1e-14, atol=1e-15)
     assert [r["misclassified"] for r in again["runs"]] == [r["misclassified"] for r in data["runs"]]
     capsys.readouterr()
+
+
+def test_the_command_line_names_a_difference(files, capsys):
+    ours = files["folder"] / "ours.txt"
+    np.savetxt(ours, files["matrix"])
+    assert cli.main(["diagnose", str(ours), str(files["npy"])]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("the same map, written otherwise: z in [-1, 1]\nconvention: webgpu:z_range=(-1.0,1.0)\n")
+    # JSON says how it is written: mine is read as ours, theirs is taken as it is.
+    assert cli.main(["diagnose", str(files["json"]), str(ours)]) == 0
+    assert capsys.readouterr().out.startswith("the matrices are equal")
+    np.savetxt(ours, np.diag([0.5, 1, 1, 1]) @ files["matrix"])
+    assert cli.main(["diagnose", str(ours), str(files["npy"]), "--resolution", "64"]) == 1
+    assert "x scaled by 2" in capsys.readouterr().out
+    assert cli.main(["diagnose", str(ours), "none.npy"]) == 2
+    assert "cannot read 'none.npy'" in capsys.readouterr().err

@@ -239,3 +239,12 @@ def test_slight_differences_are_called_slight():
     rows += [("lispsm", 512, 11_000, 0), ("lispsm", 1024, 5500, 0)]
     several = verdict(table(*rows))
     assert "lispsm is slightly worse here: it is worse than uniform at every resolution from 512² to 1024²" in several
+
+
+def test_several_maps_are_unwarped_only_together():
+    rows = table(("uniform", 64, 3000, 0), ("split", 64, 900, 0))
+    rows["maps"] = [1, 2]
+    rows["notes"] = ["", f"map 1: {NO_WARP}the light is parallel to the view"]
+    assert "does not warp here" not in verdict(rows)
+    rows["notes"] = ["", "; ".join(f"map {i}: {NO_WARP}the light is parallel to the view" for i in (0, 1))]
+    assert "split does not warp here (the light is parallel to the view): its map is a uniform one." in verdict(rows)

@@ -1,4 +1,4 @@
-"""The command `shadowlab`: compare, techniques, matrix, doctor.
+"""The command `shadowlab`: compare, matrix, diagnose, techniques, doctor.
 
 An error is one line on standard error and exit status 2; Ctrl-C is 130. Vectors and points are in the axes of the
 file, so `--up z` goes with coordinates as the program that wrote the file shows them.
@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .cli_matrix import diagnose_command, matrix_command
 from .cli_view import load_view, view_options
 from .errors import ArgumentError, ShadowlabError, ShadowlabWarning
 from .specs import parse_bias, parse_resolutions, parse_size
@@ -189,6 +190,19 @@ def parser() -> Parser:
     matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
     matrix.set_defaults(run=matrix_command)
 
+    diagnose = commands.add_parser(
+        "diagnose",
+        parents=[shared],
+        help="what sets two shadow matrices apart",
+        description=diagnose_command.__doc__,
+    )
+    diagnose.add_argument(
+        "mine", metavar="MINE", help="npy, json or text, in this program's convention or as json says"
+    )
+    diagnose.add_argument("theirs", metavar="THEIRS", help="npy, json or text, in any convention")
+    diagnose.add_argument("--resolution", default="1024", metavar="N", help="texels along each side (default: 1024)")
+    diagnose.set_defaults(run=diagnose_command)
+
     table = commands.add_parser(
         "techniques",
         parents=[shared],
@@ -251,35 +265,6 @@ def compare_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def matrix_command(options: argparse.Namespace) -> int:
-    """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
-    from .convention import Convention
-    from .matrix_files import details, written
-    from .registry import technique_of
-
-    texts = options.resolution or ["1024"]
-    resolutions = [r for text in texts for r in parse_resolutions(text)]
-    if len(resolutions) != 1:
-        raise ArgumentError(f"resolution: expected one number of texels, got {','.join(texts)!r}; give one")
-    specs = options.technique or ["lispsm"]
-    if len(specs) != 1:
-        raise ArgumentError(f"technique: expected one, got {' and '.join(specs)}; ask for one matrix at a time")
-    if options.out == "":
-        raise ArgumentError("out: expected the name of a file, got nothing; leave --out away for standard output")
-    convention = Convention.of(options.convention)
-    technique = technique_of(specs[0])
-    scene, camera, light, _ = load_view(options, None if options.size is None else parse_size(options.size))
-    # Somebody else's matrices are what they are, whatever the view.
-    fitting = getattr(technique, "parameterize", None)
-    p = technique if fitting is None else fitting(scene, camera, light, resolution=resolutions[0])
-    content = written(p, options.format, convention)
-    if options.format != "json":
-        for line in details(p, convention):
-            print(f"shadowlab: note: {line}", file=sys.stderr)
-    write_out(content, options.out)
-    return 0
-
-
 def techniques_command(_: argparse.Namespace) -> int:
     """Lists the techniques: name, title, source, lights, and each parameter with its default and range."""
     from .registry import techniques
@@ -320,19 +305,6 @@ def writable_directory(path: str) -> Path:
             f"out: cannot write to {path!r} ({error.strerror or error}); choose another directory"
         ) from error
     return directory
-
-
-def write_out(content: bytes, path: str | None) -> None:
-    """The bytes to a file or to standard output."""
-    if path is None:
-        sys.stdout.flush()
-        sys.stdout.buffer.write(content)
-        sys.stdout.buffer.flush()
-        return
-    try:
-        Path(path).write_bytes(content)
-    except OSError as error:
-        raise ArgumentError(f"out: cannot write {path!r} ({error.strerror or error}); choose another file") from error
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ mod setup;
 #[path = "family/trapezoid.rs"]
 mod trapezoid;
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 use setup::{
@@ -193,6 +193,35 @@ fn obtuse_angles_mirror_acute_ones() {
     }
 }
 
+#[test]
+fn under_an_overhead_light_glpr_is_psm_and_gmnpr_is_psm_slid_back_and_lispsm() {
+    let c = oblique();
+    // Any frustum, and what a floor and a wall leave of it: at 90 degrees the near end of a body that the near plane cuts is
+    // the near plane's.
+    let scenes = [around(), setup::box_scene(DVec3::new(-300.0, -4.0, -300.0), DVec3::new(300.0, 5.0, 300.0))];
+    let mut compared = 0;
+    for scene in scenes {
+        for azimuth in [0.0, 0.5, 1.5, 3.0] {
+            let s = Setup::new(scene.clone(), c, turned(&c, FRAC_PI_2, azimuth));
+            let [n, f] = s.view.eye_depth;
+            let of = |name: &str, params: &[(&str, Value)]| s.cropped(name, params).0;
+            let (glpr, gmnpr) = (of("glpr", &[]), of("gmnpr", &[]));
+            let pairs = [
+                ("glpr, psm", &glpr, of("psm", &[set("slide", 0.0)])),
+                ("gmnpr, psm slid back", &gmnpr, of("psm", &[set("slide", (n * f).sqrt())])),
+                ("gmnpr, lispsm", &gmnpr, of("lispsm", &[word("near", "basic")])),
+                ("glpr, lispsm at the eye", &glpr, of("lispsm", &[set("near", n)])),
+            ];
+            for (what, a, b) in pairs {
+                let d = apart(&s, a, &b);
+                assert!(d < 1e-8, "{what} {azimuth}: {d:e}");
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 2 * 4 * 4);
+}
+
 /// The largest distance in x and y between a technique's cropped map and the uniform one, over the corners of the receivers.
 fn from_uniform(s: &Setup, name: &str, params: &[(&str, Value)]) -> f64 {
     apart(s, &s.cropped(name, params).0, &s.cropped("uniform", &[]).0)
@@ -247,15 +276,16 @@ fn every_warp_goes_to_the_uniform_map_as_its_distance_goes_to_infinity() {
     let units = |s: &Setup| {
         let extent = s.view.receivers.aabb().diagonal();
         let kappa = s.camera.forward().cross(s.along).length();
-        [extent, 1.0, 1.0, s.view.eye_depth[1] / s.view.eye_depth[0], extent / kappa]
+        [extent, 1.0, 1.0, s.view.eye_depth[1] / s.view.eye_depth[0], extent / kappa, extent]
     };
     type Strength = fn(f64) -> Params;
-    let strengths: [(&str, Strength); 5] = [
+    let strengths: [(&str, Strength); 6] = [
         ("lispsm", |x| vec![set("near", x)]),
         ("lispsm", |x| vec![set("near_factor", x)]),
         ("gmnpr", |x| vec![set("lambda", x)]),
         ("glpr", |x| vec![set("lambda_floor", x)]),
         ("xpsm", |x| vec![set("coefficient", x.recip()), set("min_sin", 0.0)]),
+        ("psm", |x| vec![set("slide", x)]),
     ];
     let mut compared = 0;
     for s in random_setups(200) {
@@ -269,7 +299,7 @@ fn every_warp_goes_to_the_uniform_map_as_its_distance_goes_to_infinity() {
         let focus = s.view.eye_depth[1] * 1e3;
         assert!(from_uniform(&s, "tsm", &[set("focus_depth", focus)]) < EXACT);
     }
-    assert_eq!(compared, 200 * 5);
+    assert_eq!(compared, 200 * 6);
 }
 
 #[test]

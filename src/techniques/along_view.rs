@@ -127,7 +127,8 @@ impl<'a> AlongView<'a> {
     }
     /// The share `lambda` of a warp at theta = φ, weakened below: λ / tan(π θ / (4 φ)) (theory.md 6.3), infinite at theta = 0.
     pub fn below_silhouette(&self, body: &SeenBody, lambda: f64) -> f64 {
-        let quarter = std::f64::consts::FRAC_PI_4 * self.theta / body.silhouette;
+        // The silhouette of a body whose near end lies behind the eye is wider than theta, up to rounding.
+        let quarter = std::f64::consts::FRAC_PI_4 * self.theta / body.silhouette.max(self.theta);
         lambda / quarter.tan()
     }
     /// The eye's distance from the near end of the receivers; negative where part of them lies behind it as the light sees it.

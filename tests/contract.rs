@@ -131,8 +131,9 @@ fn moved(v: &View, scale: f64, offset: DVec3) -> View {
     View { name, scene: v.scene.transformed(&map).expect("moved"), camera: camera.expect("a camera"), light }
 }
 
-/// A technique with its lengths in the units of a world scaled by `scale`, and so those within it.
-fn scaled(t: &dyn Technique, scale: f64) -> Box<dyn Technique> {
+/// A technique with its lengths in the units of a world scaled by `scale`, its planes in one moved by `offset` after that, and
+/// so those within it.
+fn scaled(t: &dyn Technique, scale: f64, offset: DVec3) -> Box<dyn Technique> {
     // The largest number means no limit at any scale.
     let times = |x: f64, k: f64| (x * k).min(f64::MAX);
     let params = t.spec().params.iter().zip(t.settings());
@@ -144,10 +145,14 @@ fn scaled(t: &dyn Technique, scale: f64) -> Box<dyn Technique> {
                 (Value::Numbers(list), _, "world units") => {
                     Value::Numbers(list.into_iter().map(|x| times(x, scale)).collect())
                 }
+                (Value::Numbers(list), _, _) if name == "plane" => {
+                    let moved = DVec3::new(list[0], list[1], list[2]).dot(offset);
+                    Value::Numbers(vec![list[0], list[1], list[2], times(list[3], scale) - moved])
+                }
                 (Value::Choice(text), Kind::Techniques, _) => {
                     let inner = techniques_of(&text).expect("a technique made it");
                     let inner: Vec<String> =
-                        inner.iter().map(|t| text_of(scaled(t.as_ref(), scale).as_ref())).collect();
+                        inner.iter().map(|t| text_of(scaled(t.as_ref(), scale, offset).as_ref())).collect();
                     Value::Choice(inner.join("/"))
                 }
                 (value, ..) => value,
@@ -261,7 +266,7 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
                     let name = format!("{} / {setting}", other.name);
                     let points = samples.points.iter().map(|q| *q * scale + offset).collect();
                     let samples = ReceiverSamples { points, normals: samples.normals.clone() };
-                    let b = map_of(scaled(t.as_ref(), scale).as_ref(), &other, &samples);
+                    let b = map_of(scaled(t.as_ref(), scale, offset).as_ref(), &other, &samples);
                     // Where rounding takes all of a map, it is told.
                     let Some(p) = b else {
                         all_vague.insert(setting.as_str());

@@ -4,7 +4,7 @@ mod cpu_support;
 
 use cpu_support::triangle_mesh;
 use glam::{DMat4, DVec2, DVec3};
-use shadowlab::focus::BORDER_TEXELS;
+use shadowlab::focus::{BORDER_TEXELS, ReceiverSamples};
 use shadowlab::parameterization::PostWarp;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Filter, Renderer};
@@ -58,13 +58,18 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
     let inset = 1.0 - f64::from(BORDER_TEXELS) * step;
     // Through the middle of a texel, as `edge`.
     let along = 1.5 * step;
+    // What the camera sees is the ground.
+    let points = vec![DVec3::ZERO, DVec3::new(0.5, 0.0, 0.5), DVec3::new(-0.5, 0.0, -0.7)];
+    let samples = ReceiverSamples { normals: vec![DVec3::Y; points.len()], points };
     for spec in specs() {
         for light in [sun, Light::Spot(lamp)] {
             if !spec.lights.serves(&light) {
                 continue;
             }
             let t = technique(spec.name, &[]).expect("a technique");
-            let before = t.parameterize(&ground, &camera, &light, RESOLUTION).expect("a map");
+            let map =
+                |scene: &Scene| t.parameterize_seen(scene, &camera, &light, RESOLUTION, Some(&samples)).expect("a map");
+            let before = map(&ground);
             for middle in [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from) {
                 let what = format!("{} {} at {middle}", spec.name, light.kind());
                 // A quarter of a texel to either side of the texel's middle.
@@ -72,7 +77,7 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
                 let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 let caster = quad(corners);
                 let scene = ground.joined(&caster).expect("a scene");
-                let p = t.parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
+                let p = map(&scene);
                 for q in corners {
                     let (ndc, w) = p.partitions[0].project(q);
                     let across = ndc.truncate().abs().max_element();

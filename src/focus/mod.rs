@@ -1,6 +1,7 @@
 //! What a map must cover, and the fit that makes it cover that: shared by all techniques.
 
 mod body_error;
+mod dominant_plane;
 mod logarithmic;
 mod samples;
 mod stable;
@@ -11,6 +12,7 @@ mod warp;
 mod warp_search;
 
 pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
+pub use dominant_plane::{DominantPlane, dominant_plane};
 pub use logarithmic::fit_logarithmic;
 pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};

@@ -11,6 +11,7 @@ mod gmnpr;
 mod lispsm;
 mod log;
 mod log_psm;
+mod plane_optimal;
 mod psm;
 mod registry;
 mod settings;
@@ -38,6 +39,7 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &gmnpr::SPEC, make: Make::Warp(gmnpr::make) },
     Entry { spec: &glpr::SPEC, make: Make::Warp(glpr::make) },
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
+    Entry { spec: &plane_optimal::SPEC, make: Make::Warp(plane_optimal::make) },
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
     Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },

@@ -27,6 +27,9 @@ __all__ = [
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
+# Letters of a label that fit over a picture of the figure.
+WIDEST_TITLE = 40
+
 
 def _axes(ax: Any) -> Any:
     if ax is not None:
@@ -142,7 +145,8 @@ def study_figure(study: Any) -> Any:
         *shape, figsize=(13.0, 13.5 / sum(ratios) * shape[0]), width_ratios=ratios, layout="constrained", squeeze=False
     )
     for row, run in zip(grid, runs, strict=False):
-        eye_view(study.gbuffer, study.light, run.mask, row[0], title=f"{run.label}, {run.resolution}²", aspect=aspect)
+        name = run.label if len(run.label) <= WIDEST_TITLE else f"{run.label[: WIDEST_TITLE - 13]}…{run.label[-12:]}"
+        eye_view(study.gbuffer, study.light, run.mask, row[0], title=f"{name}, {run.resolution}²", aspect=aspect)
         if run.errors is not None:
             title = f"{run.errors.count:,} wrong ({share_text(run.errors.fraction)})"
             shown = (study.gbuffer, study.light, study.truth, run.errors.image, row[1])

@@ -17,9 +17,6 @@ BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
 Value = Any  # bool, int, float, str, or a tuple of numbers or of such tuples
 
-# What would be read as something else than a part of a word.
-SEPARATORS = frozenset(",/:=()")
-
 
 def pieces(text: str, separator: str) -> list[str] | None:
     """The pieces between separators outside of parentheses; None where the parentheses do not pair up."""
@@ -96,7 +93,7 @@ def format_value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, (tuple, list)):
         return f"({','.join(map(format_value, value))})"
-    if isinstance(value, str) and SEPARATORS.intersection(value) and pieces(value, ",") is not None:
+    if isinstance(value, str) and (len(pieces(value, ",") or ()) > 1 or bare(value) != value):
         return f"({value})"
     return repr(value) if isinstance(value, float) else str(value)
 

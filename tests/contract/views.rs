@@ -294,7 +294,7 @@ pub fn settings() -> Vec<(String, Box<dyn Technique>)> {
                     let assigned = params.iter().map(|(n, v)| format!("{n}={v}").replace('"', ""));
                     let together =
                         |text: &&str| text.starts_with(spec.name) && assigned.clone().all(|a| text.contains(&a));
-                    assert!(TOGETHER.iter().any(|text| together(text)), "{}({})", spec.name, shown.join(","));
+                    assert!(TOGETHER.iter().any(together), "{}({})", spec.name, shown.join(","));
                 }
                 Err(error) => panic!("{}({}): {error}", spec.name, shown.join(",")),
             }

@@ -25,8 +25,15 @@ const ROUNDS: usize = 40;
 const CALLS: u32 = 8;
 
 /// Beside every technique with its defaults.
-const VARIANTS: [&str; 5] =
-    ["lispsm:near=basic", "lispsm:axis=middle", "lispsm:near=optimal", "tsm:share=0.6", "gmnpr:body=frustum"];
+const VARIANTS: [&str; 7] = [
+    "lispsm:near=basic",
+    "lispsm:axis=middle",
+    "lispsm:near=optimal",
+    "psm:slide=0",
+    "tsm:share=0.6",
+    "gmnpr:body=frustum",
+    "plane_optimal:plane=(0,1,0,0)",
+];
 
 struct Configuration {
     scene: Scene,
@@ -147,16 +154,16 @@ fn table(techniques: &[(String, Box<dyn Technique>)], all: &[Configuration], rou
     let measured: Vec<(f64, Vec<f64>)> = all.iter().map(|c| times(c, techniques, rounds)).collect();
     let bodies = median(measured.iter().map(|m| m.0).collect());
     println!("bodies K and B: {bodies:.2} µs, median of {} configurations", all.len());
-    println!("{:<24}{:>8}{:>16}{:>16}{:>10}", "technique", "whole", "beyond bodies", "beyond uniform", "refused");
+    println!("{:<32}{:>8}{:>16}{:>16}{:>10}", "technique", "whole", "beyond bodies", "beyond uniform", "refused");
     for (i, (name, _)) in techniques.iter().enumerate() {
         let served: Vec<(f64, f64, f64)> =
             measured.iter().map(|(bodies, all)| (all[i], *bodies, all[0])).filter(|m| m.0.is_finite()).collect();
         if served.is_empty() {
-            println!("{name:<24} refuses every view");
+            println!("{name:<32} refuses every view");
             continue;
         }
         let of = |what: fn(&(f64, f64, f64)) -> f64| median(served.iter().map(what).collect());
         let (whole, beyond, added) = (of(|m| m.0), of(|m| m.0 - m.1), of(|m| m.0 - m.2));
-        println!("{name:<24}{whole:>8.2}{beyond:>16.2}{added:>16.2}{:>10}", all.len() - served.len());
+        println!("{name:<32}{whole:>8.2}{beyond:>16.2}{added:>16.2}{:>10}", all.len() - served.len());
     }
 }

@@ -1,6 +1,8 @@
-"""Writes the tables between the markers of README.md from the registries: python docs/generate.py [--check].
+"""Writes what the registries say: the tables between the markers of README.md, and docs/techniques.md.
 
-With --check nothing is written, and the exit status is 1 where a table is out of date.
+    python docs/generate.py [--check]
+
+With --check nothing is written, and the exit status is 1 where a file is out of date.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import shadowlab as sl
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
+TECHNIQUES = ROOT / "docs" / "techniques.md"
 
 
 def markdown(header: list[str], rows: list[list[str]]) -> str:
@@ -22,17 +25,45 @@ def markdown(header: list[str], rows: list[list[str]]) -> str:
 
 
 def techniques() -> str:
-    """One row a technique: what it is, where it comes from, its parameters with default and range."""
+    """One row a technique: what it is, where it comes from, its parameters with unit, default and range."""
     rows = []
     for name, group in sl.techniques().groupby("name", sort=False):
         first = group.iloc[0]
         parameters = [
-            f"`{p.parameter}={p.default}`{f' {p.unit}' if p.unit else ''} ({p.range}): {p.doc}"
+            f"`{p.parameter}={p.default}`{f' {p.unit}' if p.unit else ''} ({p.range})"
             for p in group.itertuples()
             if p.parameter
         ]
         rows.append([f"`{name}`", first["title"], first["source"], first["lights"], "<br>".join(parameters) or "none"])
     return markdown(["name", "title", "source", "lights", "parameters: default (range)"], rows)
+
+
+def technique_pages() -> str:
+    """docs/techniques.md: a section a technique, its parameters with what they do; then the presets."""
+    page = [
+        "# Techniques",
+        "",
+        "What `shadowlab techniques` and `sl.techniques()` list. Every technique is focused and fitted in the same way, so a",
+        "comparison shows the warp, or the division of the view, alone. Made by `python docs/generate.py`.",
+        "",
+    ]
+    for name, group in sl.techniques().groupby("name", sort=False):
+        first = group.iloc[0]
+        page += [f"## {name}", "", f"{first['title']}. {first['source']}. Lights: {first['lights']}.", ""]
+        rows = [
+            [f"`{p.parameter}`", p.unit, f"`{p.default}`", p.range, p.doc] for p in group.itertuples() if p.parameter
+        ]
+        page += [markdown(["parameter", "unit", "default", "range", "what it does"], rows), ""]
+    page += [
+        "## Presets",
+        "",
+        "What engines ship, as techniques: `sl.preset(name)`, or `--technique preset:name`. The formula is the engine's; the",
+        "body and the fit are the same as everywhere here.",
+        "",
+    ]
+    rows = [[f"`{p.name}`", p.engine, f"`{p.formula}`", p.source, p.differs] for p in sl.presets().itertuples()]
+    page += [markdown(["name", "engine", "formula", "source", "what the engine does otherwise"], rows), ""]
+    return "\n".join(page)
 
 
 def library() -> str:
@@ -61,14 +92,15 @@ def generated(text: str) -> str:
 
 def main(arguments: list[str]) -> int:
     """Writes or checks; the exit status."""
-    before = README.read_text(encoding="utf-8")
-    after = generated(before)
-    if arguments == ["--check"]:
-        if before != after:
-            print("README.md: a table is out of date; run: make docs", file=sys.stderr)
-        return int(before != after)
-    README.write_text(after, encoding="utf-8")
-    return 0
+    before = {path: path.read_text(encoding="utf-8") if path.exists() else "" for path in (README, TECHNIQUES)}
+    after = {README: generated(before[README]), TECHNIQUES: technique_pages()}
+    stale = [path for path in before if before[path] != after[path]]
+    for path in stale:
+        if arguments == ["--check"]:
+            print(f"{path.relative_to(ROOT)} is out of date; run: make docs", file=sys.stderr)
+        else:
+            path.write_text(after[path], encoding="utf-8")
+    return int(bool(stale) and arguments == ["--check"])
 
 
 if __name__ == "__main__":

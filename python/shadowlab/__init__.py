@@ -22,6 +22,7 @@ from ._core import (
     __version__,
 )
 from .convention import Convention
+from .engines import Preset, preset, presets
 from .registry import technique, techniques
 from .scenes import Scene, load_scene, turned
 
@@ -42,6 +43,7 @@ __all__ = [
     "Parameterization",
     "Partition",
     "PointLight",
+    "Preset",
     "Renderer",
     "Scene",
     "SpotLight",
@@ -56,6 +58,8 @@ __all__ = [
     "library",
     "load_scene",
     "plot",
+    "preset",
+    "presets",
     "report",
     "technique",
     "techniques",

@@ -44,7 +44,8 @@ def technique(name: str, **params: Any) -> _core.Technique:
 
 
 def technique_of(text: str) -> Any:
-    """The technique of `name:param=value,...`; of `matrix:file=F,convention=C` the parameterization in that file.
+    """The technique of `name:param=value,...`; of `preset:NAME` what an engine ships; of `matrix:file=F,convention=C` the
+    parameterization in that file.
 
     Raises
     ------
@@ -53,6 +54,11 @@ def technique_of(text: str) -> Any:
     LoadError
         For a file of matrices that cannot be read.
     """
+    kind, _, rest = text.strip().partition(":")
+    if kind == "preset":
+        from .engines import preset
+
+        return preset(rest.strip())
     name, params = parse_spec(text, "technique")
     if name == "matrix":
         from .matrix_files import matrix_technique

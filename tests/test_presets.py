@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab import engines as presets
+from shadowlab import engines
 from shadowlab.engines import ReceiversBody
 
 NAMES = ["filament", "ogre-1.12", "openscenegraph", "bevy", "three.js", "godot"]
@@ -28,39 +28,39 @@ def test_the_table_tells_every_preset_with_its_source():
     assert (table.map(len) > 10).drop(columns="name").all().all()
     for name in NAMES:
         assert sl.preset(name).name == name
-    with pytest.raises(sl.errors.UnknownNameError, match="three.js"):
+    with pytest.raises(sl.errors.UnknownNameError, match=r"three\.js"):
         sl.preset("unreal")
 
 
 def test_filament_has_the_larger_of_its_two_distances():
-    # ShadowMap.cpp: dzn = 0.5, dzf = 100; z0 = 2, z1 = 2 + 60 / 2 = 32; vz0 = max(2, 1, 2) = 2, vz1 = min(50, 100, 32) = 32.
-    assert presets.filament_near(BODY) == pytest.approx((2.0 + math.sqrt(2.0 * 32.0)) / 0.5)
+    # ShadowMap.cpp: dzn = 0.5, dzf = 100; z0 = 2, z1 = 2 + 60 / 2 = 32; vz0 = max(2, 1, 2), vz1 = min(50, 100, 32).
+    assert engines.filament_near(BODY) == pytest.approx((2.0 + math.sqrt(2.0 * 32.0)) / 0.5)
     # A far virtual near plane: dzn = 30 of zf - zn = 48 leaves 2 - 3 * 30 / 48 = 0.125, and nopt1 = 240 wins.
-    assert presets.filament_near(BODY, near_hint=30.5) == pytest.approx(30.0 / 0.125)
+    assert engines.filament_near(BODY, near_hint=30.5) == pytest.approx(30.0 / 0.125)
     # From two thirds of the depth range on, and below a sine of 0.02, the map is uniform.
-    assert presets.filament_near(BODY, near_hint=32.5) == math.inf
-    assert presets.filament_near(ReceiversBody(2.0, 50.0, 0.5, 200.0, 0.8, 60.0, 0.019)) == math.inf
+    assert engines.filament_near(BODY, near_hint=32.5) == math.inf
+    assert engines.filament_near(ReceiversBody(2.0, 50.0, 0.5, 200.0, 0.8, 60.0, 0.019)) == math.inf
 
 
 def test_ogre_is_weaker_where_light_and_view_run_together():
     # cos 30 degrees = 0.866 is below the threshold: the tweak is 1.
-    assert presets.ogre_near(BODY) == pytest.approx((2.0 + math.sqrt(0.5 * 200.0)) * 0.1)
+    assert engines.ogre_near(BODY) == pytest.approx((2.0 + math.sqrt(0.5 * 200.0)) * 0.1)
     along = ReceiversBody(2.0, 50.0, 0.5, 200.0, 0.8, 60.0, math.sqrt(1.0 - 0.95**2))
-    assert presets.ogre_near(along) == pytest.approx((2.0 + 10.0) * 0.1 * 11.0)
+    assert engines.ogre_near(along) == pytest.approx((2.0 + 10.0) * 0.1 * 11.0)
 
 
 def test_openscenegraph_divides_by_the_sine_twice_and_stands_behind_the_eye():
-    # z_n = 4, z_f = 34, n = (4 + sqrt(136)) / 0.5; the body begins 0.8 beyond the eye, the reference point is n - 2 behind it.
-    assert presets.openscenegraph_near(BODY) == pytest.approx((4.0 + math.sqrt(136.0)) / 0.5 - 2.0 + 0.8)
+    # z_n = 4, z_f = 34, n = (4 + sqrt(136)) / 0.5; the body begins 0.8 beyond the eye, the reference point n - 2 behind.
+    assert engines.openscenegraph_near(BODY) == pytest.approx((4.0 + math.sqrt(136.0)) / 0.5 - 2.0 + 0.8)
 
 
 def test_split_depths_of_the_engines():
     # cascade.rs: base = (150 / 10)^(1/3) = 2.46621.
-    assert presets.bevy_bounds() == pytest.approx([10.0, 24.662121, 60.822020, 150.0])
-    assert presets.bevy_bounds(count=1) == [150.0]
-    assert presets.godot_distances(0.05, 100.0) == pytest.approx([10.045, 20.04, 50.025])
+    assert engines.bevy_bounds() == pytest.approx([10.0, 24.662121, 60.822020, 150.0])
+    assert engines.bevy_bounds(count=1) == [150.0]
+    assert engines.godot_distances(0.05, 100.0) == pytest.approx([10.045, 20.04, 50.025])
     # CSM.js with near 1, far 1000: uniform 334, 667; logarithmic 10, 100; half way between.
-    assert presets.three_breaks(1.0, 1000.0) == pytest.approx([172.0, 383.5])
+    assert engines.three_breaks(1.0, 1000.0) == pytest.approx([172.0, 383.5])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -71,15 +71,16 @@ def test_a_preset_is_a_technique(name, view):
     again = made.technique(scene, camera, light)
     assert np.isfinite(p.matrices).all()
     if name in ("filament", "ogre-1.12", "openscenegraph"):
-        body = presets.receivers_body(scene, camera, light)
-        near = {"filament": presets.filament_near, "ogre-1.12": presets.ogre_near}.get(
-            name, presets.openscenegraph_near
+        body = engines.receivers_body(scene, camera, light)
+        near = {"filament": engines.filament_near, "ogre-1.12": engines.ogre_near}.get(
+            name, engines.openscenegraph_near
         )
         assert again.name == "lispsm"
         assert p.values["warp_distance"] == pytest.approx(near(body), rel=1e-12)
     else:
         depths = [part.eye_depth[1] for part in p.partitions]
-        assert again.name == "z_partition" and depths == sorted(depths)
+        assert again.name == "z_partition"
+        assert depths == sorted(depths)
         assert len(depths) == {"bevy": 4, "three.js": 3, "godot": 4}[name]
         first = {"bevy": 10.0, "godot": camera.near + 0.1 * (min(camera.far, 100.0) - camera.near)}
         assert depths[0] == pytest.approx(first.get(name, depths[0]))

@@ -1,8 +1,8 @@
 """What engines ship, as data: each engine's warp distance or split depths with its source, on our body and our fit.
 
 An engine's shadow map is a formula for the warp or the splits, a body to fit and a way to fit it. The formula is the
-engine's own here, as its source has it; the body and the fit are ours for all, so that a comparison isolates the formula.
-To hold an engine's exact matrices against ours, hand them over: `Parameterization.from_matrix` and `diagnose`.
+engine's own here, as its source has it; the body and the fit are ours for all, so that a comparison isolates the
+formula. To hold an engine's exact matrices against ours, hand them over: `Parameterization.from_matrix` and `diagnose`.
 """
 
 from __future__ import annotations
@@ -128,12 +128,12 @@ def presets() -> pd.DataFrame:
 def receivers_body(scene: Any, camera: Any, light: Any) -> ReceiversBody | None:
     """The body as our LiSPSM sees it; None where there is no warp (the light along the view, nothing seen)."""
     p = _core.Technique("lispsm").parameterize(scene, camera, light, resolution=1024)
-    if "y_min" not in p.values:
+    (only,) = p.partitions
+    numbers = dict(only.values)
+    if "y_min" not in numbers:
         return None
-    near, far = p.partitions[0].eye_depth
-    return ReceiversBody(
-        near, far, camera.near, camera.far, p.values["y_min"], p.values["depth"], p.values["kappa"]
-    )  # fmt: skip
+    near, far = only.eye_depth
+    return ReceiversBody(near, far, camera.near, camera.far, numbers["y_min"], numbers["depth"], numbers["kappa"])
 
 
 def filament_near(body: ReceiversBody, near_hint: float = 1.0, far_hint: float = 100.0) -> float:
@@ -165,7 +165,8 @@ def ogre_near(body: ReceiversBody, adjust: float = 0.1, threshold: float = 0.9) 
 def openscenegraph_near(body: ReceiversBody) -> float:
     """OpenSceneGraph's warp distance, told from the near end of the body.
 
-    `z_n = near / sin`, `z_f = z_n + d sin`, `n = (z_n + sqrt(z_f z_n)) / sin`, the reference point `n - near` behind the eye.
+    `z_n = near / sin`, `z_f = z_n + d sin`, `n = (z_n + sqrt(z_f z_n)) / sin`; the reference point is `n - near` behind
+    the eye.
     """
     z_n = body.near / body.sine
     n = (z_n + math.sqrt((z_n + body.extent * body.sine) * z_n)) / body.sine
@@ -192,7 +193,7 @@ def _warped(near: Callable[[ReceiversBody], float]) -> Callable[[Any, Any, Any],
         distance = math.inf if body is None else near(body)
         if math.isinf(distance):
             return _core.Technique("uniform"), camera
-        # A reference point inside the body (OpenSceneGraph can have one) has no map; the least warp distance stands for it.
+        # A reference point inside the body (OpenSceneGraph can have one) has no map; the least distance stands for it.
         return _core.Technique("lispsm", near=max(0.0, distance)), camera
 
     return choose
@@ -234,7 +235,8 @@ def three_breaks(near: float, far: float) -> list[float]:
 
 PRESETS = (
     Preset(
-        "filament", "Filament (LightManager::ShadowOptions defaults: one map, lispsm, shadowNearHint 1, shadowFarHint 100)",
+        "filament",
+        "Filament (LightManager::ShadowOptions defaults: one map, lispsm, shadowNearHint 1, shadowFarHint 100)",
         "n = max((z0 + sqrt(vz0 vz1)) / sin, dzn / (2 - 3 dzn / (zf - zn)))",
         "google/filament filament/src/ShadowMap.cpp, ShadowMap::applyLISPSM",
         "fits receivers and casters of its own culling; no warp below a sine of 0.02 (as here)",
@@ -251,7 +253,7 @@ PRESETS = (
         "openscenegraph", "OpenSceneGraph 3.6 (osgShadow, the formula of the authors' code of 2004)",
         "z_n = near / sin; z_f = z_n + d sin; n = (z_n + sqrt(z_f z_n)) / sin; reference point n - near behind the eye",
         "openscenegraph/OpenSceneGraph src/osgShadow/LightSpacePerspectiveShadowMap.cpp",
-        "works after a first shadow projection whose scale enters the formula; its reference point can lie among the receivers",
+        "works after a first shadow projection whose scale enters the formula; its reference point can lie among receivers",
         _warped(openscenegraph_near),
     ),
     Preset(

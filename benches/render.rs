@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat4, DVec3};
-use shadowlab::parameterization::{Parameterization, Partition};
+use shadowlab::parameterization::{Parameterization, Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, Instance};
@@ -84,6 +84,12 @@ fn render(c: &mut Criterion) {
     warped.partitions[0].shadow_clip_from_world = warp * p.partitions[0].shadow_clip_from_world;
     c.bench_function("depth/1024/warped", |b| {
         b.iter(|| black_box(renderer.depth_maps(&scene, &warped, size, &progress)))
+    });
+    // And the logarithm of its w, which spans 1/2 to 2.
+    let mut logarithmic = warped.clone();
+    logarithmic.partitions[0].post_warp = PostWarp::Log { scale: 1.0 / 2.0_f64.ln(), offset: 0.0 };
+    c.bench_function("depth/1024/logarithmic", |b| {
+        b.iter(|| black_box(renderer.depth_maps(&scene, &logarithmic, size, &progress)))
     });
 }
 

@@ -3,8 +3,8 @@
     python docs/gallery.py [--resolution 512] [--size 480x270] [--out docs/gallery]
 
 Writes one contact sheet a scene (a row a technique, a column an angle between light and view) and docs/gallery.md with
-the counts. An angle turns the light in the vertical plane through the view: 90 degrees is a light from above the viewer,
-5 degrees one that nearly runs along the view.
+the counts. An angle turns the light in the vertical plane through the view: 90 degrees is a light from above the
+viewer, 5 degrees one that nearly runs along the view.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def main() -> None:
         "# Gallery",
         "",
         f"Every technique with its defaults at {options.resolution}² texels a map, in pictures of {width} x {height}",
-        "pixels; a column an angle between light and view. Orange: shadow where there is light; blue: light where there",
-        "is shadow, both held against traced truth. *cannot*: the technique has no map for this view, and says why.",
+        "pixels; a column an angle between light and view. Orange: shadow where there is light; blue: light where",
+        "there is shadow, both held against traced truth. *cannot*: the technique has no map for this view, and says why.",
         "Techniques with several maps use that many times the texels. Made by `python docs/gallery.py`.",
         "",
     ]

@@ -43,8 +43,8 @@ def technique_pages() -> str:
     page = [
         "# Techniques",
         "",
-        "What `shadowlab techniques` and `sl.techniques()` list. Every technique is focused and fitted in the same way,",
-        "so a comparison shows the warp, or the division of the view, alone. Made by `python docs/generate.py`.",
+        "What `shadowlab techniques` and `sl.techniques()` list. Every technique is focused and fitted in the same",
+        "way, so a comparison shows the warp, or the division of the view, alone. Made by `python docs/generate.py`.",
         "",
     ]
     for name, group in sl.techniques().groupby("name", sort=False):
@@ -57,8 +57,8 @@ def technique_pages() -> str:
     page += [
         "## Presets",
         "",
-        "What engines ship, as techniques: `sl.preset(name)`, or `--technique preset:name`. The formula is the engine's;",
-        "the body and the fit are the same as everywhere here.",
+        "What engines ship, as techniques: `sl.preset(name)`, or `--technique preset:name`. The formula is the",
+        "engine's; the body and the fit are the same as everywhere here.",
         "",
     ]
     rows = [[f"`{p.name}`", p.engine, f"`{p.formula}`", p.source, p.differs] for p in sl.presets().itertuples()]

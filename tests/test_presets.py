@@ -50,7 +50,7 @@ def test_ogre_is_weaker_where_light_and_view_run_together():
 
 
 def test_openscenegraph_divides_by_the_sine_twice_and_stands_behind_the_eye():
-    # z_n = 4, z_f = 34, n = (4 + sqrt(136)) / 0.5; the body begins 0.8 beyond the eye, the reference point n - 2 behind.
+    # z_n = 4, z_f = 34, n = (4 + sqrt(136)) / 0.5; the body begins 0.8 beyond the eye, the reference n - 2 behind.
     assert engines.openscenegraph_near(BODY) == pytest.approx((4.0 + math.sqrt(136.0)) / 0.5 - 2.0 + 0.8)
 
 

@@ -253,7 +253,7 @@ PRESETS = (
         "openscenegraph", "OpenSceneGraph 3.6 (osgShadow, the formula of the authors' code of 2004)",
         "z_n = near / sin; z_f = z_n + d sin; n = (z_n + sqrt(z_f z_n)) / sin; reference point n - near behind the eye",
         "openscenegraph/OpenSceneGraph src/osgShadow/LightSpacePerspectiveShadowMap.cpp",
-        "works after a first shadow projection whose scale enters the formula; its reference point can lie among receivers",
+        "works after a first shadow projection whose scale enters the formula; its reference point can lie in the view",
         _warped(openscenegraph_near),
     ),
     Preset(

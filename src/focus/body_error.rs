@@ -75,7 +75,9 @@ pub struct BodyError {
     /// Extent of the body along the axis.
     extent: f64,
     points: [Sample; MOST_POINTS],
+    /// All, and how many of them are vertices: the first.
     count: usize,
+    vertices: usize,
     /// Means of weight |a_x × a_y| / (2 z tan)² eta^k.
     moments: [f64; 4],
 }
@@ -131,28 +133,33 @@ impl BodyError {
         let sampler = Sampler::new(view, space, measure);
         let mut points = [Sample::default(); MOST_POINTS];
         let mut count = 0;
-        let mut add = |p: DVec3| {
-            if let (Some((sample, _)), Some(room)) = (sampler.sample(p), points.get_mut(count)) {
+        let mut add = |p: DVec3, count: &mut usize| {
+            if let (Some((sample, _)), Some(room)) = (sampler.sample(p), points.get_mut(*count)) {
                 *room = sample;
-                count += 1;
+                *count += 1;
             }
         };
-        view.receivers.vertices().iter().for_each(|p| add(*p));
-        if !(sampler.constant.is_some() && measure.near_weight == 1.0) {
-            view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut add));
+        view.receivers.vertices().iter().for_each(|p| add(*p, &mut count));
+        let vertices = count;
+        let exact = sampler.constant.is_some() && measure.near_weight == 1.0;
+        if !exact && measure.norm != ErrorNorm::Mean {
+            view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut |p| add(p, &mut count)));
         }
         let moments = if measure.norm == ErrorNorm::Mean { sampler.moments() } else { [0.0; 4] };
-        Self { norm: measure.norm, extent: space.extent(), points, count, moments }
+        Self { norm: measure.norm, extent: space.extent(), points, count, vertices, moments }
     }
     pub(super) fn largest(&self, mu: f64) -> Largest {
         let (scale, k) = (1.0 / (1.0 + mu), mu / ((1.0 + mu) * self.extent));
         let (mut across, mut along, mut low, mut high) = (0.0_f64, 0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
-        for p in &self.points[..self.count] {
-            let q = (1.0 + mu * p.eta) * scale;
-            let (sheared, x) = (p.x * k, p.x / q);
+        let (vertices, edges) = self.points[..self.count].split_at(self.vertices);
+        for p in vertices {
+            let x = p.x / ((1.0 + mu * p.eta) * scale);
+            (low, high) = (low.min(x), high.max(x));
+        }
+        for p in vertices.iter().chain(edges) {
+            let (q, sheared) = ((1.0 + mu * p.eta) * scale, p.x * k);
             across = across.max(q * q * p.xx);
             along = along.max(q * q * (sheared * (sheared * p.xx + 2.0 * q * p.xy) + q * q * p.yy));
-            (low, high) = (low.min(x), high.max(x));
         }
         Largest { across, along, x: [low, high] }
     }

@@ -123,13 +123,19 @@ impl Warp for Lispsm {
         let mut notes = Vec::new();
         let clip_from_local = match self.warp_space(view, scene, &mut notes) {
             Some(Ok(space)) => {
-                let distance = match &self.distance {
+                let (distance, rows) = match &self.distance {
                     Distance::Optimal(measure) => self.optimum(measure, &space, view, part, &mut values),
-                    formula => Ok(self.warp_distance(formula, &space, view, &mut notes)),
+                    formula => {
+                        let distance = self.warp_distance(formula, &space, view, &mut notes);
+                        (Some(distance), space.warped(distance))
+                    }
                 };
-                if let Ok(distance) = distance {
-                    values.push(("warp_distance", distance));
-                    values.push(("lambda", distance / space.extent()));
+                match distance {
+                    Some(distance) => {
+                        values.push(("warp_distance", distance));
+                        values.push(("lambda", distance / space.extent()));
+                    }
+                    None => notes.push("no warp, a uniform map: no warp distance has less error".into()),
                 }
                 values.push(("kappa", space.rate));
                 if let Light::Directional(l) = &view.light {
@@ -137,13 +143,7 @@ impl Warp for Lispsm {
                 }
                 values.push(("depth", space.extent()));
                 values.push(("y_min", space.y[0]));
-                match distance {
-                    Ok(distance) => space.warped(distance),
-                    Err(uniform) => {
-                        notes.push("no warp, a uniform map: no warp distance has less error".into());
-                        uniform
-                    }
-                }
+                rows
             }
             Some(Err(reason)) => {
                 values.push(("kappa", 0.0));
@@ -194,7 +194,7 @@ impl Lispsm {
         };
         space.limited(self.factor * distance, notes)
     }
-    /// The warp distance with the least error; the uniform map where none has less.
+    /// The warp distance with the least error and its map; the uniform map alone where none has less.
     fn optimum(
         &self,
         measure: &ErrorMeasure,
@@ -202,7 +202,7 @@ impl Lispsm {
         view: &FocusedView,
         part: &Part,
         values: &mut Vec<Named>,
-    ) -> std::result::Result<f64, Rows> {
+    ) -> (Option<f64>, Rows) {
         let extent = |rows: &Rows| receivers_room(rows, view, part.scene, &part.size, self.tightening);
         let error = BodyError::new(view, space, measure);
         let [best, unwarped] = best_strength(space, &error, part.size.resolution, extent);
@@ -218,10 +218,10 @@ impl Lispsm {
             let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
             let made = Strength::of(space.extent() / distance, space, &error, extent);
             values.extend([("error", made.error), ("error_uniform", uniform.error)]);
-            return Ok(distance);
+            return (Some(distance), space.warped(distance));
         }
         let least = uniform.error.min(unwarped.error);
         values.extend([("error", least), ("error_uniform", uniform.error)]);
-        Err(if unwarped.error < uniform.error { space.rows } else { upright })
+        (None, if unwarped.error < uniform.error { space.rows } else { upright })
     }
 }

@@ -82,7 +82,7 @@ def gpu_renderer():
     sl = imported("shadowlab")
     try:
         return sl.Renderer(backend="gpu")
-    except sl.ShadowlabError as error:
+    except sl.errors.ShadowlabError as error:
         missing("a GPU adapter", error)
 
 

@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use cpu_support::*;
 use glam::{DMat4, DVec3};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::{Progress, Scene};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::scene::DirectionalLight;
+use shadowlab::{Camera, Light, Progress, Scene};
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
@@ -83,4 +84,33 @@ fn memory_stays_below_a_hundred_bytes_a_triangle() {
         assert!(peak <= promised, "{name}: {peak} bytes at the peak, not below {promised}");
         assert!(retained <= promised, "{name}: {retained} bytes retained, not below {promised}");
     }
+    a_mask_takes_one_map_at_a_time();
+}
+
+/// However many maps a mask asks, one is in memory.
+fn a_mask_takes_one_map_at_a_time() {
+    const RESOLUTION: u32 = 1024;
+    let scene = sheet(60, 1.0);
+    let eye = DVec3::new(0.0, 0.0, -2.0);
+    let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 1.0, 1.0, 0.1, 10.0).unwrap();
+    let light = Light::Directional(DirectionalLight::new(DVec3::Z).unwrap());
+    let (bias, filter) = (Bias::default(), Filter::Nearest);
+    let settings = MaskSettings { resolution: [RESOLUTION; 2], size: [256; 2], bias, filter };
+    let peak = |count: usize| {
+        let mut p = maps(&vec![DMat4::IDENTITY; count]);
+        for (k, partition) in p.partitions.iter_mut().enumerate() {
+            partition.eye_depth = [0.0, 2.0 + (k + 1) as f64 / count as f64];
+        }
+        let renderer = CpuRenderer::new();
+        let before = NOW.load(Relaxed);
+        PEAK.store(before, Relaxed);
+        let mask = renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &Progress::new()).unwrap();
+        let asked = (0..count as i16).filter(|k| mask.partition.contains(k)).count();
+        assert!(asked > count / 3, "{asked} of {count} maps are asked");
+        PEAK.load(Relaxed) - before
+    };
+    let (one, many) = (peak(1), peak(24));
+    println!("a mask of one map: {one}, of 24: {many}");
+    let half_a_map = 2 * (RESOLUTION * RESOLUTION) as usize;
+    assert!(many <= one + half_a_map, "{many} bytes for 24 maps, {one} for one");
 }

@@ -122,7 +122,8 @@ fn the_check_sees_a_gap_and_a_stranger_at_a_seam() {
     let truth = seams::truth(&view);
     let renderer = CpuRenderer::new();
     let check = |p: Parameterization| {
-        let v = maps::View { p, name: String::new(), scene: view.scene.clone(), ..view };
+        let (scene, whole) = (view.scene.clone(), view.whole.clone());
+        let v = maps::View { p, name: String::new(), scene, whole, ..view };
         std::panic::catch_unwind(|| seams::Found::new(&renderer, &v, &truth).assert_small(""))
     };
     assert!(check(view.p.clone()).is_ok());

@@ -17,6 +17,8 @@ pub struct View {
     pub camera: Camera,
     pub light: Light,
     pub p: Parameterization,
+    /// One map for the whole view, where the light has one.
+    pub whole: Option<Parameterization>,
 }
 
 /// Maps of parts of the view by depth: `count` of them, as wide in the logarithm of depth as each other.
@@ -92,9 +94,11 @@ pub fn views() -> Vec<View> {
     let mut all = vec![];
     for name in ["robots", "courtyard", "dueling"] {
         let library::LibraryScene { scene, camera, light, .. } = library::build(name, 1, &[]).unwrap();
+        let whole = techniques::technique("lispsm", &[]).unwrap().parameterize(&scene, &camera, &light, 1024).unwrap();
         let mut push = |kind: &str, light: Light, p: Parameterization| {
             let (scene, name) = (scene.clone(), format!("{name}, {kind}"));
-            all.push(View { name, scene, camera, light, p });
+            let whole = (!matches!(light, Light::Point(_))).then(|| whole.clone());
+            all.push(View { name, scene, camera, light, p, whole });
         };
         for inner in ["uniform", "lispsm"] {
             let p = cascades(&scene, &camera, &light, 4, inner);
@@ -103,7 +107,6 @@ pub fn views() -> Vec<View> {
                 Parameterization { selection: Selection::Containment, ..p }
             });
         }
-        let whole = techniques::technique("lispsm", &[]).unwrap().parameterize(&scene, &camera, &light, 1024).unwrap();
         let to_light = light.point().truncate();
         let n = to_light.cross(camera.forward()).normalize();
         let middle = camera.eye() + camera.forward();
@@ -114,6 +117,14 @@ pub fn views() -> Vec<View> {
         let point = lamp(&scene, DVec3::new(0.52, 0.7, 0.47));
         let range = point.range();
         push("six faces", Light::Point(point), faces(&point, 1e-3 * range, range));
+        // What schemes make of it.
+        for text in ["z_partition:count=3,inner=lispsm", "face_partition:inner=uniform"] {
+            let p = techniques::technique_of(text).unwrap().parameterize(&scene, &camera, &light, 1024).unwrap();
+            push(text, light, p);
+        }
+        let p = techniques::technique_of("lispsm").unwrap();
+        let p = p.parameterize(&scene, &camera, &Light::Point(point), 1024).unwrap();
+        push("lispsm of a point light", Light::Point(point), p);
     }
     all
 }

@@ -10,7 +10,7 @@ use crate::maps::{SAME, View, views};
 const SIZE: [u32; 2] = [320, 200];
 const RESOLUTION: u32 = 2048;
 
-/// Most wrong pixels of those compared; the worst view has 0.018.
+/// Most wrong pixels of those compared; the worst view has 0.022.
 const WRONG_SHARE: f64 = 0.025;
 /// Most wrong pixels at seams, as a multiple of the share elsewhere, and beside that. Seams by depth run along outlines of
 /// things, where edges of shadows are dense: between equal maps, which have no seam of their own, the multiple is up to 1.4; a
@@ -40,6 +40,8 @@ pub struct Found {
     /// Within a pixel of another map.
     seam: Count,
     elsewhere: Count,
+    /// Wrong under one map for the whole view, at the pixels of the seams.
+    seam_under_whole: Option<usize>,
     /// Pixels that face the light and that no map holds.
     unheld: usize,
 }
@@ -49,8 +51,10 @@ impl Found {
     pub fn new(renderer: &dyn Renderer, v: &View, truth: &[i8]) -> Self {
         let settings =
             MaskSettings { resolution: [RESOLUTION; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest };
-        let m = renderer.shadow_mask(&v.scene, &v.camera, &v.light, &v.p, &settings, &Progress::new()).unwrap();
-        let mut found = Self::default();
+        let mask = |p| renderer.shadow_mask(&v.scene, &v.camera, &v.light, p, &settings, &Progress::new()).unwrap();
+        let m = mask(&v.p);
+        let whole = v.whole.as_ref().map(mask);
+        let mut found = Self { seam_under_whole: whole.as_ref().map(|_| 0), ..Self::default() };
         for (i, &truth) in truth.iter().enumerate() {
             let lit = match truth {
                 TruthMask::LIT => true,
@@ -62,7 +66,11 @@ impl Found {
             }
             // No map, yet not dark as what faces away is.
             found.unheld += usize::from(m.partition[i] == ShadowMask::NO_MAP && m.data[i] > 0.0);
-            let count = if is_seam(&m, i) { &mut found.seam } else { &mut found.elsewhere };
+            let is_seam = is_seam(&m, i);
+            if let (true, Some(whole), Some(wrong)) = (is_seam, &whole, &mut found.seam_under_whole) {
+                *wrong += usize::from((whole.data[i] >= 0.5) != lit);
+            }
+            let count = if is_seam { &mut found.seam } else { &mut found.elsewhere };
             count.compared += 1;
             count.wrong += usize::from((m.data[i] >= 0.5) != lit);
         }
@@ -74,7 +82,10 @@ impl Found {
         assert!(self.seam.compared > 50, "{what}: no seam to see");
         assert_eq!(self.unheld, 0, "{what}: pixels in no map");
         assert!(self.elsewhere.share() <= WRONG_SHARE, "{what}: {self:?}");
-        assert!(self.seam.share() <= SEAM_TIMES * self.elsewhere.share() + SEAM_SHARE, "{what}: {self:?}");
+        let is_as_elsewhere = self.seam.share() <= SEAM_TIMES * self.elsewhere.share() + SEAM_SHARE;
+        // Or the very same pixels are hard: one map without seams has as many wrong there.
+        let is_as_whole = self.seam_under_whole.is_some_and(|wrong| self.seam.wrong <= wrong);
+        assert!(is_as_elsewhere || is_as_whole, "{what}: {self:?}");
     }
 
     fn wrong(&self) -> usize {

@@ -29,8 +29,8 @@ use crate::scene::{Mesh, Scene};
 const BATCH: usize = 1 << 17;
 /// Vertices that are projected at once, and triangles that one thread bins at once.
 const CHUNK: usize = 1 << 12;
-/// Chunks that are binned before the bands are drawn: at most 256 bytes a triangle, 64 MB.
-const ROUND: usize = 64;
+/// Chunks that are binned before the bands are drawn: 480 bytes a triangle where all are cut to heptagons, 63 MB.
+const ROUND: usize = 32;
 /// Bands up to which a triangle is listed in each that it touches; one that touches more is listed once for all.
 const FEW_BANDS: u32 = 4;
 /// Largest |x| / w that is not cut. Derived from f64: columns are then told to 2^-13 of a texel of the largest map.

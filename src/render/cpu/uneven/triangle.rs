@@ -183,7 +183,7 @@ impl DepthPlane {
     fn draw(&self, texels: &mut [f32], column: f64, down: f64) {
         let first = self.z + (column - self.column) * self.per_column + (down - self.down) * self.per_down;
         for (i, texel) in texels.iter_mut().enumerate() {
-            // A NaN (no area) is not smaller than anything, once it is held: max and min drop it.
+            // max and min make a NaN (a triangle without area, which has a centre only by rounding) the nearest corner's depth.
             let z = (first + i as f64 * self.per_column).max(self.range[0]).min(self.range[1]);
             *texel = smaller(z as f32, *texel);
         }

@@ -24,7 +24,7 @@ const ROUNDS: usize = 40;
 /// Calls in a run: some tens of microseconds, far above the clock's step.
 const CALLS: u32 = 8;
 
-/// Beside every technique with its defaults.
+/// Beside every technique with its defaults. Those that look at a G-buffer's samples are given what they would find there.
 const VARIANTS: [&str; 7] = [
     "lispsm:near=basic",
     "lispsm:axis=middle",

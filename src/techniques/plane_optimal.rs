@@ -254,13 +254,12 @@ fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuit
         format!("; of {all} visible samples {lost} are lost")
     });
     let world = plane.moved_to(-view.origin);
-    let (n, d) = (world.normal, world.offset);
+    // To four places; adding zero takes the sign from one.
+    let [x, y, z, d] =
+        [world.normal.x, world.normal.y, world.normal.z, world.offset].map(|v| (v * 1e4).round() / 1e4 + 0.0);
     let reason = format!(
-        "light rays through receivers must meet the plane ({:.4}, {:.4}, {:.4}, {d:.4}) before the eye, and do not at {behind} \
-         of {} corners of the receivers' body{}",
-        n.x,
-        n.y,
-        n.z,
+        "light rays through receivers must meet the plane ({x}, {y}, {z}, {d}) before the eye, and do not at {behind} of {} \
+         corners of the receivers' body{}",
         vertices.len(),
         lost_of_samples.unwrap_or_default()
     );

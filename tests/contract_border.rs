@@ -5,12 +5,12 @@ mod cpu_support;
 use cpu_support::triangle_mesh;
 use glam::{DMat4, DVec2, DVec3};
 use shadowlab::focus::{BORDER_TEXELS, ReceiverSamples};
-use shadowlab::parameterization::PostWarp;
+use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Filter, Renderer};
 use shadowlab::scene::{DirectionalLight, SpotLight};
 use shadowlab::techniques::{specs, technique};
-use shadowlab::{Camera, Light, Parameterization, Progress, Scene};
+use shadowlab::{Camera, Light, Progress, Scene};
 
 const RESOLUTION: u32 = 32;
 /// Of the casters, far above all that the camera sees.
@@ -27,11 +27,11 @@ fn level(middle: DVec3, half: f64) -> Scene {
     quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
 }
 
-/// Where the ray of a place of the map, in NDC, meets the casters' height.
-fn at_height(p: &Parameterization, ndc: DVec2) -> DVec3 {
-    let matrix = p.partitions[0].shadow_clip_from_world;
+/// Where the ray of a place of a map, in NDC, meets the casters' height.
+fn at_height(map: &Partition, ndc: DVec2) -> DVec3 {
+    let matrix = map.shadow_clip_from_world;
     let world_from_clip = matrix.inverse();
-    let ndc = match p.partitions[0].post_warp {
+    let ndc = match map.post_warp {
         PostWarp::None => ndc,
         PostWarp::Log { scale, offset } => {
             // y of the matrix is a constant and another over w.
@@ -70,23 +70,25 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
             let map =
                 |scene: &Scene| t.parameterize_seen(scene, &camera, &light, RESOLUTION, Some(&samples)).expect("a map");
             let before = map(&ground);
-            for middle in [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from) {
-                let what = format!("{} {} at {middle}", spec.name, light.kind());
+            let middles = [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from);
+            for (k, middle) in (0..before.partitions.len()).flat_map(|k| middles.map(|middle| (k, middle))) {
+                let what = format!("{} {} map {k} at {middle}", spec.name, light.kind());
                 // A quarter of a texel to either side of the texel's middle.
-                let corner = |x: f64, y: f64| at_height(&before, middle + DVec2::new(x, y) * 0.25 * step);
+                let corner = |x: f64, y: f64| at_height(&before.partitions[k], middle + DVec2::new(x, y) * 0.25 * step);
                 let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 let caster = quad(corners);
                 let scene = ground.joined(&caster).expect("a scene");
                 let p = map(&scene);
                 for q in corners {
-                    let (ndc, w) = p.partitions[0].project(q);
+                    let (ndc, w) = p.partitions[k].project(q);
                     let across = ndc.truncate().abs().max_element();
                     assert!(w > 0.0 && (inset..1.0).contains(&across), "{what}: the corner at {ndc} is in the border");
                 }
                 let maps = CpuRenderer::new().depth_maps(&scene, &p, [RESOLUTION; 2], &Progress::new()).expect("maps");
-                let (expected, _) = p.partitions[0].project(at_height(&before, middle));
+                let (expected, _) = p.partitions[k].project(at_height(&before.partitions[k], middle));
                 let texel = (DVec2::new(expected.x, -expected.y) * 0.5 + 0.5) * f64::from(RESOLUTION);
-                let depth = maps.data[texel.y as usize * RESOLUTION as usize + texel.x as usize];
+                let n = RESOLUTION as usize;
+                let depth = maps.data[(k * n + texel.y as usize) * n + texel.x as usize];
                 // Rounding of a renderer in f32.
                 let rounding = 64.0 * f64::from(f32::EPSILON);
                 assert!((f64::from(depth) - expected.z).abs() < rounding, "{what}: {depth} and {expected}");

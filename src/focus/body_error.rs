@@ -72,8 +72,8 @@ pub fn footprint(clip_from_local: &Rows, rays: &LightRays, p: DVec3) -> Option<D
 #[derive(Debug, Clone)]
 pub struct BodyError {
     norm: ErrorNorm,
-    /// Extent of the body along the axis.
-    extent: f64,
+    /// 1 over the extent of the body along the axis; 0 for none, which has the uniform map alone.
+    per_extent: f64,
     points: [Sample; MOST_POINTS],
     /// All, and how many of them are vertices: the first.
     count: usize,
@@ -146,10 +146,10 @@ impl BodyError {
             view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut |p| add(p, &mut count)));
         }
         let moments = if measure.norm == ErrorNorm::Mean { sampler.moments() } else { [0.0; 4] };
-        Self { norm: measure.norm, extent: space.extent(), points, count, vertices, moments }
+        Self { norm: measure.norm, per_extent: sampler.per_extent, points, count, vertices, moments }
     }
     pub(super) fn largest(&self, mu: f64) -> Largest {
-        let (scale, k) = (1.0 / (1.0 + mu), mu / ((1.0 + mu) * self.extent));
+        let (scale, k) = (1.0 / (1.0 + mu), mu / (1.0 + mu) * self.per_extent);
         let (mut across, mut along, mut low, mut high) = (0.0_f64, 0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
         let (vertices, edges) = self.points[..self.count].split_at(self.vertices);
         for p in vertices {
@@ -189,6 +189,7 @@ struct Sampler<'a> {
     space: &'a WarpSpace,
     norm: ErrorNorm,
     weight_exponent: f64,
+    per_extent: f64,
     /// The same footprint everywhere, where light and map are parallel.
     constant: Option<DMat2>,
 }
@@ -200,7 +201,8 @@ impl<'a> Sampler<'a> {
         let weight_exponent = if octaves > 0.0 { -measure.near_weight.ln() / octaves } else { 0.0 };
         let parallel = view.rays.point.w == 0.0 && space.rows.w.truncate() == DVec3::ZERO;
         let constant = if parallel { footprint(&space.rows, &view.rays, view.eye) } else { None };
-        Self { view, space, norm: measure.norm, weight_exponent, constant }
+        let per_extent = Some(space.extent().recip()).filter(|x| x.is_finite()).unwrap_or(0.0);
+        Self { view, space, norm: measure.norm, weight_exponent, per_extent, constant }
     }
     /// Hands over points on an edge, even in the logarithm of depth.
     fn along_edge(&self, ends: [DVec3; 2], add: &mut impl FnMut(DVec3)) {
@@ -229,7 +231,7 @@ impl<'a> Sampler<'a> {
         let (x, y) = (clip.x / clip.w - space.x_ref, clip.y / clip.w - space.y[0]);
         let sample = Sample {
             x,
-            eta: y / space.extent(),
+            eta: y * self.per_extent,
             xx: across.x_axis.length_squared() * square,
             xy: across.x_axis.dot(across.y_axis) * square,
             yy: across.y_axis.length_squared() * square,

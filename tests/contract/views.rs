@@ -267,7 +267,10 @@ pub fn from_library() -> Vec<View> {
 }
 
 /// Settings that depend on each other.
-const TOGETHER: [&str; 10] = [
+const TOGETHER: [&str; 13] = [
+    "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",
+    "lispsm:near=optimal,norm=linf,axis=middle,near_weight=1e-6,fit=intersection",
+    "z_partition:count=3,inner=(lispsm:near=optimal)",
     "z_partition:splits=min-max,cover=samples",
     "z_partition:splits=equal-log,cover=samples,inner=lispsm",
     "z_partition:splits=equal-log,count=16",

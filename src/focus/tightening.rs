@@ -89,7 +89,7 @@ fn behind(view: &FocusedView, b: &OrientedBox) -> Option<DVec4> {
     let light = view.rays.point;
     let height = plane.dot(light);
     // Half of the digits: a light nearer to the plane than that runs in it.
-    let least = f64::EPSILON.sqrt() * (plane * light).abs().element_sum();
+    let least = f64::EPSILON.sqrt() * (light.truncate() - b.center * light.w).length();
     (height.abs() > least).then(|| if height > 0.0 { -plane } else { plane })
 }
 

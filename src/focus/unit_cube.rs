@@ -16,7 +16,7 @@ use glam::{DAffine3, DVec3, DVec4};
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use super::view::{Coverage, Focus, FocusedView, SpotFrustum};
 use crate::error::{Error, Result};
-use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows, singular_values};
+use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
 use crate::scene::Scene;
@@ -296,14 +296,28 @@ pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, s
     let mean = view.receivers.vertex_mean();
     let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
     let frame = LightFrame::any(along);
-    let (ndc_per_length, _) = singular_values(&provisional.jacobian(mean, [frame.right, frame.up]));
-    let size_across = extent.extent().truncate().max_element();
-    let texel = if size_across > 0.0 {
-        size_across / f64::from(size.resolution)
-    } else {
-        POINT_EXTENT * (mean - view.eye).length().max(view.camera.near()) * ndc_per_length
+    // A warped map's axes have units of their own: lengths are compared in the world.
+    let length = |axis: DVec3| {
+        let (low, high) = view.receivers.range(axis.extend(0.0));
+        high - low
     };
-    let texel_depth = texel / ndc_per_length * provisional.derivative(mean, along).z.abs();
-    let missing = 0.5 * (DVec3::new(texel, texel, texel_depth) - extent.extent()).max(DVec3::ZERO);
+    let across = length(frame.right).max(length(frame.up));
+    let texel = if across > 0.0 {
+        across / f64::from(size.resolution)
+    } else {
+        POINT_EXTENT * (mean - view.eye).length().max(view.camera.near())
+    };
+    let ndc_per_length = |p: DVec3| {
+        let across = provisional.jacobian(p, [frame.right, frame.up]).transpose();
+        let depth = provisional.derivative(p, along).z.abs();
+        DVec3::new(across.x_axis.length(), across.y_axis.length(), depth)
+    };
+    let missing = |ndc_per_length: DVec3| 0.5 * (texel * ndc_per_length - extent.extent()).max(DVec3::ZERO);
+    if missing(ndc_per_length(mean)) == DVec3::ZERO {
+        return *extent;
+    }
+    // Where a texel is smallest: what is seen may lie there alone, and room costs texels.
+    let vertices = view.receivers.vertices().iter();
+    let missing = missing(vertices.map(|p| ndc_per_length(*p)).fold(DVec3::INFINITY, DVec3::min));
     Aabb { min: extent.min - missing, max: extent.max + missing }
 }

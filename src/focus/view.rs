@@ -83,7 +83,9 @@ impl SpotFrustum {
         let frame = LightFrame::any(spot.direction());
         let apex = spot.position() - origin;
         let deepest = scene_box.corners().iter().fold(0.0, |m: f64, p| m.max((*p - apex).dot(frame.along)));
-        let far = if deepest > 0.0 { spot.range().min(deepest) } else { spot.range() };
+        // Derived from f64: the near plane must lie apart from the light in coordinates of this size.
+        let least = f64::EPSILON / NEAREST_SHARE_OF_REACH * (apex.length() + scene_box.diagonal());
+        let far = if deepest > least { spot.range().min(deepest) } else { spot.range() };
         let tan_half = (0.5 * spot.cone_angle()).tan();
         let near = far * NEAREST_SHARE_OF_REACH;
         let LightFrame { right, up, along: forward } = frame;
@@ -162,7 +164,8 @@ impl FocusedView {
         if view.receivers.is_empty() {
             view.coverage = Coverage::NothingSeen;
             view.receivers = match view.spot() {
-                Some(spot) => spot.frustum.body(),
+                // Nothing is lit, so no point is owed a map; the pyramid of a nearly flat cone has no depth to its width.
+                Some(spot) => Frustum { tan_half: spot.frustum.tan_half.map(|t| t.min(1.0)), ..spot.frustum }.body(),
                 None => ConvexBody::from_aabb(&view.scene_box),
             };
         }

@@ -188,8 +188,9 @@ impl WarpSpace {
         let middle = distance + 0.5 * self.extent();
         Rows {
             x: rows.x - rows.w * self.x_ref,
-            // Y - Ymin instead of a constant: nothing cancels for a large distance, and the crop makes them the same.
-            y: rows.y - rows.w * self.y[0],
+            // Over w, a constant and Y - Ymin differ by a crop. From far away the constant would cancel; from nearby, where
+            // all but the near end has nearly the same (Y - Ymin) / w, the other does.
+            y: if distance < self.extent() { -rows.w * distance } else { rows.y - rows.w * self.y[0] },
             z: rows.z - rows.w * self.z_ref,
             w: rows.y / middle + rows.w * ((distance - self.y[0]) / middle),
         }

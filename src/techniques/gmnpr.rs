@@ -95,7 +95,8 @@ impl Warp for Gmnpr {
             };
             values.push(("silhouette", body.silhouette));
             if self.body == Body::Frustum {
-                values.push(("lambda_frustum", distance / extent));
+                // Finite also where the largest number stands for no warp.
+                values.push(("lambda_frustum", (distance / extent).min(f64::MAX)));
             }
             along.distance_of(&body, distance)
         }))

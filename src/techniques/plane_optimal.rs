@@ -202,6 +202,10 @@ fn through_plane(
     if light_height.abs() <= LEAST_KAPPA * reach {
         return Err(light_in_plane());
     }
+    // Beyond all digits of what is seen.
+    if pi.w.abs() > farthest(view.eye) / f64::EPSILON {
+        return Err(Unsuited { reason: "the plane lies too far from what is seen".into(), fix: OTHER_PLANE });
+    }
     let eye_height = pi.dot(view.eye.extend(1.0));
     if eye_height.abs() <= LEAST_KAPPA * farthest(view.eye) {
         return Err(Unsuited {

@@ -289,7 +289,7 @@ impl Focused {
             );
         }
         let partition = Partition {
-            shadow_clip_from_world: through_light(clip_from_world, &view.light).matrix(),
+            shadow_clip_from_world: through_light(clip_from_world, &view.light, view.origin).matrix(),
             post_warp: PostWarp::None,
             eye_depth: view.eye_depth,
             region: part.region,
@@ -349,13 +349,19 @@ fn sees_depth(rows: &Rows, light: &Light) -> bool {
     terms.element_sum().abs() > 4.0 * f64::EPSILON * terms.abs().element_sum()
 }
 
-/// The same rows with x, y and w exactly zero at a placed light (theory.md 0.1), where the way through local coordinates
-/// left the rounding of the translation.
-fn through_light(rows: &Rows, light: &Light) -> Rows {
+/// The same rows with x, y and w zero at the light (theory.md 0.1) to the last bit or two. The way through local coordinates
+/// left the rounding of the translation at a placed light; the crop of a strong warp leaves that of far larger terms along a
+/// directional one. What points near `origin` map to stays.
+fn through_light(rows: &Rows, light: &Light, origin: DVec3) -> Rows {
     let p = light.point();
-    if p.w == 0.0 {
-        return *rows;
-    }
-    let row = |r: DVec4| r.truncate().extend(-r.truncate().dot(p.truncate()));
+    let row = |r: DVec4| {
+        let across = r.truncate();
+        if p.w == 0.0 {
+            let along = p.truncate() * across.dot(p.truncate());
+            (across - along).extend(r.w + along.dot(origin))
+        } else {
+            across.extend(-across.dot(p.truncate()))
+        }
+    };
     Rows { x: row(rows.x), y: row(rows.y), z: rows.z, w: row(rows.w) }
 }

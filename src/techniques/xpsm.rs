@@ -98,6 +98,8 @@ impl Warp for Xpsm {
                 return Ok(Provisional { clip_from_local: uniform_rows(view, part.scene, &mut notes), values, notes });
             }
         };
+        // Depth is told from the eye before it is divided, too.
+        let space = WarpSpace { z_ref: space.rows.z.dot(view.eye.extend(1.0)), ..space };
         let strength = self.strength(&space, view, &mut notes);
         // The reference point lies 1/p behind the eye: Pn = 1/p + Ymin (theory.md 8). Infinite for p = 0, which is uniform.
         let y_eye = space.rows.y.dot(view.eye.extend(1.0));
@@ -119,7 +121,7 @@ impl Xpsm {
         let coefficient = self.coefficient.unwrap_or_else(|| 1.0 / (near.sqrt() * far.sqrt()));
         let p = coefficient / space.rate;
         let [y_near, y_far] = space.y.map(|y| y - space.rows.y.dot(view.eye.extend(1.0)));
-        let focused = if y_near < 0.0 { (self.epsilon_w - 1.0) / y_near } else { f64::INFINITY };
+        let focused = if y_near < 0.0 { (1.0 - self.epsilon_w) / -y_near } else { f64::INFINITY };
         // Nearer to the eye than that, the reference point and the eye are one up to half of the digits.
         let apart = (LEAST_LAMBDA * y_near.abs().max(y_far.abs())).recip();
         let most = focused.min(apart);

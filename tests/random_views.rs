@@ -86,12 +86,12 @@ fn rounding(partition: &Partition, p_world: DVec3, origin: DVec3) -> (f64, f64) 
 }
 
 /// Whether triangles keep the winding that the light sees; nothing where that is lost in rounding.
-fn keeps_winding(rows: &Rows, rays: &LightRays, p: DVec3) -> Option<bool> {
+fn keeps_winding(rows: &Rows, rays: &LightRays, p: DVec3, origin: DVec3) -> Option<bool> {
     let frame = LightFrame::any(rays.direction_at(p)?);
     let on = |v: DVec4| DVec3::new(rows.x.dot(v), rows.y.dot(v), rows.w.dot(v));
     let h = DMat3::from_cols(on(frame.right.extend(0.0)), on(frame.up.extend(0.0)), on(p.extend(1.0)));
     // Each entry may be off by a rounding of its row, or of the row's terms at the point.
-    let terms = |row: DVec4| (row * p.extend(1.0)).abs().element_sum();
+    let terms = |row: DVec4| (row * p.extend(1.0)).abs().element_sum() + row.truncate().length() * origin.length();
     let [x, y, w] = [rows.x, rows.y, rows.w].map(|row| DVec2::new(row.truncate().length(), terms(row)));
     let size = x.x * y.x * w.y + x.x * y.y * w.x + x.y * y.x * w.x;
     (h.determinant().abs() > ROUNDINGS * size).then(|| h.determinant() * h.z_axis.z > 0.0)
@@ -165,8 +165,9 @@ fn check(
             // On the rim of a map, up to rounding.
             let rim = p.partitions.iter().any(|partition| {
                 let (ndc, w) = partition.project(q);
-                let room = rounding(partition, q, boxes.origin).0;
-                room > VAGUE || (w > 0.0 && ndc.truncate().abs().max_element() <= 1.0 + room && ndc.z <= 1.0 + room)
+                let (room, of_w) = rounding(partition, q, boxes.origin);
+                let known = room < VAGUE && of_w < VAGUE;
+                !known || (w > 0.0 && ndc.truncate().abs().max_element() <= 1.0 + room && ndc.z <= 1.0 + room)
             });
             assert!(
                 rim,
@@ -195,7 +196,7 @@ fn check(
             "map {chosen}: receiver {q} at {ndc}, w {w:e}, rounding {room:e}"
         );
         let local = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(boxes.origin)));
-        let Some(keeps_winding) = keeps_winding(&local, &boxes.parts[0].view.rays, receiver) else {
+        let Some(keeps_winding) = keeps_winding(&local, &boxes.parts[0].view.rays, receiver, boxes.origin) else {
             tally.vague += 1;
             continue;
         };

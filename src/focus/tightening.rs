@@ -150,7 +150,8 @@ fn least_w(rows: &Rows, map: &Aabb, view: &FocusedView) -> Option<f64> {
     let at = |x: f64, y: f64| combination.dot(DVec3::new(x, y, 1.0));
     let [(x0, y0), (x1, y1)] = [map.min, map.max].map(|p| (p.x, p.y));
     let largest = [at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1)].into_iter().fold(0.0, f64::max);
-    Some(floor / largest).filter(|w| w.is_finite() && *w > 0.0)
+    // A little less: where w hardly varies, its least is a plane in space by rounding alone.
+    Some((1.0 - f64::EPSILON.sqrt()) * floor / largest).filter(|w| w.is_finite() && *w > 0.0)
 }
 
 /// The published step of XPSM: the box of the corners of instances with w >= `least_w`, NDC; nothing without such a corner.

@@ -95,7 +95,9 @@ fn no_choice_loses_a_caster_above_a_receiver() {
                 for _ in 0..40 {
                     let Some(receiver) = b.receiver(&mut random) else { continue };
                     let (ndc, w) = p.partitions[0].project(receiver.p + b.origin);
-                    for caster in b.casters(receiver.p, &mut random) {
+                    let begins = p.value("begins_at").unwrap_or(0.0);
+                    let shown = |q: DVec3| begins == 0.0 || b.light.to_light(q + b.origin).length() > begins;
+                    for caster in b.casters(receiver.p, &mut random).into_iter().filter(|q| shown(*q)) {
                         let (image, w_caster) = p.partitions[0].project(caster + b.origin);
                         let what = format!("{name}, {fit}, {seed}: {image} above {ndc}");
                         assert!(w > 0.0 && w_caster > 0.0, "{what}");

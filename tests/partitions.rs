@@ -300,15 +300,15 @@ fn faces_behind_which_nothing_is_seen_get_no_map() {
     assert!(p.notes.iter().any(|note| note.contains("nothing is seen on the way to the")), "{:?}", p.notes);
 }
 
-/// A closed room with columns in it, seen from a corner.
-fn room() -> (Scene, Camera) {
+/// A closed room with columns in it, seen from a corner: walls one by one, so that a light in it is in no mesh's box, or as
+/// one mesh.
+fn room(one_by_one: bool) -> (Scene, Camera) {
     let v = DVec3::new;
     let scale = |x, y, z| DMat3::from_diagonal(v(x, y, z));
     let quarter = std::f64::consts::FRAC_PI_2;
     let middle = v(0.0, 3.0, 0.0);
-    // Walls one by one: the light is in no mesh's box.
-    let mut parts = Vec::new();
-    for side in [-1.0, 1.0] {
+    let mut parts = if one_by_one { Vec::new() } else { vec![(cube(), scale(6.0, 3.0, 5.0), middle)] };
+    for side in if one_by_one { &[-1.0, 1.0][..] } else { &[] } {
         let (upright, across) = (DMat3::from_rotation_z(quarter), DMat3::from_rotation_x(quarter));
         parts.push((square(), scale(6.0, 1.0, 5.0), middle + DVec3::Y * (side * 3.0)));
         parts.push((square(), upright * scale(3.0, 1.0, 5.0), middle + DVec3::X * (side * 6.0)));
@@ -381,7 +381,7 @@ fn compare(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Compare
 
 #[test]
 fn a_point_light_in_a_room_shades_as_truth_does() {
-    let (scene, camera) = room();
+    let (scene, camera) = room(true);
     let at = DVec3::new(0.2, 4.2, 0.1);
     let point = Light::Point(PointLight::new(at, 40.0).expect("a light"));
     let spot = Light::Spot(SpotLight::new(at, DVec3::new(-0.1, -1.0, -0.1), 1.9, 40.0).expect("a light"));
@@ -414,8 +414,23 @@ fn a_point_light_in_a_room_shades_as_truth_does() {
 }
 
 #[test]
+fn a_light_inside_a_mesh_keeps_depths_apart_at_its_walls() {
+    let (scene, camera) = room(false);
+    let light = Light::Point(PointLight::new(DVec3::new(0.2, 4.2, 0.1), 40.0).expect("a light"));
+    for text in ["uniform", "lispsm", "lispsm:near=0.5", "z_partition:count=2,inner=lispsm", "face_partition"] {
+        let p = maps(text, &scene, &camera, &light);
+        assert!(p.notes.iter().any(|note| note.contains("inside a mesh's box")), "{text}: {:?}", p.notes);
+        let Compared { lit, shadow, wrong, unexplained, .. } = compare(text, &scene, &camera, &light);
+        let what = format!("{text}: {wrong} of {} wrong, {unexplained} unexplained", lit + shadow);
+        println!("{what}");
+        assert!(wrong as f64 <= 0.004 * (lit + shadow) as f64, "{what}");
+        assert!(unexplained as f64 <= UNEXPLAINED_SHARE * (lit + shadow) as f64, "{what}");
+    }
+}
+
+#[test]
 fn every_ray_of_a_point_light_has_one_face() {
-    let (scene, camera) = room();
+    let (scene, camera) = room(true);
     let at = DVec3::new(0.2, 4.2, 0.1);
     let light = Light::Point(PointLight::new(at, 40.0).expect("a light"));
     let p = maps("uniform", &scene, &camera, &light);

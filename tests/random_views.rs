@@ -149,13 +149,16 @@ fn check(
     let sampled = samples.filter(|_| only);
     let lit = |s: &ReceiverSamples| s.lit(&c.camera, &c.light, &Region::ALL).map(|(q, _)| q).collect::<Vec<_>>();
     let sampled = sampled.map(lit);
+    // Maps of a placed light among its casters begin at a distance, and say so.
+    let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + 1e-9);
+    let shown = |q: DVec3| begins == 0.0 || c.light.to_light(q + boxes.origin).length() > begins;
     for _ in 0..POINTS {
         let receiver = match &sampled {
             Some(points) if points.is_empty() => None,
             Some(points) => Some(points[random.below(points.len())] - boxes.origin),
             None => boxes.receiver(random).map(|receiver| receiver.p),
         };
-        let Some(receiver) = receiver else { continue };
+        let Some(receiver) = receiver.filter(|q| shown(*q)) else { continue };
         let q = receiver + boxes.origin;
         let above = boxes.casters(receiver, random);
         let Some(chosen) = p.choose(q, c.camera.depth_of(q)) else {
@@ -201,7 +204,7 @@ fn check(
             continue;
         };
         assert!(keeps_winding, "map {chosen}: mirrored at {q}");
-        for caster in above {
+        for caster in above.into_iter().filter(|q| shown(*q)) {
             let (image, w) = partition.project(caster + boxes.origin);
             let (more, of_w) = rounding(partition, caster + boxes.origin, boxes.origin);
             let room = room + more;

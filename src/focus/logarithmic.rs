@@ -32,7 +32,7 @@ pub fn fit_logarithmic(
     tightening: Tightening,
 ) -> (Rows, PostWarp) {
     logarithm(provisional, view, scene, size, tightening)
-        .unwrap_or_else(|| (fit(provisional, view, scene, size, tightening), PostWarp::None))
+        .unwrap_or_else(|| (fit(provisional, view, scene, size, tightening).clip_from_local, PostWarp::None))
 }
 
 fn logarithm(
@@ -64,7 +64,7 @@ fn logarithm(
     let mut map: Aabb = with_border(&receivers, size);
     (map.min.y, map.max.y) = (low * border.exp(), high * (-border).exp());
     let cut = cut_to(&rows, &map, view, scene, tightening);
-    let fitted = canonical(&cut, view);
+    let fitted = canonical(&cut.clip_from_local, view);
     // The fit leaves w alone but for its scale.
     let w_low = reference / low * (fitted.w.truncate().length() / rows.w.truncate().length());
     let scale = 2.0 * size.inset() / range;

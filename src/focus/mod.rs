@@ -18,7 +18,7 @@ pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;
 pub use unit_cube::{
-    BORDER_TEXELS, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, receivers_room, spot_depths,
+    BORDER_TEXELS, Fit, MapSize, SpotDepths, crop, fit, nearest_caster, receivers_extent, receivers_room, spot_depths,
 };
 pub use view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
 pub use warp::{LEAST_KAPPA, LEAST_LAMBDA, NoWarp, WarpSpace};

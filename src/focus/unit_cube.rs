@@ -14,7 +14,7 @@
 use glam::{DAffine3, DVec3, DVec4};
 
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
-use super::view::{Coverage, Focus, FocusedView, SpotFrustum};
+use super::view::{Coverage, Focus, FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::parameterization::Region;
@@ -65,21 +65,51 @@ impl MapSize {
 /// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and
 /// the receivers' end, border texels included.
 ///
-/// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body.
-pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Rows {
+/// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body. Under a placed light its depth row
+/// is replaced: z / w = -1 / w, so that a depth is a w and the map can begin where single precision still tells depths
+/// apart at the receivers ([`NEAREST_SHARE_OF_REACH`]); whatever has less w is lit and casts no shadow.
+pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Fit {
+    let provisional = &with_depth_of_w(provisional, view);
     let receivers = receivers_room(provisional, view, scene, size, tightening);
-    canonical(&cut_to(provisional, &with_border(&receivers, size), view, scene, tightening), view)
+    let cut = cut_to(provisional, &with_border(&receivers, size), view, scene, tightening);
+    Fit { clip_from_local: canonical(&cut.clip_from_local, view), ..cut }
+}
+
+/// A fitted map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// From the view's local space.
+    pub clip_from_local: Rows,
+    /// Whether casters or receivers may lie nearer to a placed light than the map begins.
+    pub begins_late: bool,
+}
+
+impl Fit {
+    /// The largest distance from a placed light at which the map begins, over the rays through the corners of K.
+    pub fn begins_at(&self, view: &FocusedView) -> f64 {
+        let Rows { z, w, .. } = self.clip_from_local;
+        let light = view.rays.point.truncate();
+        // Along a ray from the light w grows with the distance, and clip z is 0 where w has this value.
+        let w_begin = |p: DVec3| w.dot(p.extend(1.0)) - z.dot(p.extend(1.0)) * w_per_z(&self.clip_from_local, p, light);
+        let vertices = view.receivers.vertices().iter();
+        vertices.map(|p| (*p - light).length() * w_begin(*p) / w.dot(p.extend(1.0))).fold(0.0, f64::max)
+    }
+}
+
+/// Growth of clip w per growth of clip z along the ray from `light` through `p`.
+fn w_per_z(rows: &Rows, p: DVec3, light: DVec3) -> f64 {
+    rows.w.truncate().dot(p - light) / rows.z.truncate().dot(p - light)
+}
+
+/// The same map; under a placed light with the depth row that makes z / w = -1 / w.
+fn with_depth_of_w(provisional: &Rows, view: &FocusedView) -> Rows {
+    let placed = view.rays.point.w != 0.0;
+    Rows { z: if placed { DVec4::NEG_W } else { provisional.z }, ..*provisional }
 }
 
 /// A map whose x and y span `map`, and whose depth goes from the nearest caster that `tightening` asks for to the far end of
 /// `map`.
-pub(super) fn cut_to(
-    provisional: &Rows,
-    map: &Aabb,
-    view: &FocusedView,
-    scene: &Scene,
-    tightening: Tightening,
-) -> Rows {
+pub(super) fn cut_to(provisional: &Rows, map: &Aabb, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Fit {
     let near = match tightening {
         Tightening::Exact => nearest_caster(provisional, map, view, scene),
         Tightening::Receivers => nearest_anywhere(provisional, map, view, scene),
@@ -92,10 +122,18 @@ pub(super) fn cut_to(
         (Some(z), Tightening::Intersection | Tightening::Ignoring { .. }) if z < map.max.z => z,
         (z, _) => z.unwrap_or(map.min.z).min(map.min.z),
     };
+    let earliest = if view.rays.point.w != 0.0 {
+        // z is -1 / w and negative, but for the room that a thin map has beyond its receivers.
+        let far = map.max.z.min(-view.receivers.range(provisional.w).1.recip());
+        far / NEAREST_SHARE_OF_REACH
+    } else {
+        f64::NEG_INFINITY
+    };
+    let (near, begins_late) = (near.max(earliest), near < earliest);
     let depth = map.max.z - near;
     let low = map.min.truncate().extend(near - DEPTH_MARGIN * depth);
     let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
-    provisional.cropped(low, high)
+    Fit { clip_from_local: provisional.cropped(low, high), begins_late }
 }
 
 /// What the receivers of a map span in its provisional NDC as [`fit`] has it, border aside.
@@ -106,6 +144,7 @@ pub fn receivers_room(
     size: &MapSize,
     tightening: Tightening,
 ) -> Aabb {
+    let provisional = &with_depth_of_w(provisional, view);
     with_room(&across(provisional, view, scene, tightening), provisional, view, size)
 }
 

@@ -251,7 +251,19 @@ impl Focused {
         let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
         let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
         let (rows, post_warp) = match self.warp.spacing() {
-            Spacing::Projective => (fit(&clip_from_local, view, scene, size, tightening), PostWarp::None),
+            Spacing::Projective => {
+                let fitted = fit(&clip_from_local, view, scene, size, tightening);
+                if fitted.begins_late {
+                    notes.retain(|note| !note.starts_with(INSIDE_A_BOX));
+                    let distance = fitted.begins_at(view);
+                    values.push(("begins_at", distance));
+                    // Where nothing is seen there is no caster to miss.
+                    if view.coverage == Coverage::AsAsked {
+                        notes.push(begins_late(distance));
+                    }
+                }
+                (fitted.clip_from_local, PostWarp::None)
+            }
             Spacing::Logarithmic => fit_logarithmic(&clip_from_local, view, scene, size, tightening),
         };
         let seen = view.coverage == Coverage::AsAsked;
@@ -298,6 +310,14 @@ impl Focused {
         };
         Map { partition, notes }
     }
+}
+
+/// How a note begins that says where a placed light's map begins.
+const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
+
+/// The note of a map that begins too late for casters next to the light.
+pub(super) fn begins_late(distance: f64) -> String {
+    format!("{INSIDE_A_BOX}: what is nearer to it than {distance:.4} casts no shadow")
 }
 
 /// The maps of the six faces around a point light, +x, -x, +y, -y, +z, -z, each as a spot light's: a receiver reads the face

@@ -5,6 +5,7 @@
 use glam::{DVec3, DVec4};
 
 use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
+use super::technique::begins_late;
 use super::{Fitting, Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
@@ -100,8 +101,7 @@ pub(super) fn spot_depth_range(
 ) -> [f64; 2] {
     let depths = spot_depths(spot, view, scene);
     if depths.begins_late {
-        let near = spot.frustum.near;
-        notes.push(format!("the light is inside a mesh's box: what is nearer to it than {near:.4} casts no shadow"));
+        notes.push(begins_late(spot.frustum.near));
     }
     depths.range
 }

@@ -238,7 +238,11 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
     };
     let seen = r.view.coverage == Coverage::AsAsked;
     let receivers = if covers_samples { r.some_of(v, samples) } else { r.some() };
-    for q in receivers.into_iter().filter(|q| r.counts(*q)) {
+    // Maps of a placed light among its casters begin at a distance, and say so.
+    let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + TOLERANCE);
+    let shown = |q: DVec3| v.light.to_light(q + r.view.origin).length() > begins;
+    let shown: &dyn Fn(DVec3) -> bool = if matches!(v.light, Light::Directional(_)) { &|_| true } else { &shown };
+    for q in receivers.into_iter().filter(|q| r.counts(*q) && shown(*q)) {
         let q_world = q + r.view.origin;
         let depth = v.camera.depth_of(q_world);
         let within = |[near, far]: [f64; 2]| (near..=far).contains(&depth);
@@ -258,12 +262,12 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
         let chosen = p.choose(q_world, depth);
         let chosen = chosen.filter(|&k| p.partitions[k].holds(q_world) == Held::Within);
         assert!(chosen.is_some() || only_cast_on, "{what}: receiver {q} at depth {depth} finds no map");
-        assert_casters(what, v, r, q, chosen.map(|k| &locals[k]));
+        assert_casters(what, v, r, q, chosen.map(|k| &locals[k]), shown);
     }
 }
 
 /// What any box between a receiver and the light shows in the receiver's map.
-fn assert_casters(what: &str, v: &View, r: &Receivers, q: DVec3, map: Option<&Local>) {
+fn assert_casters(what: &str, v: &View, r: &Receivers, q: DVec3, map: Option<&Local>, shown: &dyn Fn(DVec3) -> bool) {
     let mut random = Random(q.x.to_bits() ^ q.z.to_bits());
     let to_light = match v.light {
         Light::Directional(l) => -l.direction(),
@@ -282,7 +286,7 @@ fn assert_casters(what: &str, v: &View, r: &Receivers, q: DVec3, map: Option<&Lo
         let at = if i % 2 == 0 { far * (1.0 - 1e-9) } else { random.between(near, far) };
         let caster = q + to_light * at;
         let apart = (caster - q).length() > 1e-9 * r.view.scene_box.diagonal();
-        if !(apart && at > 0.0 && r.reached(caster)) {
+        if !(apart && at > 0.0 && r.reached(caster) && shown(caster)) {
             continue;
         }
         let Some(map) = map else { panic!("{what}: receiver {q} under {caster} in no map") };

@@ -313,7 +313,7 @@ pub struct SpotDepths {
     /// Depth of the nearest caster above the receivers, and of the farthest receiver.
     pub range: [f64; 2],
     /// Whether a caster's box reaches closer to the light than a map can begin
-    /// ([`NEAREST_SHARE_OF_REACH`](super::NEAREST_SHARE_OF_REACH)); what is there casts no shadow.
+    /// ([`NEAREST_SHARE_OF_REACH`]); what is there casts no shadow.
     pub begins_late: bool,
 }
 

@@ -14,7 +14,7 @@ use crate::parameterization::Value;
 /// The technique of a text.
 ///
 /// # Errors
-/// [`Error::InvalidArgument`] for a text that does not read; what [`technique`] says of names and values.
+/// [`Error::InvalidArgument`] for a text that does not read; what [`technique()`] says of names and values.
 pub fn technique_of(text: &str) -> Result<Box<dyn Technique>> {
     let text = bare(text);
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));

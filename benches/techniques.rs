@@ -29,6 +29,7 @@ const VARIANTS: [&str; 7] = [
     "lispsm:near=basic",
     "lispsm:axis=middle",
     "lispsm:near=optimal",
+    "lispsm:near=optimal,norm=storage",
     "psm:slide=0",
     "tsm:share=0.6",
     "gmnpr:body=frustum",

@@ -103,8 +103,8 @@ def main() -> None:
         "",
         f"Every technique with its defaults at {options.resolution}² texels a map, in pictures of {width} x {height}",
         "pixels; a column an angle between light and view. Orange: shadow where there is light; blue: light where",
-        "there is shadow, both held against traced truth. *cannot*: the technique has no map for this view, and says why.",
-        "Techniques with several maps use that many times the texels. Made by `python docs/gallery.py`.",
+        "there is shadow, both held against traced truth. *cannot*: the technique has no map for this view, and says",
+        "why. Techniques with several maps use that many times the texels. Made by `python docs/gallery.py`.",
         "",
     ]
     for name in SCENES:

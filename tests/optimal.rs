@@ -119,10 +119,10 @@ fn ratios_to_uniform_at_an_angle_are_the_published_ones() {
         let uniform = storage("uniform", &view);
         let ratio = |text: &str| storage(text, &view) / uniform;
         assert_printed(&what, ratio("lispsm"), paper);
-        let p = made("lispsm:near=optimal", &view);
+        let p = made("lispsm:near=optimal,norm=storage", &view);
         let [said, of] = ["error", "error_uniform"].map(|name| p.value(name).expect(name));
         assert!((of / uniform - 1.0).abs() < DIFFERENCES, "{what}: {of} {uniform}");
-        let ours = ratio("lispsm:near=optimal");
+        let ours = ratio("lispsm:near=optimal,norm=storage");
         assert!((said / of / ours - 1.0).abs() < DIFFERENCES, "{what}");
         let ratios = printed_scan().map(|n| ratio(&format!("lispsm:near={n}")));
         let scanned = ratios.fold(1.0, f64::min);

@@ -82,8 +82,13 @@ def test_a_preset_is_a_technique(name, view):
         assert again.name == "z_partition"
         assert depths == sorted(depths)
         assert len(depths) == {"bevy": 4, "three.js": 3, "godot": 4}[name]
-        first = {"bevy": 10.0, "godot": camera.near + 0.1 * (min(camera.far, 100.0) - camera.near)}
-        assert depths[0] == pytest.approx(first.get(name, depths[0]))
+        near, far = camera.near, camera.far
+        first = {
+            "bevy": 10.0,
+            "godot": near + 0.1 * (min(far, 100.0) - near),
+            "three.js": 0.5 * near * (far / near) ** (1 / 3) + 0.5 * (near + (far - near) / 3),
+        }
+        assert depths[0] == pytest.approx(first[name])
 
 
 def test_presets_are_compared_by_their_texts_and_refuse_lamps(view):
@@ -97,6 +102,22 @@ def test_presets_are_compared_by_their_texts_and_refuse_lamps(view):
     lamp = sl.SpotLight((0, 9, 0), (0, -1, 0.1), cone_angle=1.0, range=40.0)
     with pytest.raises(sl.errors.UnsupportedError, match="directional"):
         sl.preset("godot").parameterize(scene, camera, lamp)
+
+
+def test_cascades_end_where_the_engine_ends_them(view):
+    scene, camera, light = view
+
+    def seen(near, far):
+        return sl.Camera.look_at(camera.eye, camera.eye + camera.forward, up=camera.up, near=near, far=far)
+
+    # Bevy's cascades do not depend on the camera's planes, Godot's end at the nearer of the far plane and 100.
+    ends = [part.eye_depth[1] for part in sl.preset("bevy").parameterize(scene, seen(0.5, 30.0), light).partitions]
+    assert ends == pytest.approx(engines.bevy_bounds())
+    assert sl.preset("godot").parameterize(scene, seen(0.5, 30.0), light).partitions[-1].eye_depth[1] == 30.0
+    assert sl.preset("godot").parameterize(scene, seen(0.5, 300.0), light).partitions[-1].eye_depth[1] == 100.0
+    for name in ("bevy", "godot"):
+        with pytest.raises(sl.errors.UnsupportedError, match="up to a depth of"):
+            sl.preset(name).parameterize(scene, seen(160.0, 400.0), light)
 
 
 def test_light_along_the_view_is_uniform(view):

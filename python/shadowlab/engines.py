@@ -208,19 +208,24 @@ def _cut(camera: Any, near: float, far: float) -> Any:
 
 
 def _cascades(
-    splits: Callable[[float, float], list[float]], maximum: float, least: float = 0.0
+    splits: Callable[[float, float], list[float]],
+    maximum: float,
+    planes: tuple[float, float] | None = None,
 ) -> Callable[[Any, Any, Any], tuple[_core.Technique, Any]]:
-    """Stable uniform maps between an engine's split depths, up to its maximum distance."""
+    """Stable uniform maps between an engine's split depths, up to its maximum distance.
+
+    Between the camera's near plane and its far plane or the maximum, or between planes that the engine takes instead.
+    """
 
     def choose(scene: Any, camera: Any, light: Any) -> tuple[_core.Technique, Any]:
-        near, far = max(camera.near, least), min(camera.far, maximum)
-        if near >= far:
-            near, far = camera.near, camera.far
-        inner = [z for z in splits(near, far) if near < z < far]
+        near, far = planes or (camera.near, min(camera.far, maximum))
+        if camera.near >= maximum:
+            raise UnsupportedError(
+                f"the engine draws shadows up to a depth of {maximum:g}, the camera sees nothing nearer than "
+                f"{camera.near:g}; move its near plane"
+            )
         seen = camera if (near, far) == (camera.near, camera.far) else _cut(camera, near, far)
-        if not inner:
-            return _core.Technique("uniform", stable=True), seen
-        return _core.Technique("z_partition", distances=inner, stable=True, range="camera"), seen
+        return _core.Technique("z_partition", distances=splits(near, far), stable=True, range="camera"), seen
 
     return choose
 
@@ -260,8 +265,8 @@ PRESETS = (
         "bevy", "Bevy (CascadeShadowConfigBuilder defaults: 4 cascades, first bound 10, maximum distance 150)",
         "bound_i = first (maximum / first)^(i / (count - 1))",
         "bevyengine/bevy crates/bevy_light/src/cascade.rs, calculate_cascade_bounds",
-        "each cascade begins 20 % before the last one's bound, to blend between them",
-        _cascades(lambda near, far: bevy_bounds()[:-1], maximum=150.0, least=0.1),
+        "each cascade begins 20 % before the last one's bound, to blend between them; its sides are whole world units",
+        _cascades(lambda near, far: bevy_bounds()[:-1], maximum=150.0, planes=(0.1, 150.0)),
     ),
     Preset(
         "three.js", "three.js (examples/jsm/csm/CSM.js defaults: 3 cascades, practical, lambda 0.5)",

@@ -44,8 +44,7 @@ def technique(name: str, **params: Any) -> _core.Technique:
 
 
 def technique_of(text: str) -> Any:
-    """The technique of `name:param=value,...`; of `preset:NAME` what an engine ships; of `matrix:file=F,convention=C` the
-    parameterization in that file.
+    """What a text names: the technique of `name:param=value,...`, an engine's of `preset:NAME`, a file's matrices.
 
     Raises
     ------

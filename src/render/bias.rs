@@ -15,7 +15,9 @@ pub struct Bias {
     pub ndc: f64,
     /// Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
     pub slope: f64,
-    /// Upper limit of the slope part, in world sizes of a shadow texel (as `texels`), along the light ray; infinity for none.
+    /// Upper limit of how far the slope part carries a receiver along the light ray, in world sizes of a shadow texel (as
+    /// `texels`); infinity for none. What a surface straight across the ray gains in a warped map is no way along the ray and
+    /// is not limited.
     pub slope_limit: f64,
 }
 

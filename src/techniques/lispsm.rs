@@ -54,11 +54,12 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "norm",
             unit: "",
-            default: Default::Choice("storage"),
-            kind: Kind::Choice(&["storage", "linf", "mean"]),
+            default: Default::Choice("linf"),
+            kind: Kind::Choice(&["linf", "storage", "mean"]),
             doc: "what near=optimal makes small, in the image, over the receivers' body: a texel's largest length along the \
-                  warp axis times its largest length across (storage), the largest length along (linf), or its mean area \
-                  over the pixels, every octave of depth as likely (mean)",
+                  warp axis (linf), that times its largest length across (storage), or its mean area over the pixels, every \
+                  octave of depth as likely (mean); the body has the air before the eye, too, so the least of storage and \
+                  mean can be a stronger warp than the picture wants",
         },
         ParamSpec {
             name: "near_weight",
@@ -217,8 +218,11 @@ impl Lispsm {
         if best.mu > 0.0 && best.error < uniform.error {
             let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
             let made = Strength::of(space.extent() / distance, space, &error, extent);
-            values.extend([("error", made.error), ("error_uniform", uniform.error)]);
-            return (Some(distance), space.warped(distance));
+            // A factor may have made it worse than no warp.
+            if made.error < uniform.error {
+                values.extend([("error", made.error), ("error_uniform", uniform.error)]);
+                return (Some(distance), space.warped(distance));
+            }
         }
         let least = uniform.error.min(unwarped.error);
         values.extend([("error", least), ("error_uniform", uniform.error)]);

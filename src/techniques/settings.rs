@@ -151,6 +151,10 @@ impl Settings {
     pub fn values(&self) -> &[(&'static str, Value)] {
         &self.0
     }
+    /// Tells a value that follows from others as it is.
+    pub(super) fn set(&mut self, name: &str, value: Value) {
+        self.0.iter_mut().filter(|(n, _)| *n == name).for_each(|(_, old)| *old = value.clone());
+    }
     fn get(&self, name: &str) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
     }

@@ -150,7 +150,7 @@ struct Split {
 }
 
 /// The scheme from checked settings.
-pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
+pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
     let distances = settings.numbers("distances").to_vec();
     if let Some(w) = distances.windows(2).find(|w| w[0] >= w[1]) {
         let got = format!("{} before {}", w[0], w[1]);
@@ -168,6 +168,7 @@ pub fn make(settings: Settings) -> Result<Box<dyn Technique>> {
         Rule::Distances(list) => list.len() + 1,
         _ => settings.number("count").map_or(1, |n| n as usize),
     };
+    settings.set("count", Value::Integer(count as i64));
     let inner = techniques_of(settings.word("inner"))?;
     if inner.len() > count {
         let got = format!("{} techniques for {count} splits", inner.len());

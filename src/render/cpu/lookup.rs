@@ -157,13 +157,20 @@ impl MapLookup {
                 PostWarp::Log { scale, .. } => b_det * cross.dot(normal) * scale < 0.0,
             };
             let b_det = b_det.abs() * self.bend[usize::from(!rises_with_w)];
+            let reach = self.bias.slope * self.filter.reach_texels();
             let limit = match self.bias.slope_limit {
-                l if l.is_finite() => l * texel * grad_z.dot(to_light).abs(),
+                l if l.is_finite() => {
+                    // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
+                    let a_across = grad_z.dot(grad_y.cross(to_light)).abs();
+                    let b_across = grad_z.dot(grad_x.cross(to_light)).abs() * self.bend[0].max(self.bend[1]);
+                    let across = if det_ray > 0.0 { (a_across + b_across) / det_ray } else { 0.0 };
+                    l * texel * grad_z.dot(to_light).abs() + reach * across
+                }
                 _ => f64::INFINITY,
             };
             // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
             let gain = if det > 0.0 { (a_det + b_det) / det } else { f64::INFINITY };
-            z -= (self.bias.slope * self.filter.reach_texels() * gain).min(limit);
+            z -= (reach * gain).min(limit);
         }
         // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
         // depth: nearer than the near plane is what lies there itself.

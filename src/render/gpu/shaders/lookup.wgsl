@@ -172,7 +172,10 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
         let reach = select(0.5, 1.0, lookup.filter_kind == 1);
         var limit = BOUNDLESS;
         if lookup.slope_limit < BOUNDLESS {
-            limit = lookup.slope_limit * texel * abs(dot(grad_z, toward));
+            // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
+            let gain_across = abs(dot(grad_z, cross(grad_y, toward))) + abs(dot(grad_z, cross(grad_x, toward)));
+            let due = select(0.0, lookup.slope * reach * gain_across / det_ray, det_ray > 0.0);
+            limit = lookup.slope_limit * texel * abs(dot(grad_z, toward)) + due;
         }
         // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
         z -= min(select(BOUNDLESS, lookup.slope * reach * gain / det, det > 0.0), limit);

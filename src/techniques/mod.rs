@@ -11,6 +11,7 @@ mod gmnpr;
 mod lispsm;
 mod log;
 mod log_psm;
+mod notes;
 mod plane_optimal;
 mod psm;
 mod registry;

@@ -22,10 +22,12 @@ impl Default {
 impl fmt::Display for Kind {
     /// The range, for tables: "1 to 8", "0 or more", "auto, or 0.5 to 9".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The largest number there is means no limit, and has 309 digits.
-        let span = |min: &f64, max: &f64| match *max {
-            f64::MAX => format!("{min} or more"),
-            _ => format!("{min} to {max}"),
+        // The largest number there is means no limit, and has 309 digits; the smallest positive one means any above 0.
+        let span = |min: &f64, max: &f64| match (*min, *max) {
+            (f64::MIN_POSITIVE, f64::MAX) => "above 0".to_string(),
+            (f64::MIN_POSITIVE, max) => format!("above 0, up to {max}"),
+            (min, f64::MAX) => format!("{min} or more"),
+            (min, max) => format!("{min} to {max}"),
         };
         match self {
             Self::Number { min, max } => f.write_str(&span(min, max)),
@@ -36,7 +38,7 @@ impl fmt::Display for Kind {
             Self::Numbers { words, count: [fewest, most], min, max } => {
                 let many = if fewest == most { format!("{most}") } else { format!("{fewest} to {most}") };
                 let or = if words.is_empty() { String::new() } else { format!("{}, or ", words.join(", ")) };
-                // The most negative number means no limit, as the largest one does.
+                // The most negative number means no limit either.
                 let range = if *min == f64::MIN { String::new() } else { format!(", {}", span(min, max)) };
                 write!(f, "{or}{many} numbers{range}")
             }
@@ -277,6 +279,12 @@ mod tests {
         assert!(message("near").contains("a word or a number: auto, or 0.5 to 9"), "{}", message("near"));
         assert!(message("steps").contains("a whole number, 1 to 8"), "{}", message("steps"));
         assert!(message("length").contains("expected a number, 0 or more"), "{}", message("length"));
+        let spans = [(f64::MAX, "above 0"), (2.0, "above 0, up to 2")];
+        for (max, text) in spans {
+            assert_eq!(Kind::Number { min: f64::MIN_POSITIVE, max }.to_string(), text);
+            let numbers = Kind::Numbers { words: &["none"], count: [1, 7], min: f64::MIN_POSITIVE, max };
+            assert_eq!(numbers.to_string(), format!("none, or 1 to 7 numbers, {text}"));
+        }
         let twice = [given("on", Value::Flag(true)), given("on", Value::Flag(true))].concat();
         assert!(SPEC.resolve(&twice).is_err());
     }

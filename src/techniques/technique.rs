@@ -9,6 +9,7 @@ use std::fmt::Debug;
 
 use glam::{DVec3, DVec4};
 
+use super::notes::gathered;
 use super::{Settings, Spec};
 use crate::error::{Error, Result};
 use crate::focus::{
@@ -82,13 +83,8 @@ pub trait Technique: Debug + Send + Sync {
             Light::Point(point) => faces_of(self, &part, point)?,
             _ => self.maps(&part)?,
         };
-        let several = maps.len() > 1;
-        let mut partitions = Vec::with_capacity(maps.len());
-        for (i, map) in maps.into_iter().enumerate() {
-            let own = map.notes.into_iter();
-            notes.extend(own.map(|note| if several { format!("map {i}: {note}") } else { note }));
-            partitions.push(map.partition);
-        }
+        notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
+        let partitions = maps.into_iter().map(|map| map.partition).collect();
         Ok(Parameterization {
             technique: self.spec().name.to_string(),
             settings: self.settings(),
@@ -313,7 +309,7 @@ impl Focused {
 }
 
 /// How a note begins that says where a placed light's map begins.
-const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
+pub(super) const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
 
 /// The note of a map that begins too late for casters next to the light.
 pub(super) fn begins_late(distance: f64) -> String {

@@ -195,8 +195,8 @@ pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization
         }
     }
     // Where nothing is seen there is no receiver; maps that say so cover all that the light reaches.
-    let unseen = p.notes.iter().filter(|note| note.contains("sees no part")).count();
-    if seen || unseen == p.partitions.len() {
+    let all_say_so = p.notes.iter().any(|note| note.starts_with("the camera sees no part"));
+    if seen || all_say_so {
         assert_pairs(what, v, r, p, samples);
     }
 }

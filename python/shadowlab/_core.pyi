@@ -204,6 +204,8 @@ class Parameterization:
         resolution: int = 1024,
         eye_depth: npt.ArrayLike | None = None,
         selection: str = "depth",
+        post_warp: Sequence[tuple[str, float, float] | None] | None = None,
+        regions: Sequence[npt.ArrayLike] | None = None,
     ) -> Parameterization: ...
     def to(self, convention: Convention | str) -> _Float: ...
     @property

@@ -9,7 +9,7 @@ use numpy::{
 };
 use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict, PyString};
 
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -160,15 +160,35 @@ pub fn array<'py, T: Element>(
     let converted = match direct {
         Some(a) => a,
         None => {
-            let kind = || value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
-            asarray()
-                .map_err(|e| argument_error(py, name, expected(), format!("{} ({e})", kind()), "convert it first"))?
+            // numpy's reason says more than the value does only where that is no text.
+            let got = |e: PyErr| match value.is_instance_of::<PyString>() {
+                true => shown(value),
+                false => format!("{} ({})", shown(value), e.value(py)),
+            };
+            asarray().map_err(|e| argument_error(py, name, expected(), got(e), "convert it first"))?
         }
     };
     if !fits(converted.shape()) {
         return Err(argument_error(py, name, expected(), format!("shape {:?}", converted.shape()), "reshape it"));
     }
     Ok(converted.readonly())
+}
+
+/// What came, for messages: on one line, and no longer than one can read.
+pub fn shown(value: &Bound<'_, PyAny>) -> String {
+    const MOST: usize = 80;
+    let text = value.repr().map(|r| r.to_string()).unwrap_or_default();
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match line.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line,
+    }
+}
+
+/// A real number; truth values and text are none.
+pub fn number(value: &Bound<'_, PyAny>, name: &str, fix: &'static str) -> PyResult<f64> {
+    let found = if value.is_instance_of::<PyBool>() { None } else { value.extract::<f64>().ok() };
+    found.ok_or_else(|| argument_error(value.py(), name, "a number", shown(value), fix))
 }
 
 /// Three numbers.
@@ -237,9 +257,8 @@ pub fn resolution(value: &Bound<'_, PyAny>) -> PyResult<u32> {
     match value.extract::<i64>() {
         Ok(n) if (1..=i64::from(limit)).contains(&n) => Ok(n as u32),
         _ => {
-            let got = value.repr().map(|r| r.to_string()).unwrap_or_default();
             let expected = format!("a whole number between 1 and {limit}");
-            Err(argument_error(value.py(), "resolution", expected, got, "choose another size"))
+            Err(argument_error(value.py(), "resolution", expected, shown(value), "choose another size"))
         }
     }
 }
@@ -252,12 +271,11 @@ pub fn size2(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<[u32; 2]>
         Err(_) => value.extract::<[i64; 2]>().ok(),
     };
     let limit = crate::render::MAX_IMAGE_SIDE;
-    let got = || value.repr().map(|r| r.to_string()).unwrap_or_default();
     match sides {
         Some(sides) if sides.iter().all(|&n| (1..=i64::from(limit)).contains(&n)) => Ok(sides.map(|n| n as u32)),
         _ => {
             let expected = format!("a whole number or a pair (width, height) between 1 and {limit}");
-            Err(argument_error(py, name, expected, got(), "choose another size"))
+            Err(argument_error(py, name, expected, shown(value), "choose another size"))
         }
     }
 }

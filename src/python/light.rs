@@ -3,8 +3,11 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, argument_error, vec3, vec3_to_array, vec4_to_array};
+use super::convert::{OrRaise, argument_error, number, vec3, vec3_to_array, vec4_to_array};
 use crate::scene::{DirectionalLight, Light, PointLight, SpotLight};
+
+/// How to give the range of a placed light.
+const REACH: &str = "give the distance that the light reaches, in world units";
 
 /// A light at infinity that travels along `direction` ((3,), any length above 0).
 #[pyclass(name = "DirectionalLight", frozen, eq, module = "shadowlab")]
@@ -50,8 +53,14 @@ pub struct PySpotLight {
 impl PySpotLight {
     #[new]
     #[pyo3(signature = (position, direction, *, cone_angle, range))]
-    fn new(position: &Bound<'_, PyAny>, direction: &Bound<'_, PyAny>, cone_angle: f64, range: f64) -> PyResult<Self> {
+    fn new(
+        position: &Bound<'_, PyAny>,
+        direction: &Bound<'_, PyAny>,
+        cone_angle: &Bound<'_, PyAny>,
+        range: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         let (p, d) = (vec3(position, "position")?, vec3(direction, "direction")?);
+        let (cone_angle, range) = (number(cone_angle, "cone_angle", "give radians")?, number(range, "range", REACH)?);
         Ok(Self { light: SpotLight::new(p, d, cone_angle, range).or_raise(position.py())? })
     }
     #[getter]
@@ -96,8 +105,9 @@ pub struct PyPointLight {
 impl PyPointLight {
     #[new]
     #[pyo3(signature = (position, *, range))]
-    fn new(position: &Bound<'_, PyAny>, range: f64) -> PyResult<Self> {
-        let light = PointLight::new(vec3(position, "position")?, range).or_raise(position.py())?;
+    fn new(position: &Bound<'_, PyAny>, range: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let light =
+            PointLight::new(vec3(position, "position")?, number(range, "range", REACH)?).or_raise(position.py())?;
         Ok(Self { light })
     }
     #[getter]

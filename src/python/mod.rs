@@ -6,6 +6,7 @@ mod convert;
 mod gbuffer;
 mod library;
 mod light;
+mod map_fields;
 mod parameterization;
 mod render;
 mod scene;

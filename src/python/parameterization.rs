@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
+use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::technique::{settings_dict, value_text};
 use crate::error::Error;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
@@ -35,16 +36,6 @@ fn values_dict<'py>(py: Python<'py>, partition: &Partition) -> PyResult<Bound<'p
     Ok(d)
 }
 
-/// Whether a matrix of sixteen row-major numbers has no inverse; the size of its rows has no say.
-fn is_singular(rows: &[f64; 16]) -> bool {
-    let mut scaled = *rows;
-    for row in scaled.as_chunks_mut::<4>().0 {
-        let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        row.iter_mut().for_each(|x| *x /= largest);
-    }
-    !mat4_from_rows(&scaled).inverse().is_finite()
-}
-
 /// How a receiver finds its map, with the names users know.
 const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
 
@@ -53,15 +44,14 @@ fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     value.py().import("shadowlab.convention")?.getattr("Convention")?.call_method1("of", (value,))
 }
 
-/// Near and far camera depth of each of `count` maps.
-fn eye_depths(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<[f64; 2]>> {
-    let depths = array::<f64>(value, "eye_depth", &[Some(count), Some(2)])?;
-    let depths = depths.as_slice()?.as_chunks::<2>().0.to_vec();
-    if let Some([near, far]) = depths.iter().find(|[near, far]| !(*near >= 0.0 && near < far)) {
-        let (expected, fix) = ("a near depth of 0 or more and a far depth beyond it", "give (near, far) of each map");
-        return Err(argument_error(value.py(), "eye_depth", expected, format!("({near}, {far})"), fix));
+/// An error unless a convention leaves y as it is, which a logarithm replaces.
+fn keeps_y(convention: &Bound<'_, PyAny>) -> PyResult<()> {
+    if convention.getattr("keeps_y")?.extract::<bool>()? {
+        return Ok(());
     }
-    Ok(depths)
+    let (expected, got) = ("a convention with y up in [-1, 1]", convention.str()?.to_string());
+    let fix = "the logarithm that replaces y is in NDC: apply it first, then the convention's map_from_ndc";
+    Err(argument_error(convention.py(), "convention", expected, got, fix))
 }
 
 #[pymethods]
@@ -81,21 +71,30 @@ impl PyParameterization {
     ///     Near and far camera depth that each map serves, world units; all depths where none are given.
     /// selection : str
     ///     How a receiver finds its map: "depth", by the camera depth, or "containment", the first that holds it.
+    /// post_warp : sequence, optional
+    ///     What follows each matrix: None, or ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``.
+    /// regions : sequence of (N, 4) array_like, optional
+    ///     The rays that each map serves, those of points p of our world with ``region @ (p, 1) >= 0``; all where N is 0.
     ///
     /// Raises
     /// ------
     /// ArgumentError
-    ///     For another shape, numbers that are not finite, a singular matrix, or depths that are no ranges.
+    ///     For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, or a logarithm in a
+    ///     convention that changes y.
     /// UnknownNameError
     ///     For a convention or a selection that does not exist.
     #[staticmethod]
-    #[pyo3(signature = (matrix, *, convention=None, resolution=1024, eye_depth=None, selection="depth"))]
+    #[pyo3(signature = (matrix, *, convention=None, resolution=1024, eye_depth=None, selection="depth", post_warp=None,
+        regions=None))]
+    #[allow(clippy::too_many_arguments)]
     fn from_matrix(
         matrix: &Bound<'_, PyAny>,
         convention: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = resolution)] resolution: u32,
         eye_depth: Option<&Bound<'_, PyAny>>,
         selection: &str,
+        post_warp: Option<&Bound<'_, PyAny>>,
+        regions: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = matrix.py();
         let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)])
@@ -128,6 +127,18 @@ impl PyParameterization {
         if let Some(depths) = eye_depth.map(|value| eye_depths(value, partitions.len())).transpose()? {
             partitions.iter_mut().zip(depths).for_each(|(partition, depth)| partition.eye_depth = depth);
         }
+        if let Some(list) = post_warp {
+            let warps = each(list, "post_warp", partitions.len(), post_warp_of)?;
+            let logarithmic = warps.iter().any(|warp| *warp != PostWarp::None);
+            if let (true, Some(convention)) = (logarithmic, convention) {
+                keeps_y(&self::convention(convention)?)?;
+            }
+            partitions.iter_mut().zip(warps).for_each(|(partition, warp)| partition.post_warp = warp);
+        }
+        if let Some(list) = regions {
+            let found = each(list, "regions", partitions.len(), region_of)?;
+            partitions.iter_mut().zip(found).for_each(|(partition, region)| partition.region = region);
+        }
         Ok(Parameterization { selection, ..Parameterization::of_partitions(partitions, resolution) }.into())
     }
     /// The matrix, or the matrices where there are several maps, as a convention writes them.
@@ -151,10 +162,8 @@ impl PyParameterization {
         let py = convention.py();
         let convention = self::convention(convention)?;
         let logarithmic = self.p.partitions.iter().any(|p| p.post_warp != PostWarp::None);
-        if logarithmic && !convention.getattr("keeps_y")?.extract::<bool>()? {
-            let (expected, got) = ("a convention with y up in [-1, 1]", convention.str()?.to_string());
-            let fix = "the logarithm that replaces y is in NDC: apply it first, then the convention's map_from_ndc";
-            return Err(argument_error(py, "convention", expected, got, fix));
+        if logarithmic {
+            keeps_y(&convention)?;
         }
         match self.p.partitions.as_slice() {
             [_] => convention.call_method1("from_ours", (self.matrix(py)?,)),

@@ -1,0 +1,74 @@
+//! What `Parameterization.from_matrix` is told of each map, checked.
+
+use glam::DVec4;
+use pyo3::prelude::*;
+
+use super::convert::{argument_error, array, mat4_from_rows, shown};
+use crate::parameterization::{PostWarp, Region};
+
+/// Whether a matrix of sixteen row-major numbers has no inverse; the size of its rows has no say.
+pub fn is_singular(rows: &[f64; 16]) -> bool {
+    let mut scaled = *rows;
+    for row in scaled.as_chunks_mut::<4>().0 {
+        let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        row.iter_mut().for_each(|x| *x /= largest);
+    }
+    !mat4_from_rows(&scaled).inverse().is_finite()
+}
+
+/// Near and far camera depth of each of `count` maps.
+pub fn eye_depths(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<[f64; 2]>> {
+    let depths = array::<f64>(value, "eye_depth", &[Some(count), Some(2)])?;
+    let depths = depths.as_slice()?.as_chunks::<2>().0.to_vec();
+    if let Some([near, far]) = depths.iter().find(|[near, far]| !(*near >= 0.0 && near < far)) {
+        let (expected, fix) = ("a near depth of 0 or more and a far depth beyond it", "give (near, far) of each map");
+        return Err(argument_error(value.py(), "eye_depth", expected, format!("({near}, {far})"), fix));
+    }
+    Ok(depths)
+}
+
+/// One thing for each of `count` maps.
+pub fn each<T>(
+    list: &Bound<'_, PyAny>,
+    name: &str,
+    count: usize,
+    one: impl Fn(&Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    let items: Vec<Bound<'_, PyAny>> = list.extract().unwrap_or_default();
+    if items.len() != count {
+        let (expected, fix) = (format!("a list of {count}, one for each map"), "give one for each matrix");
+        return Err(argument_error(list.py(), name, expected, shown(list), fix));
+    }
+    items.iter().map(one).collect()
+}
+
+/// None, or ("log", scale, offset).
+pub fn post_warp_of(value: &Bound<'_, PyAny>) -> PyResult<PostWarp> {
+    if value.is_none() {
+        return Ok(PostWarp::None);
+    }
+    match value.extract::<(String, f64, f64)>() {
+        Ok((kind, scale, offset)) if kind == "log" && scale.is_normal() && offset.is_finite() => {
+            Ok(PostWarp::Log { scale, offset })
+        }
+        _ => {
+            let expected = "None or (\"log\", scale, offset) with finite numbers and a scale other than 0";
+            Err(argument_error(value.py(), "post_warp", expected, shown(value), "see Partition.post_warp_terms"))
+        }
+    }
+}
+
+/// The rays of points whose functionals are not negative.
+pub fn region_of(value: &Bound<'_, PyAny>) -> PyResult<Region> {
+    if value.len().is_ok_and(|rows| rows == 0) {
+        return Ok(Region::ALL);
+    }
+    let rows = array::<f64>(value, "regions", &[None, Some(4)])?;
+    let rows: Vec<DVec4> = rows.as_slice()?.as_chunks::<4>().0.iter().map(|row| DVec4::from_array(*row)).collect();
+    if rows.len() > Region::MOST || !rows.iter().all(|row| row.is_finite()) {
+        let expected = format!("at most {} rows of finite numbers for each map", Region::MOST);
+        let fix = "a region is an intersection of half-spaces through the light";
+        return Err(argument_error(value.py(), "regions", expected, shown(value), fix));
+    }
+    Ok(Region::new(&rows))
+}

@@ -9,7 +9,8 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.matrices import CHECK_MATRIX
-from shadowlab.verdict import NO_WARP, share_text, times, verdict
+from shadowlab.verdict import verdict
+from shadowlab.verdict_words import NO_WARP, factor, share_text, times, unwarped_maps
 
 
 def table(*rows):
@@ -242,9 +243,44 @@ def test_slight_differences_are_called_slight():
 
 
 def test_several_maps_are_unwarped_only_together():
+    why = "the light is parallel to the view"
     rows = table(("uniform", 64, 3000, 0), ("split", 64, 900, 0))
     rows["maps"] = [1, 2]
-    rows["notes"] = ["", f"map 1: {NO_WARP}the light is parallel to the view"]
+    rows["notes"] = ["", f"map 1: {NO_WARP}{why}"]
     assert "does not warp here" not in verdict(rows)
-    rows["notes"] = ["", "; ".join(f"map {i}: {NO_WARP}the light is parallel to the view" for i in (0, 1))]
-    assert "split does not warp here (the light is parallel to the view): its map is a uniform one." in verdict(rows)
+    for notes in (f"{NO_WARP}{why}", f"map 1: {NO_WARP}{why}; map 2: {NO_WARP}{why}", f"dark; {NO_WARP}{why}; slow"):
+        rows["notes"] = ["", notes]
+        assert f"split does not warp here ({why}): its map is a uniform one." in verdict(rows)
+    assert unwarped_maps(f"maps 1 to 3, 5: {NO_WARP}{why}", 6) == (4, why)
+    assert unwarped_maps("maps 1 to 3: dark", 6) == (0, "")
+
+
+def test_numbers_are_written_as_people_do():
+    assert (times(123_456.0), factor(1.0), factor(100.0), factor(0.5)) == ("123,456", "1", "100", "0.5")
+    assert (factor(0.0), factor(1e-6), factor(0.014)) == ("0", "less than 0.01", "0.014")
+    rows = table(("uniform", 512, 20, 0), ("lispsm", 512, 10, 0), ("psm", 512, 2000, 0))
+    assert "psm 100 times." in verdict(rows)
+    assert "e+" not in verdict(rows)
+
+
+def test_more_maps_are_told_with_what_they_cost():
+    rows = table(("uniform", 512, 4000, 0), ("lispsm", 512, 2000, 0), ("split", 512, 800, 0))
+    rows["maps"] = [1, 1, 4]
+    text = verdict(rows)
+    told = (
+        "split at 4 × 512² leaves 5 times fewer wrong pixels than uniform at 512², with 4 times the texels (800 against"
+    )
+    assert told in text
+    assert "lispsm is worth it here" in text
+    assert "split is" not in text
+    rows["misclassified"] = pd.array([4000, 2000, 4010], dtype="Int64")
+    assert "leaves about as many wrong pixels as uniform at 512², with 4 times the texels" in verdict(rows)
+    rows["maps"] = [6, 6, 6]  # of a point light all have as many
+    assert "the texels" not in verdict(rows)
+
+
+def test_techniques_that_fail_for_one_reason_fail_in_one_sentence():
+    reason = "does not support a point light; it supports directional"
+    rows = table(*[(name, 64, None, None, f'technique "{name}" {reason}') for name in ("psm", "tsm", "log")])
+    assert verdict(rows) == f"No technique gave a result. psm, tsm and log failed: such a technique {reason}."
+    assert verdict(rows[:1]).endswith(f'psm failed: technique "psm" {reason}.')

@@ -133,7 +133,7 @@ def study_figure(study: Any) -> Any:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt
 
-    from .verdict import share_text
+    from .verdict_words import share_text
 
     runs = [run for run in study.runs if run.mask is not None]
     several = any(run.chosen is not None for run in runs)

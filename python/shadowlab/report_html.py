@@ -20,7 +20,7 @@ from .html_parts import data_uri, document, figure, flipping, picture, slug, sym
 from .report_maps import chosen_figure, map_figure, map_table
 from .reproduce import command_line, python_snippet
 from .tables import cells
-from .verdict import share_text
+from .verdict_words import share_text
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")

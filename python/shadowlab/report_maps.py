@@ -10,7 +10,7 @@ import numpy as np
 from . import pictures
 from .html_parts import figure, picture
 from .map_pictures import chosen_picture, map_colour, pictures_of_run
-from .verdict import share_text
+from .verdict_words import share_text
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .specs import format_value
-from .verdict import share_text, size_text
+from .verdict_words import share_text, size_text
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:

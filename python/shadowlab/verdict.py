@@ -6,10 +6,26 @@ The question that readers bring: which technique at which resolution is good eno
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .matrices import CHECK_MATRIX
+from .verdict_words import (
+    count,
+    details,
+    factor,
+    listed,
+    maps_of,
+    missing,
+    place,
+    share_text,
+    size_text,
+    span,
+    texels,
+    times,
+    unwarped_maps,
+)
 
 # Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
 ABOUT_EQUAL = 1.05
@@ -25,8 +41,6 @@ FEW_SHARE = 1e-4
 # A camera that sees less than this share of its pixels filled compares little of the picture.
 LITTLE_SEEN = 0.05
 BASELINE = "uniform"
-# How a technique's note begins where it fell back to the uniform map; the reason follows.
-NO_WARP = "no warp, a uniform map: "
 
 
 def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
@@ -53,17 +67,14 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
         sentences.append("No technique gave a result.")
     elif not drawn:
         sentences.append("Nothing is ranked.")
-    elif any(_missing(row["misclassified"]) for row in drawn):
+    elif any(missing(row["misclassified"]) for row in drawn):
         sentences.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
         sentences.append(_nothing_compared(drawn[0]))
     else:
-        # Of several maps each has its own note; one that warps is enough.
-        unwarped = {
-            row["technique"]: row["notes"].split(NO_WARP, 1)[1].split("; map ", 1)[0]
-            for row in drawn
-            if row["notes"].count(NO_WARP) >= maps_of(row)
-        }
+        # Of several maps one that warps is enough.
+        flat = ((row, *unwarped_maps(row["notes"], maps_of(row))) for row in drawn)
+        unwarped = {row["technique"]: reason for row, found, reason in flat if found >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
         sentences += _fewest(warped or drawn)
         if all(_hardly_wrong(row) for row in drawn):
@@ -77,15 +88,20 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
         sentences.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
     if seen is not None and 0 < seen < LITTLE_SEEN:
         sentences.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
-    for failure in dict.fromkeys((row["technique"], row["failure"]) for row in failed):
-        sentences.append(f"{failure[0]} failed: {failure[1].rstrip('.')}.")
-    return " ".join(sentences)
+    return " ".join(sentences + _failures(failed))
 
 
-def _missing(value: Any) -> bool:
-    import pandas as pd
-
-    return bool(pd.isna(value))
+def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What failed, techniques that did for one reason together."""
+    alike: dict[str, dict[str, str]] = {}
+    for row in failed:
+        # The message names the technique, which sets apart what is one reason.
+        reason = re.sub(r'^technique "\w+" ', "such a technique ", row["failure"])
+        alike.setdefault(reason, {})[row["technique"]] = row["failure"]
+    return [
+        f"{listed(list(of))} failed: {(reason if len(of) > 1 else next(iter(of.values()))).rstrip('.')}."
+        for reason, of in alike.items()
+    ]
 
 
 def _hardly_wrong(row: Mapping[str, Any]) -> bool:
@@ -128,26 +144,33 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
-    """Each other technique against the best uniform map of its resolution, and the uniform map that does as well."""
-    uniform: dict[int, Mapping[str, Any]] = {}
-    for row in drawn:
-        if technique_of_label.get(row["technique"], row["technique"]) != BASELINE:
-            continue
-        resolution = int(row["resolution"])
-        if resolution not in uniform or row["misclassified"] < uniform[resolution]["misclassified"]:
-            uniform[resolution] = row
-    if not uniform:
-        return []
+    """Techniques against the best uniform map of their resolution, at equal texels, and the one that does as well."""
+    uniform = _baselines(drawn, technique_of_label)
     warped = [r for r in drawn if technique_of_label.get(r["technique"], r["technique"]) != BASELINE]
     pairs: dict[str, list[tuple[Mapping[str, Any], Mapping[str, Any]]]] = {}
     for row in sorted(warped, key=lambda r: int(r["resolution"])):
-        if int(row["resolution"]) in uniform:
-            pairs.setdefault(row["technique"], []).append((row, uniform[int(row["resolution"])]))
+        base = uniform.get(int(row["resolution"]))
+        if base is not None and texels(base) == texels(row):  # more texels are no merit of a warp
+            pairs.setdefault(row["technique"], []).append((row, base))
     if not pairs:
         return []
     best = min(pairs, key=lambda label: min(int(row["misclassified"]) for row, _ in pairs[label]))
     sentences = [_ratio(best, pairs[best]), *_same_error(pairs[best][0][0], uniform)]
     return sentences + _others({label: pairs[label] for label in pairs if label != best})
+
+
+def _baselines(
+    drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]
+) -> dict[int, Mapping[str, Any]]:
+    """The best uniform run of each resolution."""
+    uniform: dict[int, Mapping[str, Any]] = {}
+    for row in drawn:
+        resolution = int(row["resolution"])
+        if technique_of_label.get(row["technique"], row["technique"]) == BASELINE and (
+            resolution not in uniform or row["misclassified"] < uniform[resolution]["misclassified"]
+        ):
+            uniform[resolution] = row
+    return uniform
 
 
 def _others(pairs: Mapping[str, Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]]) -> list[str]:
@@ -156,7 +179,7 @@ def _others(pairs: Mapping[str, Sequence[tuple[Mapping[str, Any], Mapping[str, A
     for label, rows in pairs.items():
         ratios = [int(row["misclassified"]) / int(base["misclassified"]) for row, base in rows if base["misclassified"]]
         if ratios:
-            low, high = f"{min(ratios):.2g}", f"{max(ratios):.2g}"
+            low, high = factor(min(ratios)), factor(max(ratios))
             parts.append(f"{label} {low if low == high else f'{low} to {high}'} times")
     return [f"The others have, of the wrong pixels of uniform at equal resolution: {listed(parts)}."] if parts else []
 
@@ -234,101 +257,58 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
 
 
 def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
-    """What techniques with several maps cost beside those with one, and the uniform map of as many texels."""
-    single = [row for row in drawn if maps_of(row) == 1]
-    several: dict[str, Mapping[str, Any]] = {}
+    """What techniques gain with other numbers of maps than the uniform ones, with what that costs in the same sentence.
+
+    At equal memory where the run has a uniform map of as many texels, else at equal resolution.
+    """
+    uniform = _baselines(drawn, technique_of_label)
+    first: dict[str, Mapping[str, Any]] = {}
     for row in sorted(drawn, key=lambda r: int(r["resolution"])):
-        if maps_of(row) > 1:
-            several.setdefault(row["technique"], row)
-    if not single:
-        return []
-    groups: dict[int, list[str]] = {}
-    for label, row in several.items():
-        groups.setdefault(maps_of(row), []).append(label)
-    sentences = []
-    for maps, labels in groups.items():
-        draw = "draws" if len(labels) == 1 else "draw"
-        sentences.append(f"{listed(labels)} {draw} {maps} maps, {maps} times the texels of one at equal resolution.")
-    baseline = [r for r in single if technique_of_label.get(r["technique"], r["technique"]) == BASELINE]
-    for row in several.values():
-        large = [r for r in baseline if texels(r) >= texels(row)]
-        if large:
-            base = min(large, key=texels)
-            ratio = texels(base) / texels(row)
-            many = "as many texels" if ratio == 1 else f"{times(ratio)} times the texels"
+        base = uniform.get(int(row["resolution"]))
+        if maps_of(row) > 1 if base is None else texels(row) != texels(base):
+            first.setdefault(row["technique"], row)
+    sentences, bare = [], {}
+    for row in first.values():
+        base = uniform.get(int(row["resolution"]))
+        large = [r for r in uniform.values() if texels(r) >= texels(row)]
+        if large and maps_of(row) > 1:
+            as_large = min(large, key=texels)
+            ratio = texels(as_large) / texels(row)
+            many = "as many texels as" if ratio == 1 else f"{times(ratio)} times the texels of"
+            sentences.append(f"{place(as_large)} has {many} {place(row)}, and {_against(as_large, row)}.")
+        elif base is not None:
+            cost = f"with {factor(texels(row) / texels(base))} times the texels"
+            sentences.append(f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_counts(row, base)}).")
+        else:
+            bare.setdefault(maps_of(row), []).append(row["technique"])
+    if any(maps_of(row) == 1 for row in drawn):
+        for maps, labels in bare.items():
+            draw = "draws" if len(labels) == 1 else "draw"
             sentences.append(
-                f"{place(base)} has {many}{' as' if ratio == 1 else ' of'} {place(row)}, and {_against(base, row)}."
+                f"{listed(labels)} {draw} {maps} maps, {maps} times the texels of one at equal resolution."
             )
     return sentences
+
+
+def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
+    """The wrong pixels of a row beside another's."""
+    mine, other = int(row["misclassified"]), int(base["misclassified"])
+    if _about_equal(mine, other):
+        return "about as many wrong pixels as"
+    if mine == 0 or other == 0:
+        return "fewer wrong pixels than" if mine < other else "more wrong pixels than"
+    return (
+        f"{times(other / mine)} times fewer wrong pixels than"
+        if mine < other
+        else (f"{times(mine / other)} times as many wrong pixels as")
+    )
+
+
+def _counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+    """The wrong pixels of two rows, bare."""
+    return f"{int(first['misclassified']):,} against {int(second['misclassified']):,}"
 
 
 def _against(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
     """The wrong pixels of two rows."""
     return f"{int(first['misclassified']):,} wrong pixels against {int(second['misclassified']):,}"
-
-
-def place(row: Mapping[str, Any]) -> str:
-    """Label and size of a row."""
-    return f"{row['technique']} at {size_text(row)}"
-
-
-def maps_of(row: Mapping[str, Any]) -> int:
-    """The number of maps of a row; one where it is not known."""
-    value = row.get("maps")
-    return 1 if value is None or _missing(value) else int(value)
-
-
-def texels(row: Mapping[str, Any]) -> int:
-    """The texels of all maps of a row."""
-    return maps_of(row) * int(row["resolution"]) ** 2
-
-
-def size_text(row: Mapping[str, Any]) -> str:
-    """The size of a row's maps: 1024², or 4 × 1024² of four."""
-    maps = maps_of(row)
-    return f"{int(row['resolution'])}²" if maps == 1 else f"{maps} × {int(row['resolution'])}²"
-
-
-def count(row: Mapping[str, Any]) -> str:
-    """The wrong pixels of a row with their noun."""
-    n = int(row["misclassified"])
-    return f"{n:,} pixel{'' if n == 1 else 's'}"
-
-
-def percent(row: Mapping[str, Any]) -> str:
-    """The share of a row in per cent, three digits."""
-    return share_text(float(row["share"]))
-
-
-def share_text(share: float) -> str:
-    """A share in per cent with three significant digits, never rounded to nothing."""
-    value = 100.0 * share
-    return "0 %" if value == 0 else f"{value:#.3g} %" if value < 99.95 else "100 %"
-
-
-def split(row: Mapping[str, Any]) -> str:
-    """The two kinds of error of a row."""
-    return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
-
-
-def details(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
-    texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
-    both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]
-    return "; ".join(both) or f"up to {share_text(max(float(row['share']) for row in rows))} of those compared"
-
-
-def times(ratio: float) -> str:
-    """A ratio with two or three digits."""
-    return f"{ratio:.0f}" if ratio >= 9.95 else f"{ratio:.1f}".removesuffix(".0")
-
-
-def span(ratios: Sequence[float]) -> str:
-    """One ratio, or the range of several."""
-    low, high = times(min(ratios)), times(max(ratios))
-    return low if low == high else f"{low} to {high}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names as English lists them."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,111 @@
+"""How numbers and rows of a study's table are said: sizes, shares, ratios, lists, and which maps did not warp."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+# How a technique's note begins where it fell back to the uniform map; the reason follows.
+NO_WARP = "no warp, a uniform map: "
+# How a note begins that is about some of several maps; one about all of them names none.
+OF_MAPS = re.compile(r"maps? ([\d, to]+): ")
+
+
+def unwarped_maps(notes: str, maps: int) -> tuple[int, str]:
+    """How many of so many maps did not warp, as a row's notes say, and the reasons."""
+    found, reasons = 0, []
+    for note in re.split(r"; (?=maps? \d|no warp)", notes):
+        of_maps = OF_MAPS.match(note)
+        text = note[of_maps.end() :] if of_maps else note
+        if text.startswith(NO_WARP):
+            found += sum(map(_count_of, of_maps[1].split(", "))) if of_maps else maps
+            reasons.append(text.removeprefix(NO_WARP).split("; ")[0])
+    return found, "; ".join(dict.fromkeys(reasons))
+
+
+def _count_of(text: str) -> int:
+    """The number of maps of "3" or of "3 to 5"."""
+    ends = [int(end) for end in text.split(" to ")]
+    return ends[-1] - ends[0] + 1
+
+
+def missing(value: Any) -> bool:
+    """Whether a cell of the table holds nothing."""
+    import pandas as pd
+
+    return bool(pd.isna(value))
+
+
+def place(row: Mapping[str, Any]) -> str:
+    """Label and size of a row."""
+    return f"{row['technique']} at {size_text(row)}"
+
+
+def maps_of(row: Mapping[str, Any]) -> int:
+    """The number of maps of a row; one where it is not known."""
+    value = row.get("maps")
+    return 1 if value is None or missing(value) else int(value)
+
+
+def texels(row: Mapping[str, Any]) -> int:
+    """The texels of all maps of a row."""
+    return maps_of(row) * int(row["resolution"]) ** 2
+
+
+def size_text(row: Mapping[str, Any]) -> str:
+    """The size of a row's maps: 1024², or 4 × 1024² of four."""
+    maps = maps_of(row)
+    return f"{int(row['resolution'])}²" if maps == 1 else f"{maps} × {int(row['resolution'])}²"
+
+
+def count(row: Mapping[str, Any]) -> str:
+    """The wrong pixels of a row with their noun."""
+    n = int(row["misclassified"])
+    return f"{n:,} pixel{'' if n == 1 else 's'}"
+
+
+def percent(row: Mapping[str, Any]) -> str:
+    """The share of a row in per cent, three digits."""
+    return share_text(float(row["share"]))
+
+
+def share_text(share: float) -> str:
+    """A share in per cent with three significant digits, never rounded to nothing."""
+    value = 100.0 * share
+    return "0 %" if value == 0 else f"{value:#.3g} %" if value < 99.95 else "100 %"
+
+
+def split(row: Mapping[str, Any]) -> str:
+    """The two kinds of error of a row."""
+    return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
+
+
+def details(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
+    texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
+    both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]
+    return "; ".join(both) or f"up to {share_text(max(float(row['share']) for row in rows))} of those compared"
+
+
+def times(ratio: float) -> str:
+    """A ratio of 1 or more as people write it: 1.5, 12, 1,200."""
+    return f"{ratio:,.0f}" if ratio >= 9.95 else f"{ratio:.1f}".removesuffix(".0")
+
+
+def factor(ratio: float) -> str:
+    """A ratio of any size with two digits, never as a power of ten."""
+    if ratio >= 0.995:
+        return times(ratio)
+    return "less than 0.01" if 0 < ratio < 0.00995 else f"{ratio:.2g}"
+
+
+def span(ratios: Sequence[float]) -> str:
+    """One ratio, or the range of several."""
+    low, high = times(min(ratios)), times(max(ratios))
+    return low if low == high else f"{low} to {high}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as English lists them."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -60,7 +60,15 @@ fn lamp() -> Light {
 /// Every technique with its defaults, under the lights it serves; medians over many views are `benches/techniques.rs`'s.
 fn parameterize(c: &mut Criterion) {
     let (one, many, camera) = (one_mesh(), ten_thousand(), camera());
-    let names = specs().map(|spec| spec.name).chain(["lispsm:axis=middle"]);
+    // The search for the least error, in its norms, with a weight and with a fit that its outline of receivers is not of.
+    let optimal = [
+        "lispsm:near=optimal",
+        "lispsm:near=optimal,norm=storage",
+        "lispsm:near=optimal,norm=mean",
+        "lispsm:near=optimal,near_weight=3",
+        "lispsm:near=optimal,fit=intersection",
+    ];
+    let names = specs().map(|spec| spec.name).chain(["lispsm:axis=middle", "lispsm:fit=intersection"]).chain(optimal);
     for name in names {
         let t = technique_of(name).expect(name);
         // Those that look at samples of a G-buffer are refused here too.

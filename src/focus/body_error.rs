@@ -75,9 +75,9 @@ pub struct BodyError {
     /// 1 over the extent of the body along the axis; 0 for none, which has the uniform map alone.
     per_extent: f64,
     points: [Sample; MOST_POINTS],
-    /// All, and how many of them are vertices: the first.
     count: usize,
-    vertices: usize,
+    /// Whether the worst of the body is at a point, not between.
+    is_exact: bool,
     /// Means of weight |a_x × a_y| / (2 z tan)² eta^k.
     moments: [f64; 4],
 }
@@ -85,10 +85,14 @@ pub struct BodyError {
 /// Vertices, and points on edges where they can be worse, of a body.
 const MOST_POINTS: usize = 512;
 
-/// Points on an edge: one for each of these ratios of depth, and at least three and at most eight. Chosen because the worst
-/// of 8000 random views and weights then is missed by 7 %, and by up to 55 % at vertices alone (tests/optimal.rs).
-const EDGE_RATIO: f64 = 3.0;
-const EDGE_POINTS: [f64; 2] = [3.0, 8.0];
+/// Points on an edge: one for each of these ratios of depth, and at least and at most so many. Chosen because the worst of
+/// 8000 random views and weights then is missed by 5 %, and by up to 55 % at vertices alone (tests/optimal.rs).
+const EDGE_RATIO: f64 = 2.0;
+const EDGE_POINTS: [f64; 2] = [4.0, 12.0];
+
+/// A warp that gains no more than this at the points is none. Chosen because between them two maps of one body may have this
+/// much more than each other: of 8000 random views none then is worse than uniform by a finer look (tests/optimal.rs).
+const BETWEEN_POINTS: f64 = 0.01;
 
 /// Ray grid of a mean, along each side of the body's rectangle in the image. Chosen because the mean of a slanted body then
 /// is within a few percent of that over a million pixels (tests/optimal.rs).
@@ -107,24 +111,16 @@ struct Sample {
     yy: f64,
 }
 
-/// What decides about a warp: extents of x / q and of y in the map, in the units of the file's head.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spread {
-    pub across: f64,
-    pub along: f64,
-}
-
-/// The largest squares of q |a_x| and q |a_x x k + a_y q|, and the range of x / q.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Largest {
-    across: f64,
-    along: f64,
-    pub x: [f64; 2],
-}
-
 /// q at a place along the axis.
 pub(super) fn q_at(mu: f64, eta: f64) -> f64 {
     (1.0 + mu * eta) / (1.0 + mu)
+}
+
+/// Extents Ex and Ey in a map in which receivers span 1 of NDC x and y.
+pub(super) fn across_along_per_ndc(mu: f64) -> DVec2 {
+    // warped() has w = 1 at Pn + D / 2, q is 1 at Pn + D.
+    let (far, middle) = (1.0 + mu, 1.0 + 0.5 * mu);
+    DVec2::new(far / middle, far * far / middle)
 }
 
 impl BodyError {
@@ -140,46 +136,46 @@ impl BodyError {
             }
         };
         view.receivers.vertices().iter().for_each(|p| add(*p, &mut count));
-        let vertices = count;
-        let exact = sampler.constant.is_some() && measure.near_weight == 1.0;
-        if !exact && measure.norm != ErrorNorm::Mean {
+        let is_exact = sampler.constant.is_some() && measure.near_weight == 1.0;
+        if !is_exact && measure.norm != ErrorNorm::Mean {
             view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut |p| add(p, &mut count)));
         }
         let moments = if measure.norm == ErrorNorm::Mean { sampler.moments() } else { [0.0; 4] };
-        Self { norm: measure.norm, per_extent: sampler.per_extent, points, count, vertices, moments }
+        Self { norm: measure.norm, per_extent: sampler.per_extent, points, count, is_exact, moments }
     }
-    pub(super) fn largest(&self, mu: f64) -> Largest {
+    /// Whether one map's error is known to be less than another's.
+    pub fn is_less(&self, error: f64, other: f64) -> bool {
+        // A mean of both is over the same points.
+        let between = if self.is_exact || self.norm == ErrorNorm::Mean { f64::EPSILON.sqrt() } else { BETWEEN_POINTS };
+        error < other * (1.0 - between)
+    }
+    /// The largest squares of q |a_x| and of q |a_x x k + a_y q|.
+    fn largest(&self, mu: f64) -> [f64; 2] {
         let (scale, k) = (1.0 / (1.0 + mu), mu / (1.0 + mu) * self.per_extent);
-        let (mut across, mut along, mut low, mut high) = (0.0_f64, 0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
-        let (vertices, edges) = self.points[..self.count].split_at(self.vertices);
-        for p in vertices {
-            let x = p.x / ((1.0 + mu * p.eta) * scale);
-            (low, high) = (low.min(x), high.max(x));
-        }
-        for p in vertices.iter().chain(edges) {
+        let (mut across, mut along) = (0.0_f64, 0.0_f64);
+        for p in &self.points[..self.count] {
             let (q, sheared) = ((1.0 + mu * p.eta) * scale, p.x * k);
             across = across.max(q * q * p.xx);
             along = along.max(q * q * (sheared * (sheared * p.xx + 2.0 * q * p.xy) + q * q * p.yy));
         }
-        Largest { across, along, x: [low, high] }
+        [across, along]
     }
-    pub(super) fn error(&self, mu: f64, largest: &Largest, spread: &Spread) -> f64 {
+    /// The error of a map in which receivers span `ndc`: of [`WarpSpace::warped`] at distance D / mu, or of the space itself
+    /// for mu = 0.
+    pub(super) fn error(&self, mu: f64, ndc: DVec2) -> f64 {
+        let across_along = ndc * across_along_per_ndc(mu);
         match self.norm {
-            ErrorNorm::Storage => (largest.across * largest.along).sqrt() * spread.across * spread.along,
-            ErrorNorm::Linf => largest.along.sqrt() * spread.along,
+            ErrorNorm::Storage => {
+                let [across, along] = self.largest(mu);
+                (across * along).sqrt() * across_along.element_product()
+            }
+            ErrorNorm::Linf => self.largest(mu)[1].sqrt() * across_along.y,
             ErrorNorm::Mean => {
                 let [a, b, c, d] = self.moments;
                 let mean = a + mu * (3.0 * b + mu * (3.0 * c + mu * d));
-                mean / (1.0 + mu).powi(3) * spread.across * spread.along
+                mean / (1.0 + mu).powi(3) * across_along.element_product()
             }
         }
-    }
-    /// The spread of a map whose receivers span `ndc` in [`WarpSpace::warped`] at distance D / mu, or in the space itself for
-    /// mu = 0.
-    pub(super) fn spread_of(&self, mu: f64, ndc: DVec2) -> Spread {
-        // warped() has w = 1 at Pn + D / 2, q is 1 at Pn + D.
-        let (far, middle) = (1.0 + mu, 1.0 + 0.5 * mu);
-        Spread { across: ndc.x * far / middle, along: ndc.y * far * far / middle }
     }
 }
 

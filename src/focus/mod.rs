@@ -3,6 +3,7 @@
 mod body_error;
 mod dominant_plane;
 mod logarithmic;
+mod receivers_outline;
 mod samples;
 mod stable;
 mod tightening;
@@ -14,6 +15,7 @@ mod warp_search;
 pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
 pub use dominant_plane::{DominantPlane, dominant_plane};
 pub use logarithmic::fit_logarithmic;
+pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use samples::ReceiverSamples;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;

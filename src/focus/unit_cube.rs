@@ -11,6 +11,8 @@
 //! Whether a box can still change a bound is asked with a support function (no corners, no division), so that ten thousand
 //! instances cost well under a millisecond; only boxes that can are cut.
 
+use std::ops::ControlFlow;
+
 use glam::{DAffine3, DVec3, DVec4};
 
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
@@ -200,7 +202,7 @@ pub fn receivers_extent(provisional: &Rows, view: &FocusedView, scene: &Scene) -
     let project = |body: &ConvexBody| Aabb::from_points(body.vertices().iter().map(|p| provisional.project(*p)));
     let whole = project(&view.receivers);
     match view.focus {
-        Focus::SceneFit if view.coverage == Coverage::AsAsked => tightened(provisional, view, scene, &whole),
+        _ if is_tightened(view) => tightened(provisional, view, scene, &whole),
         Focus::Frustum if view.coverage == Coverage::AsAsked => {
             // Receivers lie in the frustum and in the scene: the nearer end of both bounds the depth.
             let mut lit = ConvexBody::from_aabb(&view.scene_box);
@@ -213,10 +215,40 @@ pub fn receivers_extent(provisional: &Rows, view: &FocusedView, scene: &Scene) -
     }
 }
 
+/// Whether receivers are known closer than by K: as the instances' boxes in it.
+pub(super) fn is_tightened(view: &FocusedView) -> bool {
+    view.focus == Focus::SceneFit && view.coverage == Coverage::AsAsked
+}
+
 /// The extents of the instances' boxes inside K; those of K where no box reaches into it.
 fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb) -> Aabb {
     // An extent this close to K's is K's: rounding of the two ways to cut.
     let close = 1e-12 * whole.extent();
+    let mut found = Aabb::EMPTY;
+    let holds_body = receivers_in(view, scene, |instance, cut| {
+        if !found.is_empty() && growth(provisional, &found).iter().all(|f| instance.range(*f).1 <= 0.0) {
+            return ControlFlow::Continue(());
+        }
+        found = cut().vertices().iter().fold(found, |b, p| b.with_point(provisional.project(*p)));
+        let reached = found.min.truncate().cmple((whole.min + close).truncate()).all()
+            && found.max.cmpge(whole.max - close).all();
+        if reached {
+            found = *whole;
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    });
+    // No box reaches into K: whatever the map covers then is as good.
+    if holds_body || found.is_empty() { *whole } else { found }
+}
+
+/// Hands over the instances' boxes that may reach into K, each with a way to cut it to K, until told to stop. Stops at a box
+/// that holds K: true.
+pub(super) fn receivers_in(
+    view: &FocusedView,
+    scene: &Scene,
+    mut visit: impl FnMut(&OrientedBox, &dyn Fn() -> ConvexBody) -> ControlFlow<()>,
+) -> bool {
     let scene_planes = view.scene_planes();
     // Boxes that stick out of the scene's by no more than this need no cut: far above rounding, far below a texel.
     let slack = f64::EPSILON.sqrt() * view.scene_box.extent().max_element();
@@ -227,7 +259,6 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
         outward[planes] = plane.functional();
         planes += 1;
     }
-    let mut found = Aabb::EMPTY;
     for i in 0..scene.instances().len() {
         let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local()[i], view.origin);
         if outward[..planes].iter().any(|f| instance.range(*f).0 > 0.0) {
@@ -238,27 +269,23 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
         let axis_aligned = || instance.half.iter().all(|h| h.abs().max_element() == h.abs().element_sum());
         // A box that holds the scene's, or is it up to rounding, holds K.
         if (holds_scene || scene.instances().len() == 1) && axis_aligned() {
-            return *whole;
+            return true;
         }
-        if !found.is_empty() && growth(provisional, &found).iter().all(|f| instance.range(*f).1 <= 0.0) {
-            continue;
-        }
-        let mut body = ConvexBody::from_oriented_box(&instance);
-        view.receiver_planes().for_each(|plane| body.clip(plane));
-        let inside =
-            hull.min.cmpge(view.scene_box.min - slack).all() && hull.max.cmple(view.scene_box.max + slack).all();
-        if !inside {
-            scene_planes.iter().for_each(|plane| body.clip(plane));
-        }
-        found = body.vertices().iter().fold(found, |b, p| b.with_point(provisional.project(*p)));
-        let reached = found.min.truncate().cmple((whole.min + close).truncate()).all()
-            && found.max.cmpge(whole.max - close).all();
-        if reached {
-            return *whole;
+        let cut = || {
+            let mut body = ConvexBody::from_oriented_box(&instance);
+            view.receiver_planes().for_each(|plane| body.clip(plane));
+            let inside =
+                hull.min.cmpge(view.scene_box.min - slack).all() && hull.max.cmple(view.scene_box.max + slack).all();
+            if !inside {
+                scene_planes.iter().for_each(|plane| body.clip(plane));
+            }
+            body
+        };
+        if visit(&instance, &cut).is_break() {
+            return false;
         }
     }
-    // No box reaches into K: whatever the map covers then is as good.
-    if found.is_empty() { *whole } else { found }
+    false
 }
 
 /// Functionals that are positive where a point with w > 0 lies beyond a bound that receivers set.
@@ -329,34 +356,53 @@ pub fn spot_depths(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> Spo
     SpotDepths { range: [near, far], begins_late }
 }
 
-/// The extents padded where receivers lie in a plane or line through the light: to one texel, and in depth to the size of a
-/// texel (theory.md 1.1). Shadows smaller than that do not show.
+/// The extents padded where receivers lie in a plane or line through the light ([`Room`]).
 pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, size: &MapSize) -> Aabb {
-    let mean = view.receivers.vertex_mean();
-    let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
-    let frame = LightFrame::any(along);
-    // A warped map's axes have units of their own: lengths are compared in the world.
-    let length = |axis: DVec3| {
-        let (low, high) = view.receivers.range(axis.extend(0.0));
-        high - low
-    };
-    let across = length(frame.right).max(length(frame.up));
-    let texel = if across > 0.0 {
-        across / f64::from(size.resolution)
-    } else {
-        POINT_EXTENT * (mean - view.eye).length().max(view.camera.near())
-    };
-    let ndc_per_length = |p: DVec3| {
-        let across = provisional.jacobian(p, [frame.right, frame.up]).transpose();
-        let depth = provisional.derivative(p, along).z.abs();
-        DVec3::new(across.x_axis.length(), across.y_axis.length(), depth)
-    };
-    let missing = |ndc_per_length: DVec3| 0.5 * (texel * ndc_per_length - extent.extent()).max(DVec3::ZERO);
-    if missing(ndc_per_length(mean)) == DVec3::ZERO {
-        return *extent;
+    let missing = 0.5 * (Room::new(view, size).least(extent.extent(), provisional) - extent.extent());
+    Aabb { min: extent.min - missing.max(DVec3::ZERO), max: extent.max + missing.max(DVec3::ZERO) }
+}
+
+/// What receivers get at the least, be they in a plane or line through the light: one texel, and in depth the size of a texel
+/// (theory.md 1.1). Shadows smaller than that do not show.
+pub(super) struct Room<'a> {
+    view: &'a FocusedView,
+    mean: DVec3,
+    frame: LightFrame,
+    /// World length.
+    texel: f64,
+}
+
+impl<'a> Room<'a> {
+    pub fn new(view: &'a FocusedView, size: &MapSize) -> Self {
+        let mean = view.receivers.vertex_mean();
+        let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
+        let frame = LightFrame::any(along);
+        // A warped map's axes have units of their own: lengths are compared in the world.
+        let length = |axis: DVec3| {
+            let (low, high) = view.receivers.range(axis.extend(0.0));
+            high - low
+        };
+        let across = length(frame.right).max(length(frame.up));
+        let texel = if across > 0.0 {
+            across / f64::from(size.resolution)
+        } else {
+            POINT_EXTENT * (mean - view.eye).length().max(view.camera.near())
+        };
+        Self { view, mean, frame, texel }
     }
-    // Where a texel is smallest: what is seen may lie there alone, and room costs texels.
-    let vertices = view.receivers.vertices().iter();
-    let missing = missing(vertices.map(|p| ndc_per_length(*p)).fold(DVec3::INFINITY, DVec3::min));
-    Aabb { min: extent.min - missing, max: extent.max + missing }
+    /// Extents of a map, NDC, that are at least those in which receivers have `extent`; no more than `extent` where that is
+    /// enough.
+    pub fn least(&self, extent: DVec3, provisional: &Rows) -> DVec3 {
+        let texel_at = |p: DVec3| {
+            let across = provisional.jacobian(p, [self.frame.right, self.frame.up]).transpose();
+            let depth = provisional.derivative(p, self.frame.along).z.abs();
+            self.texel * DVec3::new(across.x_axis.length(), across.y_axis.length(), depth)
+        };
+        if texel_at(self.mean).cmple(extent).all() {
+            return extent;
+        }
+        // Where a texel is smallest: what is seen may lie there alone, and room costs texels.
+        let vertices = self.view.receivers.vertices().iter();
+        vertices.map(|p| texel_at(*p)).fold(DVec3::INFINITY, DVec3::min)
+    }
 }

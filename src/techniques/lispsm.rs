@@ -16,7 +16,7 @@ use super::{Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{
     BodyError, Coverage, ErrorMeasure, ErrorNorm, FocusedView, NoWarp, Strength, Tightening, WarpSpace, best_strength,
-    receivers_room,
+    receivers_outline, receivers_room,
 };
 use crate::geometry::Rows;
 use crate::scene::{Light, Scene};
@@ -206,7 +206,8 @@ impl Lispsm {
     ) -> (Option<f64>, Rows) {
         let extent = |rows: &Rows| receivers_room(rows, view, part.scene, &part.size, self.tightening);
         let error = BodyError::new(view, space, measure);
-        let [best, unwarped] = best_strength(space, &error, part.size.resolution, extent);
+        let receivers = receivers_outline(&space.rows, view, part.scene, self.tightening);
+        let [best, unwarped] = best_strength(space, &error, receivers, view, &part.size, extent);
         // The uniform technique's own map: a spot's is not turned, nor is one along the view where the axis is another.
         let upright = uniform_rows(view, part.scene, &mut Vec::new());
         let turned = space.unwarped(&upright, view);
@@ -215,11 +216,12 @@ impl Lispsm {
         } else {
             Strength::of(0.0, &turned, &BodyError::new(view, &turned, measure), extent)
         };
-        if best.mu > 0.0 && best.error < uniform.error {
+        if best.mu > 0.0 && error.is_less(best.error, uniform.error) {
             let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
-            let made = Strength::of(space.extent() / distance, space, &error, extent);
+            let is_best = self.factor == 1.0;
+            let made = if is_best { best } else { Strength::of(space.extent() / distance, space, &error, extent) };
             // A factor may have made it worse than no warp.
-            if made.error < uniform.error {
+            if error.is_less(made.error, uniform.error) {
                 values.extend([("error", made.error), ("error_uniform", uniform.error)]);
                 return (Some(distance), space.warped(distance));
             }

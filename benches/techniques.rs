@@ -25,7 +25,7 @@ const ROUNDS: usize = 40;
 const CALLS: u32 = 8;
 
 /// Beside every technique with its defaults. Those that look at a G-buffer's samples are given what they would find there.
-const VARIANTS: [&str; 7] = [
+const VARIANTS: [&str; 8] = [
     "lispsm:near=basic",
     "lispsm:axis=middle",
     "lispsm:near=optimal",

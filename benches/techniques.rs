@@ -3,8 +3,8 @@
 //!
 //! `cargo bench --bench techniques --no-default-features [name]`. The columns are microseconds: `whole` is `parameterize`;
 //! `beyond bodies` is less the bodies K and B of the same configuration; `beyond uniform` is less the uniform map, so what the
-//! technique adds to focusing and fit, B included, which the uniform map does without. Each number is the least of many short runs, all of a
-//! configuration's techniques by turns, so that a busy machine disturbs all alike.
+//! technique adds to focusing and fit, B included, which the uniform map does without. Each number is the least of many short
+//! runs, all of a configuration's techniques by turns, so that a busy machine disturbs all alike.
 
 #![allow(missing_docs)]
 

@@ -6,7 +6,19 @@ use std::path::Path;
 use shadowlab::techniques::{self, FIT, Kind, Make, TECHNIQUES, Value};
 
 /// Files that hold no technique.
-const SUPPORT: [&str; 8] = ["along_view", "depth_splits", "mod", "registry", "settings", "spec", "technique", "text"];
+const SUPPORT: [&str; 11] = [
+    "along_view",
+    "depth_splits",
+    "focused",
+    "mod",
+    "notes",
+    "registry",
+    "settings",
+    "side_by_side",
+    "spec",
+    "technique",
+    "text",
+];
 
 #[test]
 fn every_file_is_a_technique_and_every_technique_a_file() {

@@ -20,8 +20,8 @@
 
 use glam::{DVec3, DVec4};
 
+use super::side_by_side::side_by_side;
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::technique::side_by_side;
 use super::{Maps, Part, Settings, Technique, Value, techniques_of};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};

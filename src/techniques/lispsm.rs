@@ -1,9 +1,10 @@
 //! Light space perspective shadow maps.
 //!
 //! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM); Wimmer and Scherzer 2006 (robust shadow maps: middle vector);
-//! theory.md 5; the search for the least error is ours (closed forms, "the published warp against the best"). Departures, all there: the warp is anchored at the near end of the receivers' body; depth comes from the
-//! shared fit; in the warp distance Δz is the eye depth that the body spans along the warp axis (the paper's own section 4.4;
-//! the later paper's equation 1 lacks the sine).
+//! theory.md 5; the search for the least error is ours (closed forms, "the published warp against the best"). Departures, all
+//! there: the warp is anchored at the near end of the receivers' body; depth comes from the shared fit; in the warp distance
+//! Δz is the eye depth that the body spans along the warp axis (the paper's own section 4.4; the later paper's equation 1
+//! lacks the sine).
 //!
 //! ```text
 //!   reference point                near end (Ymin)                    far end (Ymax)      along the light: ⊗

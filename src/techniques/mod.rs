@@ -6,6 +6,7 @@
 mod along_view;
 mod depth_splits;
 mod face_partition;
+mod focused;
 mod glpr;
 mod gmnpr;
 mod lispsm;
@@ -16,6 +17,7 @@ mod plane_optimal;
 mod psm;
 mod registry;
 mod settings;
+mod side_by_side;
 mod spec;
 mod technique;
 mod text;

@@ -1,7 +1,7 @@
 //! What there is to say of several maps, each thing once: equal notes become one with the maps it is about, and of notes
 //! that differ in their numbers alone one is left, with the range of each number.
 
-use super::technique::INSIDE_A_BOX;
+use super::focused::INSIDE_A_BOX;
 
 /// The notes of maps, each map's in its own order, as notes of all of them.
 pub(super) fn gathered<'a>(of_maps: impl ExactSizeIterator<Item = &'a [String]>) -> Vec<String> {
@@ -110,7 +110,7 @@ fn same_words(a: &str, b: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::techniques::technique::begins_late;
+    use crate::techniques::focused::begins_late;
 
     fn of(maps: &[&[&str]]) -> Vec<String> {
         let owned: Vec<Vec<String>> = maps.iter().map(|notes| notes.iter().map(|n| n.to_string()).collect()).collect();

@@ -1,6 +1,6 @@
 //! Techniques by name.
 
-use super::technique::Focused;
+use super::focused::Focused;
 use super::{Settings, Spec, TECHNIQUES, Technique, Value, Warp};
 use crate::error::{Error, Result};
 use crate::focus::Tightening;

@@ -4,8 +4,8 @@
 
 use glam::{DVec3, DVec4};
 
+use super::focused::begins_late;
 use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::technique::begins_late;
 use super::{Fitting, Named, Part, Provisional, Settings, Warp};
 use crate::error::Result;
 use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};

@@ -3,9 +3,10 @@
 //! Both renderers may snap vertices to a grid of 1/256 texel, each in its own rounding, and that is the only freedom granted
 //! beside the rounding of f32. A texel that differs is explained by a triangle whose outline passes its centre within that
 //! snapping (edge), by a triangle thinner than a texel there (thin), by one so nearly edge-on that its depth changes by
-//! the difference over the rounding of its projected vertices (steep), or by a sliver under two texels wide whose plane tilts by the difference
-//! when its vertices move within that snapping, where one of the two maps is right to a tenth of the tolerance (tilted; a
-//! device may interpolate between the snapped vertices). Everything is decided in f64 from the scene and the matrix.
+//! the difference over the rounding of its projected vertices (steep), or by a sliver under two texels wide whose plane tilts
+//! by the difference when its vertices move within that snapping, where one of the two maps is right to a tenth of the
+//! tolerance (tilted; a device may interpolate between the snapped vertices). Everything is decided in f64 from the scene and
+//! the matrix.
 
 use glam::{DMat4, DVec2, DVec4};
 use rayon::prelude::*;

@@ -7,8 +7,8 @@
 //!         |_______|
 //! ```
 //! In the spirit of the scene "Ceiling" of "Theory to Practice: Generalized Minimum-Norm Perspective Shadow Maps" (2007,
-//! section 4); the hall is our own. What it shows: casters close to the light cover the whole map, and no direction of it is empty; focusing gains
-//! nothing and a warp has to earn its place.
+//! section 4); the hall is our own. What it shows: casters close to the light cover the whole map, and no direction of it is
+//! empty; focusing gains nothing and a warp has to earn its place.
 
 use glam::{DVec2, DVec3};
 

@@ -94,6 +94,40 @@ def test_the_command_in_the_report_gives_the_same_numbers(run, tmp_path):
         np.testing.assert_allclose(after["matrices"], before["matrices"], rtol=1e-9, atol=1e-12)
 
 
+def test_vectors_come_back_as_they_were_given(run, tmp_path):
+    given = ("--eye", "2.5, 3 4", "--target", "-1,1.6,0", "--light", "-0.3,-1,0.2")
+    run("compare", "@skylight", *given, *SMALL, "--out", tmp_path / "a")
+    first = json.loads((tmp_path / "a" / "results.json").read_text(encoding="utf-8"))
+    words = shlex.split(first["reproduce"]["command"])
+    assert {"--eye=2.5,3,4", "--target=-1,1.6,0", "--light=-0.3,-1,0.2"} <= set(words)
+    assert run(*words[1:], "--out", tmp_path / "b")[0] == 0
+    second = json.loads((tmp_path / "b" / "results.json").read_text(encoding="utf-8"))
+    for before, after in zip(first["runs"], second["runs"], strict=True):
+        np.testing.assert_array_equal(after["matrices"], before["matrices"])
+
+
+def test_all_with_a_point_light_says_in_one_line_what_it_leaves_out(run, tmp_path):
+    words = ("@robots", "--light-position", "0,4,0", *SMALL)
+    status, out, err = run("compare", *words, "--technique", "all", "--technique", "uniform", "--out", tmp_path)
+    assert status == 0
+    assert err.startswith("shadowlab: warning: left out, they serve no point light: psm, tsm")
+    assert err.count("\n") == 1
+    data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    labels = [run["label"] for run in data["runs"]]
+    assert labels.count("uniform") == 1
+    assert "psm" not in labels
+    # At most a line of notes for each.
+    assert all(sum(line.startswith(f"{label}: ") for line in out.splitlines()) <= 1 for label in labels)
+    fails(run("compare", *words, "--technique", "uniform", "--technique", "uniform"), "'uniform' is given twice")
+
+
+def test_presets_are_listed(run):
+    status, out, _ = run("techniques")
+    assert status == 0
+    for name in sl.presets()["name"]:
+        assert f"preset:{name}: " in out
+
+
 def test_a_bias_reaches_the_maps_and_the_command_in_the_report(run, tmp_path):
     words = ("compare", "@skylight", *SMALL, "--bias", "world=0.5,slope-limit=3")
     assert run(*words, "--out", tmp_path / "a")[0] == 0

@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 
 import shadowlab as sl
 from shadowlab import cli
-from shadowlab.errors import ArgumentError, LoadError, UnknownNameError
+from shadowlab.errors import ArgumentError, LoadError, ShadowlabWarning, UnknownNameError
+from shadowlab.matrix_files import details, written
 from shadowlab.registry import technique_of, with_all
+from shadowlab.reproduce import given_python
 from shadowlab.specs import bare, format_spec, parse_spec, parse_value, pieces
 
 numbers = st.one_of(st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False))
@@ -56,6 +58,62 @@ def test_a_text_brings_parameters():
     assert one.settings == sl.technique("lispsm", near="basic", axis="middle").settings
     with pytest.raises(ArgumentError, match="near is given twice"):
         sl.technique("lispsm:near=basic", near="basic")
+
+
+def test_a_technique_is_itself_and_a_preset_has_its_name():
+    assert sl.technique("preset:filament") is sl.preset("filament")
+    for thing in (sl.technique("psm"), sl.preset("bevy"), sl.Parameterization.from_matrix(np.eye(4))):
+        assert sl.technique(thing) is thing
+        with pytest.raises(ArgumentError, match="expected no parameters, got near"):
+            sl.technique(thing, near=1)
+    with pytest.raises(ArgumentError, match="expected no parameters"):
+        sl.technique("preset:filament", near=1)
+    for wrong in (None, 3, [1]):
+        with pytest.raises(ArgumentError, match=r"technique: expected a name .* got "):
+            sl.technique(wrong)
+
+
+def test_arguments_of_another_type_are_told_on_one_line(tmp_path):
+    scene = sl.library.scene("robots")
+    wrong = [
+        (lambda: sl.PointLight((0, 1, 0), range="4"), "range: expected a number"),
+        (lambda: sl.PointLight((0, 1, 0), range=None), "range: expected a number"),
+        (lambda: sl.PointLight("abc", range=4), "position: expected an array"),
+        (lambda: sl.SpotLight((0, 1, 0), (0, -1, 0), cone_angle=[1, 2], range=4), "cone_angle: expected a number"),
+        (lambda: sl.load_scene(3), "path: expected the path of a mesh file, got 3"),
+        (lambda: sl.compare(scene, scene.camera, scene.light, truth="no"), "truth: expected True or False, got 'no'"),
+        (lambda: sl.compare(scene, scene.camera, scene.light, size=np.eye(60)), "size: expected"),
+        (lambda: sl.technique("uniform").parameterize(scene, scene.camera, scene.light, resolution=np.eye(60)), "got"),
+    ]
+    for call, says in wrong:
+        with pytest.raises(ArgumentError) as raised:
+            call()
+        text = str(raised.value)
+        assert says in text
+        assert "got " in text
+        assert "\n" not in text
+        assert len(text) < 300
+    study = sl.compare(
+        scene, scene.camera, scene.light, "uniform", resolution=16, size=(16, 9), renderer="cpu", progress=False
+    )
+    with pytest.raises(ArgumentError, match="directory: expected a path, got 3"):
+        study.save(3)
+
+
+def test_all_leaves_out_what_serves_no_such_light():
+    point = sl.PointLight((0, 4, 0), range=40)
+    with pytest.warns(ShadowlabWarning, match=r"^left out, they serve no point light: psm, tsm") as caught:
+        served = with_all(["all"], point)
+    assert len(caught) == 1
+    assert {"uniform", "lispsm", "z_partition"} <= set(served)
+    assert not {"psm", "tsm", "xpsm", "log"} & set(served)
+    with pytest.warns(ShadowlabWarning):
+        assert set(with_all(["psm", "all"], point)) == {"psm", *served}  # named, so it fails in its row
+    directional = sl.library.scene("robots").light
+    assert with_all(["all", "uniform"], directional) == with_all(["all"])
+    assert with_all(["lispsm", "all"])[0] == "lispsm"
+    assert len(with_all(["lispsm", "all"])) == len(with_all(["all"]))
+    assert with_all(["uniform", "uniform"]) == ["uniform", "uniform"]  # told as what comes twice
 
 
 def test_all_is_every_technique():
@@ -127,6 +185,60 @@ def test_several_matrices_keep_their_depths(tmp_path):
     np.testing.assert_array_equal(technique_of(f"matrix:file={tmp_path / 'k.txt'}").matrices, stack)
 
 
+KEPT = {
+    "log_psm": sl.library.scene("robots").light,
+    "log": sl.library.scene("robots").light,
+    "z_partition:count=3,inner=log_psm": sl.library.scene("robots").light,
+    "face_partition": sl.library.scene("robots").light,
+    "lispsm": sl.PointLight((0, 4, 0), range=40),
+    "z_partition": sl.PointLight((0, 4, 0), range=40),
+}
+
+
+@pytest.mark.parametrize("convention", ["webgpu", "opengl"])
+@pytest.mark.parametrize("name", KEPT)
+def test_json_keeps_all_that_a_map_is(name, convention, tmp_path):
+    scene = sl.library.scene("robots")
+    made = sl.technique(name).parameterize(scene, scene.camera, KEPT[name], resolution=64)
+    path = tmp_path / "p.json"
+    path.write_bytes(written(made, "json", sl.Convention.of(convention)))
+    back = sl.technique(f"matrix:file={path}")
+    assert (back.selection, back.resolution) == (made.selection, made.resolution)
+    np.testing.assert_allclose(back.matrices, made.matrices, rtol=1e-13, atol=1e-13)
+    for mine, theirs in zip(back.partitions, made.partitions, strict=True):
+        assert mine.eye_depth == theirs.eye_depth
+        assert (mine.post_warp, mine.post_warp_terms) == (theirs.post_warp, theirs.post_warp_terms)
+        np.testing.assert_array_equal(mine.region, theirs.region)
+    draw = [sl.Renderer("cpu").shadow_mask(scene, scene.camera, KEPT[name], p, size=(64, 36)) for p in (made, back)]
+    assert np.mean(draw[0] != draw[1]) < 0.01  # the last digits of a convention and back may move a pixel
+    if "log" in name:
+        assert any(part.post_warp == "log" for part in made.partitions)
+    lost = details(made, sl.Convention())[-1]
+    assert lost.startswith("not kept in this format: ")
+    assert ("logarithms" in lost) == ("log" in name)
+    assert ("camera depths" in lost) == (len(made.matrices) > 1)
+    names: dict = {"sl": sl, "np": np}
+    again = eval(given_python(back), names)
+    np.testing.assert_array_equal(again.matrices, back.matrices)
+    for mine, theirs in zip(again.partitions, back.partitions, strict=True):
+        assert (mine.eye_depth, mine.post_warp_terms) == (theirs.eye_depth, theirs.post_warp_terms)
+        np.testing.assert_array_equal(mine.region, theirs.region)
+
+
+def test_what_follows_a_matrix_is_checked():
+    one = np.eye(4)
+    make = sl.Parameterization.from_matrix
+    assert make(one, post_warp=[("log", 2, -1)]).partitions[0].post_warp_terms == {"scale": 2.0, "offset": -1.0}
+    for bad in (3, [], [None, None], [("log", 0, 1)], [("exp", 1, 1)], [("log", 1, np.nan)], [7]):
+        with pytest.raises(ArgumentError, match=r"post_warp: expected .* got "):
+            make(one, post_warp=bad)
+    with pytest.raises(ArgumentError, match="y up"):
+        make(one, post_warp=[("log", 2, -1)], convention="vulkan")
+    for bad in (3, [], [np.ones((9, 4))], [np.full((1, 4), np.nan)], [np.ones((1, 3))]):
+        with pytest.raises(ArgumentError, match=r"regions: expected .* got "):
+            make(one, regions=bad)
+
+
 BAD_FILES = {
     "words": (b"not a matrix", "holds no matrices"),
     "seven.txt": (b"1 2 3 4\n5 6 7\n", "holds no matrices"),
@@ -134,7 +246,8 @@ BAD_FILES = {
     "empty": (b"", "holds no matrices"),
     "broken.json": (b"{\"matrices\": [1,", "holds no matrices"),
     "bare.json": (b"{}", "holds no matrices"),
-    "log.json": (b'{"matrix": [], "post_warp": [{"kind": "log"}]}', "a logarithm follows"),
+    "log.json": (b'{"matrix": [], "post_warp": [{"kind": "log"}]}', "holds no matrices"),
+    "bent.json": (b'{"matrix": [], "post_warp": [{"kind": "bent"}]}', "unknown post_warp"),
     "zero.txt": (b"0 0 0 0\n" * 4, "singular"),
 }  # fmt: skip
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .errors import ArgumentError, ShadowlabWarning, UnknownNameError
+from .specs import shown
 
 FILTERS = ("nearest", "pcf2x2")
 # Pixels of a picture whose size nobody chose.
@@ -24,7 +25,7 @@ LARGEST_STRETCH = 0.01
 def whole(name: str, value: Any) -> int:
     """The value as an int above 0."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
-        raise ArgumentError(f"{name}: expected a whole number above 0, got {value!r}; 1024 is a good start")
+        raise ArgumentError(f"{name}: expected a whole number above 0, got {shown(value)}; 1024 is a good start")
     return int(value)
 
 
@@ -33,14 +34,14 @@ def pair(name: str, value: Any) -> tuple[Any, Any]:
     try:
         first, second = value
     except (TypeError, ValueError):
-        raise ArgumentError(f"{name}: expected (width, height), got {value!r}; try (1024, 1024)") from None
+        raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)") from None
     return first, second
 
 
 def resolutions_of(value: Any) -> list[int]:
     """The resolutions of a study, in order, none twice."""
     if isinstance(value, str):
-        raise ArgumentError(f"resolution: expected a whole number or several, got {value!r}; try 1024")
+        raise ArgumentError(f"resolution: expected a whole number or several, got {shown(value)}; try 1024")
     found = [whole("resolution", r) for r in (value if isinstance(value, Iterable) else [value])]
     if not found:
         raise ArgumentError("resolution: expected at least one number of texels, got none; 1024 is a good start")

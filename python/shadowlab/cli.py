@@ -145,7 +145,8 @@ def parser() -> Parser:
         "--technique",
         action="append",
         metavar="NAME[:param=value,...]",
-        help='repeat for several; "all" for every technique; matrix:file=F,convention=C for matrices of your own '
+        help='repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
+        "ships; matrix:file=F,convention=C for matrices of your own; `shadowlab techniques` lists the names "
         "(default: uniform and lispsm)",
     )
     compare.add_argument(
@@ -229,10 +230,12 @@ def compare_command(options: argparse.Namespace) -> int:
     from .tables import text_table
 
     resolutions = [r for text in options.resolution or ["1024"] for r in parse_resolutions(text)]
-    specs = with_all(options.technique or list(DEFAULT_TECHNIQUES))
-    techniques = {spec: technique_of(spec) for spec in specs}
-    if len(techniques) < len(specs):
-        raise ArgumentError("technique: the same one is given twice; give each once")
+    asked = options.technique or list(DEFAULT_TECHNIQUES)
+    named = with_all(asked)
+    techniques = {spec: technique_of(spec) for spec in named}
+    for spec in named:
+        if named.count(spec) > 1:
+            raise ArgumentError(f"technique: {spec!r} is given twice; give it once")
     if len(set(resolutions)) < len(resolutions):
         raise ArgumentError("resolution: the same one is given twice; give each once")
     size = None if options.size is None else parse_size(options.size)
@@ -245,7 +248,7 @@ def compare_command(options: argparse.Namespace) -> int:
         scene,
         camera,
         light,
-        techniques,
+        {spec: techniques[spec] for spec in with_all(asked, light)},
         resolution=resolutions,
         size=size,
         renderer=renderer,
@@ -258,15 +261,26 @@ def compare_command(options: argparse.Namespace) -> int:
     report = study.save(directory)
     print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels\n")
     print(text_table(study.table))
-    for run in study.runs:
-        for note in run.notes:
-            print(f"{run.label} at {run.resolution}²: {note}")
+    for line in notes_of(study.runs):
+        print(line)
     print(f"\n{study.verdict}\n\nReport: {report}")
     return 0
 
 
+def notes_of(runs: Sequence[Any]) -> list[str]:
+    """At most a line for each technique: its first note, and how many others there are."""
+    notes: dict[str, list[str]] = {}
+    for run in runs:
+        for note in run.notes:
+            if note not in notes.setdefault(run.label, []):
+                notes[run.label].append(note)
+    more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
+    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items()]
+
+
 def techniques_command(_: argparse.Namespace) -> int:
-    """Lists the techniques: name, title, source, lights, and each parameter with its default and range."""
+    """Lists the techniques with title, source, lights, parameters and their ranges; then the presets of engines."""
+    from .engines import PRESETS
     from .registry import techniques
 
     previous = None
@@ -278,6 +292,9 @@ def techniques_command(_: argparse.Namespace) -> int:
         if row["parameter"]:
             unit = f" {row['unit']}" if row["unit"] else ""
             print(f"  {row['parameter']}={row['default']}{unit} ({row['range']}): {row['doc']}")
+    print("\npresets, for directional lights: what engines ship, on the same body and fit")
+    for preset in PRESETS:
+        print(f"  preset:{preset.name}: {preset.engine}\n    {preset.formula}")
     return 0
 
 

@@ -74,7 +74,10 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         # The floor is twelve times as wide as the object: the picture frames the object.
         camera, light = default_view(whole, aspect=aspect, focus=scene)
     extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
-    source = replace(Source.of_scene(whole), arguments=(options.scene, *extra), up=options.up)
+    vectors = ("eye", "target", "light", "light-position")
+    words = tuple((name, getattr(options, name.replace("-", "_"))) for name in vectors)
+    as_given = tuple((name, ",".join(text.replace(",", " ").split())) for name, text in words if text is not None)
+    source = replace(Source.of_scene(whole), arguments=(options.scene, *extra), up=options.up, given=as_given)
     return (
         whole,
         chosen_camera(options, given, camera, whole, aspect),

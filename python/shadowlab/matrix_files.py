@@ -64,12 +64,19 @@ def details(p: Any, convention: Convention) -> list[str]:
     lines = list(p.notes)
     if convention != Convention():
         lines.append(f"written for {convention}")
-    for i, part in enumerate(p.partitions):
+    lost = []
+    for i, part in enumerate(p.partitions, 1):
         near, far = part.eye_depth
         terms = ", ".join(f"{name} {value!r}" for name, value in part.post_warp_terms.items())
         after = f"; y is replaced by the logarithm of w with {terms}" if terms else ""
         if after or len(p.partitions) > 1:
             lines.append(f"map {i}: {part.technique}, camera depths {near:g} to {far:g}{after}")
+        lost += ["logarithms"] if terms else []
+        lost += ["the rays that each map serves"] if len(part.region) else []
+    if len(p.partitions) > 1:
+        lost += ["camera depths", f"selection by {p.selection}"]
+    if lost:
+        lines.append(f"not kept in this format: {', '.join(dict.fromkeys(lost))}; --format json keeps them")
     return lines
 
 
@@ -130,11 +137,23 @@ def of_json(data: Any) -> dict[str, Any]:
     """The matrices of a list, or of what `written` makes."""
     if isinstance(data, list):
         return {"matrix": np.array(data, dtype=np.float64)}
-    if any(post["kind"] != "none" for post in data.get("post_warp") or ()):
-        raise ValueError("a logarithm follows its matrices")
     matrices = data["matrices"] if data.get("matrices") is not None else data["matrix"]
     found: dict[str, Any] = {"matrix": np.array(matrices, dtype=np.float64)}
     found.update({name: data[name] for name in ("convention", "resolution", "selection") if name in data})
     if "eye_depth" in data:
         found["eye_depth"] = [[float(depth) for depth in pair] for pair in data["eye_depth"]]
+    warps = [warp_of(post) for post in data.get("post_warp") or ()]
+    if any(warps):
+        found["post_warp"] = warps
+    if any(data.get("regions") or ()):
+        found["regions"] = [np.array(rows, dtype=np.float64).reshape(-1, 4) for rows in data["regions"]]
     return found
+
+
+def warp_of(post: Mapping[str, Any]) -> tuple[str, float, float] | None:
+    """What follows a matrix, as `from_matrix` takes it."""
+    if post["kind"] == "none":
+        return None
+    if post["kind"] != "log":
+        raise ValueError(f"unknown post_warp {post['kind']!r}")
+    return "log", float(post["scale"]), float(post["offset"])

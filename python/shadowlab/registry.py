@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from . import _core
-from .errors import ArgumentError
-from .specs import parse_spec
+from .errors import ArgumentError, ShadowlabWarning
+from .specs import parse_spec, shown
 
 # The text that stands for every technique with its defaults.
 ALL = "all"
@@ -15,14 +16,26 @@ ALL = "all"
 if TYPE_CHECKING:
     import pandas as pd
 
+    from .engines import Preset
 
-def technique(name: str, **params: Any) -> _core.Technique:
+    T = TypeVar("T", _core.Technique, _core.Parameterization, Preset)
+else:
+    T = TypeVar("T")
+
+
+@overload
+def technique(name: T) -> T: ...
+@overload
+def technique(name: str, **params: Any) -> Any: ...
+def technique(name: Any, **params: Any) -> Any:
     """The technique of that name with its parameters.
 
     Parameters
     ----------
     name : str
-        As `techniques()` lists it; "lispsm:near=optimal" brings parameters with it.
+        As `techniques()` lists it; "lispsm:near=optimal" brings parameters with it. "preset:NAME" is what an engine
+        ships, as `presets()` lists it, and "matrix:file=F,convention=C" the parameterization in that file. A technique,
+        preset or parameterization is itself.
     **params
         As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
         their names, texts, objects, or a list of these.
@@ -32,15 +45,37 @@ def technique(name: str, **params: Any) -> _core.Technique:
     UnknownNameError
         No such technique or parameter; the message lists the valid ones.
     ArgumentError
-        A value outside its range.
+        A value outside its range; parameters of what has none.
+    LoadError
+        For a file of matrices that cannot be read.
     """
-    if isinstance(name, str) and ":" in name:
-        text = name
-        name, given = parse_spec(text, "technique")
-        for twice in given.keys() & params.keys():
-            raise ArgumentError(f"technique {text!r}: {twice} is given twice; give it once")
-        params = {**given, **params}
-    return _core.Technique(name, **params)
+    if not isinstance(name, str):
+        if hasattr(name, "settings") and (hasattr(name, "parameterize") or hasattr(name, "matrices")):
+            return without(params, repr(name), name)
+        raise ArgumentError(
+            f'technique: expected a name such as "lispsm" or a technique, got {shown(name)}; sl.techniques() lists them'
+        )
+    text = name.strip()
+    kind, _, rest = text.partition(":")
+    if kind == "preset":
+        from .engines import preset
+
+        return without(params, text, preset(rest.strip()))
+    name, given = parse_spec(text, "technique")
+    for twice in given.keys() & params.keys():
+        raise ArgumentError(f"technique {text!r}: {twice} is given twice; give it once")
+    if name == "matrix":
+        from .matrix_files import matrix_technique
+
+        return matrix_technique(text, {**given, **params})
+    return _core.Technique(name, **{**given, **params})
+
+
+def without(params: Mapping[str, Any], what: str, made: T) -> T:
+    """What was made, unless it was to have parameters."""
+    if params:
+        raise ArgumentError(f"technique {what}: expected no parameters, got {', '.join(params)}; leave them away")
+    return made
 
 
 def technique_of(text: str) -> Any:
@@ -48,28 +83,35 @@ def technique_of(text: str) -> Any:
 
     Raises
     ------
-    UnknownNameError, ArgumentError
+    UnknownNameError, ArgumentError, LoadError
         As `technique`.
-    LoadError
-        For a file of matrices that cannot be read.
     """
-    kind, _, rest = text.strip().partition(":")
-    if kind == "preset":
-        from .engines import preset
-
-        return preset(rest.strip())
-    name, params = parse_spec(text, "technique")
-    if name == "matrix":
-        from .matrix_files import matrix_technique
-
-        return matrix_technique(text, params)
-    return technique(name, **params)
+    return technique(text)
 
 
-def with_all(items: Iterable[Any]) -> list[Any]:
-    """The items, the text "all" replaced by the names of all techniques."""
-    names = [spec["name"] for spec in _core.technique_specs()]
-    return [one for item in items for one in (names if isinstance(item, str) and item == ALL else [item])]
+def with_all(items: Iterable[Any], light: Any = None) -> list[Any]:
+    """The items, the text "all" replaced by the names of all techniques that serve the light, if one is given.
+
+    A name beside "all" is there once, and stays where it serves no such light. Warns of what is left out.
+    """
+    items = list(items)
+    if not any(isinstance(item, str) and item == ALL for item in items):
+        return items
+    specs = _core.technique_specs()
+    left_out = [
+        s["name"] for s in specs if light is not None and light.kind not in s["lights"] and s["name"] not in items
+    ]
+    if left_out:
+        warnings.warn(
+            f"left out, they serve no {light.kind} light: {', '.join(left_out)}", ShadowlabWarning, stacklevel=4
+        )
+    names = [s["name"] for s in specs if s["name"] not in left_out]
+    found: list[Any] = []
+    for item in items:
+        for one in names if isinstance(item, str) and item == ALL else [item]:
+            if not (isinstance(one, str) and one in names and one in found):
+                found.append(one)
+    return found
 
 
 def techniques() -> pd.DataFrame:

@@ -22,7 +22,8 @@ UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 class Source:
     """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
 
-    `out` is the directory that the command line wrote its report to.
+    `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a
+    camera keeps no target, and a direction not its length.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Source:
     arguments: tuple[str, ...] = ()
     up: str = "y"
     out: str = ""
+    given: tuple[tuple[str, str], ...] = ()
 
     @classmethod
     def of_scene(cls, scene: Any) -> Source:
@@ -79,18 +81,33 @@ def light_python(light: Any) -> str:
 def technique_python(run: Any) -> str:
     """An expression that makes the technique of a run, every setting spelled out."""
     if run.given:
-        p = run.parameterization
-        blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
-        if len(blocks) == 1 and p.partitions[0].eye_depth == (0.0, np.inf):
-            return f"sl.Parameterization.from_matrix(np.array([\n        {blocks[0]}]))"
-        stack = ",\n        ".join(f"[{block}]" for block in blocks)
-        depths = ", ".join(f"({part.eye_depth[0]!r}, {far_python(part.eye_depth[1])})" for part in p.partitions)
-        return (
-            f"sl.Parameterization.from_matrix(np.array([\n        {stack}]),\n"
-            f"        eye_depth=[{depths}], selection={p.selection!r})"
-        )
+        return given_python(run.parameterization)
     keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
     return f"sl.technique({run.technique!r}{keywords})"
+
+
+def given_python(p: Any) -> str:
+    """An expression that makes a parameterization of somebody else's matrices, with what it knows beside them."""
+    blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
+    parts, more = p.partitions, ""
+    if any(part.post_warp != "none" for part in parts):
+        more += f",\n        post_warp={[post_warp(part) for part in parts]!r}"
+    if any(len(part.region) for part in parts):
+        more += f",\n        regions={[np.asarray(part.region).tolist() for part in parts]!r}"
+    if len(blocks) == 1 and parts[0].eye_depth == (0.0, np.inf):
+        return f"sl.Parameterization.from_matrix(np.array([\n        {blocks[0]}]){more})"
+    stack = ",\n        ".join(f"[{block}]" for block in blocks)
+    depths = ", ".join(f"({part.eye_depth[0]!r}, {far_python(part.eye_depth[1])})" for part in parts)
+    return (
+        f"sl.Parameterization.from_matrix(np.array([\n        {stack}]),\n"
+        f"        eye_depth=[{depths}], selection={p.selection!r}{more})"
+    )
+
+
+def post_warp(part: Any) -> tuple[str, float, float] | None:
+    """What follows the matrix of a map, as `Parameterization.from_matrix` takes it."""
+    terms = part.post_warp_terms
+    return (part.post_warp, terms["scale"], terms["offset"]) if terms else None
 
 
 def far_python(depth: float) -> str:
@@ -113,6 +130,10 @@ def technique_text(run: Any) -> str | None:
         return None
     p = run.parameterization
     same = np.array_equal(again.matrices, p.matrices) and again.selection == p.selection
+    same = same and all(
+        (a.eye_depth, post_warp(a)) == (b.eye_depth, post_warp(b)) and np.array_equal(a.region, b.region)
+        for a, b in zip(again.partitions, p.partitions, strict=True)
+    )
     return run.label if same else None
 
 
@@ -195,7 +216,11 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
     if source.out:
         # Some of the runs again: beside the report of all of them, not over it.
         words += ["--out", source.out if len(runs) == len(study.runs) else str(Path(source.out) / "again")]
-    return shlex.join(words)
+    as_given = {f"--{name}": text for name, text in source.given}
+    heads = [word.partition("=")[0] for word in words]
+    return shlex.join(
+        [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
+    )
 
 
 def in_file_axes(vector: Any, up: str) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _core
 from .errors import ArgumentError, LoadError, SceneError, ShadowlabWarning
+from .specs import shown
 
 if TYPE_CHECKING:
     import trimesh
@@ -230,12 +231,16 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
 
     Raises
     ------
+    ArgumentError
+        For what is no path.
     LoadError
         The file is missing, of an unknown kind, broken, or holds no mesh.
     SceneError
         No triangle is left, or a face points at a vertex that does not exist.
     """
     axis = _up_axis(up)
+    if not isinstance(path, (str, os.PathLike)):
+        raise ArgumentError(f'path: expected the path of a mesh file, got {shown(path)}; try "scene.glb"')
     path = Path(path)
     if not path.exists():
         raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")

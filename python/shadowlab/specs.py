@@ -18,6 +18,16 @@ BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 Value = Any  # bool, int, float, str, or a tuple of numbers or of such tuples
 
 
+# Letters of a value that a message shows.
+LONGEST_SHOWN = 80
+
+
+def shown(value: Any) -> str:
+    """A value for messages: on one line, and no longer than one can read."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
+
 def pieces(text: str, separator: str) -> list[str] | None:
     """The pieces between separators outside of parentheses; None where the parentheses do not pair up."""
     depth, found = 0, [""]

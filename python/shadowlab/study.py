@@ -6,6 +6,7 @@ cannot serve the scene or the light leaves its reason in its row and the others 
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ import numpy as np
 from .arguments import check_types, renderer_of, resolutions_of, size_of
 from .errors import ArgumentError
 from .runs import COLUMNS, COUNTS, TIMES, ByRun, Draw, Run, is_parameterization, run_one
+from .specs import shown
 from .tables import Steps, settings_text, text_table
 
 
@@ -106,6 +108,8 @@ class Study:
         """
         from .report_html import save
 
+        if not isinstance(directory, (str, os.PathLike)):
+            raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
         return save(self, Path(directory))
 
     def _repr_html_(self) -> str:
@@ -142,7 +146,8 @@ def compare(
     camera : Camera
     light : DirectionalLight, SpotLight or PointLight
     techniques : sequence or dict
-        Names ("lispsm", "lispsm:near=basic", "all" for every technique, "matrix:file=mine.npy,convention=opengl"),
+        Names ("lispsm", "lispsm:near=basic", "preset:filament", "all" for every technique that serves the light,
+        "matrix:file=mine.npy,convention=opengl"),
         Technique objects or Parameterization objects; a dict gives each its label.
     resolution : int or sequence of int
         Texels along each side of the maps.
@@ -182,7 +187,9 @@ def compare(
     check_types(scene, camera, light, bias, filter)
     resolutions = resolutions_of(resolution)
     width, height = size_of(size, camera)
-    entries = labelled(techniques)
+    if not isinstance(truth, (bool, np.bool_)):
+        raise ArgumentError(f"truth: expected True or False, got {shown(truth)}; without it no errors are counted")
+    entries = labelled(techniques, light)
     renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
     with Steps(2 + len(entries) * len(resolutions), progress) as step:
@@ -211,8 +218,8 @@ def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> 
     return mask, 1e3 * (time.perf_counter() - start)
 
 
-def labelled(techniques: Any) -> list[tuple[str, Any]]:
-    """(label, Technique or Parameterization) of all entries, in order, no label twice.
+def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
+    """(label, Technique or Parameterization) of all entries, in order; "all" is all that serve the light.
 
     Raises
     ------
@@ -231,7 +238,7 @@ def labelled(techniques: Any) -> list[tuple[str, Any]]:
     else:
         from .registry import with_all
 
-        items = with_all(techniques)
+        items = with_all(techniques, light)
         named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
         names = [item.technique if is_parameterization(item) else item.name for _, item in named]
         entries = [

@@ -267,7 +267,8 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
         base = uniform.get(int(row["resolution"]))
         if maps_of(row) > 1 if base is None else texels(row) != texels(base):
             first.setdefault(row["technique"], row)
-    sentences, bare = [], {}
+    sentences: list[str] = []
+    bare: dict[int, list[str]] = {}
     for row in first.values():
         base = uniform.get(int(row["resolution"]))
         large = [r for r in uniform.values() if texels(r) >= texels(row)]

@@ -6,6 +6,7 @@
 //! the map. Receivers so steep that `slope_limit` holds their slope back are counted apart.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use shadowlab::image::{GBuffer, TruthMask};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
@@ -222,7 +223,7 @@ const UNEXPLAINED_SHARE: f64 = 2e-4;
 
 #[test]
 fn wrong_pixels_are_few_and_lie_at_edges() {
-    for (name, s) in scenes() {
+    scenes().par_iter().for_each(|(name, s)| {
         let (scene, camera, light) = (&s.scene, &s.camera, &s.light);
         let mut truth = None;
         for (technique, filters) in
@@ -247,7 +248,7 @@ fn wrong_pixels_are_few_and_lie_at_edges() {
                 assert!(v.share(v.near) <= NEAR_SHARE, "{what}");
             }
         }
-    }
+    });
 }
 
 #[test]

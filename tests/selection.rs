@@ -7,6 +7,7 @@ mod seams;
 
 use glam::DVec3;
 use maps::{alone, nowhere, repeated, views};
+use rayon::prelude::*;
 use shadowlab::image::{GBuffer, ShadowMask};
 use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
@@ -29,7 +30,7 @@ fn mask(scene: &Scene, camera: &Camera, light: &Light, p: &Parameterization) -> 
 
 #[test]
 fn each_pixel_asks_the_map_that_holds_it() {
-    for v in views() {
+    views().par_iter().for_each(|v| {
         let (g, m) = (gbuffer(&v.scene, &v.camera), mask(&v.scene, &v.camera, &v.light, &v.p));
         let mut asked = vec![0; v.p.partitions.len()];
         for i in 0..g.depth.len() {
@@ -49,7 +50,7 @@ fn each_pixel_asks_the_map_that_holds_it() {
             let mine = (0..m.data.len()).filter(|&i| m.partition[i] == k as i16);
             assert!(mine.into_iter().all(|i| m.data[i] == single.data[i]), "{}: not as map {k} alone", v.name);
         }
-    }
+    });
 }
 
 #[test]

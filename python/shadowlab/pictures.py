@@ -40,11 +40,14 @@ def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
     normal = np.asarray(gbuffer.normal, dtype=np.float32)
     seen = np.asarray(gbuffer.triangle) >= 0
     cosine = np.clip(-np.einsum("hwc,hwc->hw", normal, light_directions(gbuffer, light)), 0.0, 1.0)
-    arrives = np.where(seen, np.nan_to_num(np.asarray(mask, dtype=np.float32), nan=0.0), 0.0)
-    upward = 0.5 + 0.5 * normal[..., 1:2]
-    ambient = SKY * upward + BOUNCE * (1.0 - upward)
-    picture = srgb_bytes(ALBEDO * (ambient + SUN * (cosine * arrives)[..., None]))
-    return np.where(seen[..., None], picture, background(seen.shape))
+    arrives = cosine * np.nan_to_num(np.asarray(mask, dtype=np.float32), nan=0.0)
+    upward = 0.5 + 0.5 * normal[..., 1]
+    picture = np.empty((*seen.shape, 3), np.uint8)
+    # One channel at a time, in single precision: bytes come of it, and single planes are several times faster.
+    for i, (flat, rise, sun) in enumerate((ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).T.astype(np.float32)):
+        picture[..., i] = srgb_bytes(flat + rise * upward + sun * arrives)
+    np.copyto(picture, background(seen.shape), where=~seen[..., None])
+    return picture
 
 
 def light_directions(gbuffer: Any, light: Any) -> np.ndarray:
@@ -65,10 +68,20 @@ def background(shape: tuple[int, int]) -> np.ndarray:
 
 def srgb_bytes(linear: np.ndarray) -> np.ndarray:
     """Linear light in [0, 1] (clipped) as sRGB bytes, IEC 61966-2-1."""
-    x = np.clip(linear, 0.0, 1.0)
+    steps = SRGB.size - 1
+    coded: np.ndarray = SRGB[(np.clip(linear, 0.0, 1.0) * steps + 0.5).astype(np.uint16)]
+    return coded
+
+
+def srgb_table() -> np.ndarray:
+    """The bytes of 65536 shades from 0 to 1: a step is a twentieth of a byte where they rise fastest."""
+    x = np.linspace(0.0, 1.0, 1 << 16)
     encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1 / 2.4) - 0.055)
     coded: np.ndarray = np.rint(255.0 * encoded).astype(np.uint8)
     return coded
+
+
+SRGB = srgb_table()
 
 
 def truth_mask(truth: np.ndarray) -> np.ndarray:
@@ -232,11 +245,11 @@ def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
 
 
 def png(picture: np.ndarray) -> bytes:
-    """The picture as the bytes of a PNG file."""
+    """The picture as the bytes of a PNG file; a higher level takes twice as long and saves little."""
     import io
 
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(picture)).save(stream, format="PNG", optimize=False, compress_level=7)
+    Image.fromarray(np.ascontiguousarray(picture)).save(stream, format="PNG", compress_level=3)
     return stream.getvalue()

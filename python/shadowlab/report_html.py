@@ -19,7 +19,7 @@ from .errors import ArgumentError
 from .html_parts import data_uri, document, figure, flipping, picture, slug, symbol, use
 from .report_maps import chosen_figure, map_figure, map_table
 from .reproduce import command_line, python_snippet
-from .tables import cells
+from .tables import Steps, cells
 from .verdict_words import share_text
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
@@ -30,7 +30,7 @@ WINDOW_SHARE = 8
 SHOWN_PX = 520
 
 
-def save(study: Any, directory: Path) -> Path:
+def save(study: Any, directory: Path, progress: bool = True) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
     Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
@@ -42,7 +42,7 @@ def save(study: Any, directory: Path) -> Path:
     """
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        page, files = build(study)
+        page, files = build(study, progress)
         stale = own_pictures(directory / "results.json") - files.keys()
         for name, content in files.items():
             (directory / name).write_bytes(content)
@@ -69,7 +69,7 @@ def own_pictures(results: Path) -> set[str]:
     return {name for name in names if PNG_NAME.fullmatch(name) and (results.parent / name).is_file()}
 
 
-def build(study: Any) -> tuple[str, dict[str, bytes]]:
+def build(study: Any, progress: bool = False) -> tuple[str, dict[str, bytes]]:
     """The page, and its pictures by file name."""
     files: dict[str, bytes] = {}
     shared: list[str] = []
@@ -77,12 +77,19 @@ def build(study: Any) -> tuple[str, dict[str, bytes]]:
         lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(study.truth))
         files["truth.png"] = pictures.png(lit)
         shared.append(symbol("truth", files["truth.png"], study.camera.aspect))
+    with Steps(1 + len(study.runs), progress) as step:
+        step("report: a close look")
+        look = section_look(study)
+        runs = []
+        for run in study.runs:
+            step(f"report: {run.label} {run.resolution}²")
+            runs.append(section_run(study, run, files))
     body = [
         head_of(study),
         section_table(study),
-        section_look(study),
+        look,
         "<section><h2>Each run</h2>",
-        *[section_run(study, run, files) for run in study.runs],
+        *runs,
         "</section>",
         section_record(study),
     ]

@@ -98,8 +98,10 @@ class Study:
 
         return plot.study_figure(self)
 
-    def save(self, directory: str | Path) -> Path:
+    def save(self, directory: str | Path, *, progress: bool = True) -> Path:
         """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
+
+        A progress bar shows on terminals and in notebooks unless `progress` is off.
 
         Raises
         ------
@@ -110,7 +112,7 @@ class Study:
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save(self, Path(directory))
+        return save(self, Path(directory), progress)
 
     def _repr_html_(self) -> str:
         from .report_html import notebook_html

@@ -10,7 +10,7 @@ from conftest import imported
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError
-from shadowlab.explanations import SAME_TEXELS
+from shadowlab.map_pairs import SAME_TEXELS
 from shadowlab.view_points import box_corners, common_corners, frustum_corners
 
 C = sl.Convention
@@ -30,6 +30,7 @@ PAIRS = [
     (a, b)
     for a, b in itertools.combinations(CHANGES, 2)
     if not {"axes", "handedness"} <= (CHANGES[a].keys() | CHANGES[b].keys())
+    and {a, b} != {"reversed z", "x points left"}  # as an opposite light is written
 ]
 
 
@@ -80,7 +81,7 @@ def test_a_negative_factor_is_told(case):
     assert "scaled by -1: the same map, but w is negative" in found.differences[-1]
 
 
-@pytest.mark.parametrize("tile", [(0.5, 0, 0.5, 0.5), (1 / 3, 2 / 3, 1 / 3, 1 / 3), (0.75, 0, 0.25, 1)])
+@pytest.mark.parametrize("tile", [(0, 0.5, 0.5, 0.5), (1 / 3, 2 / 3, 1 / 3, 1 / 3), (0.75, 0, 0.25, 1)])
 @pytest.mark.parametrize("base", ["opengl_bias", "direct3d_texture", "unity"])
 def test_a_tile_of_an_atlas_is_named(case, tile, base):
     _, p = case

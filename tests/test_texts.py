@@ -166,7 +166,7 @@ def test_a_matrix_in_a_file_is_a_technique(files, form, capsys):
 
 def test_json_has_what_one_needs_beside_the_numbers(files):
     data = json.loads(files["json"].read_text(encoding="utf-8"))
-    assert data["convention"] == "webgpu:z_range=(-1.0,1.0)"
+    assert data["convention"] == "opengl"
     assert data["resolution"] == 64
     assert data["selection"] == "depth"
     assert data["post_warp"] == [{"kind": "none"}]
@@ -342,7 +342,7 @@ def test_the_command_line_names_a_difference(files, capsys):
     np.savetxt(ours, files["matrix"])
     assert cli.main(["diagnose", str(ours), str(files["npy"])]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("the same map, written otherwise: z in [-1, 1]\nconvention: webgpu:z_range=(-1.0,1.0)\n")
+    assert out.startswith("the same map, written otherwise: z in [-1, 1]\nconvention: opengl\n")
     # JSON says how it is written: mine is read as ours, theirs is taken as it is.
     assert cli.main(["diagnose", str(files["json"]), str(ours)]) == 0
     assert capsys.readouterr().out.startswith("the matrices are equal")

@@ -201,6 +201,7 @@ def parser() -> Parser:
         "mine", metavar="MINE", help="npy, json or text, in this program's convention or as json says"
     )
     diagnose.add_argument("theirs", metavar="THEIRS", help="npy, json or text, in any convention")
+    view_options(diagnose, optional=True)
     diagnose.add_argument("--resolution", default="1024", metavar="N", help="texels along each side (default: 1024)")
     diagnose.set_defaults(run=diagnose_command)
 

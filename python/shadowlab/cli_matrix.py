@@ -44,7 +44,11 @@ def diagnose_command(options: argparse.Namespace) -> int:
 
     resolution = one_resolution([options.resolution])
     mine = matrix_technique(f"matrix:file={options.mine}", {"file": options.mine})
-    found = diagnose(mine, read(Path(options.theirs))["matrix"], resolution=resolution)
+    scene = camera = None
+    if options.scene is not None:
+        scene, camera, _, _ = load_view(options, None if options.size is None else parse_size(options.size))
+    theirs = read(Path(options.theirs))["matrix"]
+    found = diagnose(mine, theirs, camera=camera, scene=scene, resolution=resolution)
     left = f"{found.texels:.6g} texels, {found.depth:.6g} of depth"
     print(f"{found}\nconvention: {found.convention}\nlargest difference: {left}")
     return 0 if found.same else 1

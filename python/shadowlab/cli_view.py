@@ -15,10 +15,13 @@ from .specs import parse_spec, parse_vector
 P = TypeVar("P", bound=argparse.ArgumentParser)
 
 
-def view_options(options: P) -> P:
-    """The parser with scene, camera and light: what compare and matrix share."""
+def view_options(options: P, optional: bool = False) -> P:
+    """The parser with scene, camera and light: what compare, matrix and diagnose share."""
     options.add_argument(
-        "scene", metavar="MESH|@LIBRARY", help="a mesh file, or a scene of the library such as @forest:trees=500"
+        "scene",
+        metavar="MESH|@LIBRARY",
+        nargs="?" if optional else None,
+        help="a mesh file, or a scene of the library such as @forest:trees=500",
     )
     view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
     view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")

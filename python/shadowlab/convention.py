@@ -299,13 +299,17 @@ class Convention:
 
     def __str__(self) -> str:
         """The text that `of` reads back."""
-        default = Convention()
-        changes = [
-            f"{f.name}={format_value(getattr(self, f.name))}"
-            for f in fields(self)
-            if getattr(self, f.name) != getattr(default, f.name) and f.name != "handedness"
-        ]
-        return f"webgpu:{','.join(changes)}" if changes else "webgpu"
+        texts = []
+        for name in self.PRESETS:
+            preset = Convention.of(name)
+            changes = [
+                f"{f.name}={format_value(getattr(self, f.name))}"
+                for f in fields(self)
+                if getattr(self, f.name) != getattr(preset, f.name) and f.name != "handedness"
+            ]
+            texts.append((len(changes), f"{name}:{','.join(changes)}" if changes else name))
+        # The nearest preset, the first of those that are as near.
+        return min(texts, key=lambda text: text[0])[1]
 
     def _checked(self, matrix: Any) -> np.ndarray:
         found = matrices_of("matrix", matrix)

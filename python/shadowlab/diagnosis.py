@@ -13,13 +13,22 @@ import numpy as np
 
 from .arguments import whole
 from .convention import Convention
-from .convention_fields import matrices_of
+from .convention_fields import matrices_of, tiles_of
 from .errors import ArgumentError
-from .explanations import SAME_DEPTH, SAME_TEXELS, Explanation, Pair, explain
+from .explanations import NO_PLACES, OPPOSITE, explain
+from .map_lights import angle_between, same_light
+from .map_pairs import SAME_DEPTH, Explanation, Pair
+from .mistakes import mistake
 from .view_points import points_of_map
 
 # Entries of single precision, multiplied a few times, stand a few 2^-24 apart.
 SAME_SCALE = 1e-6
+# Depths of theirs by slope and start of ours, where a change of the range was made once too often.
+DEPTH_MISTAKES = {
+    (0.5, 0.5): "depths biased by 0.5 z + 0.5 though they are in [0, 1] without: OpenGL's bias on another range",
+    (0.25, 0.75): "depths biased by 0.5 z + 0.5 twice",
+    (4.0, -3.0): "depths turned into [-1, 1] by 2 z - 1 twice",
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,7 +66,9 @@ class Diagnosis:
         return f"Diagnosis({self}; {texels_text(self.texels)} apart)"
 
 
-def diagnose(mine: Any, theirs: Any, *, camera: Any = None, scene: Any = None, resolution: int = 1024) -> Diagnosis:
+def diagnose(
+    mine: Any, theirs: Any, *, camera: Any = None, scene: Any = None, resolution: int = 1024, tile: Any = None
+) -> Diagnosis:
     """What sets somebody's shadow matrix apart from one of ours: its convention, or a difference of so many texels.
 
     Parameters
@@ -73,6 +84,9 @@ def diagnose(mine: Any, theirs: Any, *, camera: Any = None, scene: Any = None, r
         Leaves away what of the frustum lies outside of the scene's bounds.
     resolution : int
         Texels along a side of the map.
+    tile : (u, v, width, height), or several; optional
+        Where in an atlas theirs has the map or the maps. Tiles of a regular atlas of textures are found without it; any
+        other part of a map is another crop of it until it is named.
 
     Returns
     -------
@@ -98,13 +112,19 @@ def diagnose(mine: Any, theirs: Any, *, camera: Any = None, scene: Any = None, r
             f"theirs: expected as many matrices as mine ({len(ours)}), got {len(others)}; compare one by one"
         )
     points = [points_of_map(m, 2.0 / resolution, d, camera, scene) for m, d in zip(ours, depths, strict=True)]
-    pair = Pair(ours, others, points, resolution)
+    pair = Pair(ours, others, points, resolution, None if tile is None else tiles_of(tile))
     found = explain(pair)
-    differences = (*found.differences, *scale_of(found, pair), *depth_of(found))
-    same = found.whole and found.depth <= SAME_DEPTH
-    if not same and not found.named:
+    if not is_same(found):
+        found = mistake(pair, found, camera) or found
+    differences = (*found.differences, *scale_of(found, pair), *depth_of(found, pair))
+    if not is_same(found) and not found.named:
         differences += (real(found, pair),)
-    return Diagnosis(same, found.convention, differences, found.texels, found.depth)
+    return Diagnosis(is_same(found), found.convention, differences, found.texels, found.depth)
+
+
+def is_same(found: Explanation) -> bool:
+    """Whether an explanation leaves nothing over."""
+    return found.whole and found.depth <= SAME_DEPTH
 
 
 def scale_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
@@ -123,22 +143,28 @@ def scale_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
     return (f"scaled by {texts}, which no map shows",)
 
 
-def depth_of(found: Explanation) -> tuple[str, ...]:
-    """Depths that differ where places do not."""
-    if found.depth <= SAME_DEPTH or not (found.whole or found.named):
+def depth_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
+    """Depths that differ where places do not, by more than their direction."""
+    if found.depth <= SAME_DEPTH or not found.crop or OPPOSITE in found.differences:
         return ()
+    q = pair.project(found.convention.changed(**NO_PLACES).to_ours(pair.theirs))
+    for (slope, start), words in DEPTH_MISTAKES.items():
+        mine = 1.0 - pair.ndc[:, 2] if found.convention.reversed_z else pair.ndc[:, 2]
+        # The check fails for infinite q too.
+        if np.abs(q[:, 2] - (slope * mine + start)).max() <= SAME_DEPTH:
+            return (words,)
     return (f"depths differ by up to {found.depth:.3g} of the range: other near and far planes",)
 
 
 def real(found: Explanation, pair: Pair) -> str:
     """A difference that no convention explains."""
-    if not np.isfinite(found.texels):
-        return "another projection: some points of mine lie behind the centre of theirs"
-    apart = f"up to {texels_text(found.texels)} apart"
-    along = pair.along_rays(found.convention)
-    if along <= SAME_TEXELS:
+    finite = np.isfinite(found.texels)
+    apart = f"up to {texels_text(found.texels)} apart" if finite else "some points of mine lie behind its centre"
+    if same_light(pair, found.convention):
         return f"another warp or crop of the same light: {apart}"
-    return f"another light: {apart}, and points of one light ray of mine lie up to {texels_text(along)} apart in theirs"
+    angle = angle_between(pair)
+    turned = "" if angle is None else f"; the directions are {angle:.3g}° apart"
+    return f"another light: {apart}{turned}"
 
 
 def texels_text(texels: float) -> str:

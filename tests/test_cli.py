@@ -497,3 +497,26 @@ def test_texts_of_values():
     assert cli.joined_negative_values(["--light", "-1,2,3", "--ground", "--near", "-.5", "-x"]) == [
         "--light=-1,2,3", "--ground", "--near=-.5", "-x",
     ]  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are for others")
+def test_a_terminal_without_a_size_shows_progress(tmp_path):
+    import pty
+
+    leader, follower = pty.openpty()
+    words = [sys.executable, "-m", "shadowlab.cli", "compare", "@robots", *SMALL, "--out", str(tmp_path)]
+    child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=follower)
+    os.close(follower)
+    shown = b""
+    while True:
+        try:
+            part = os.read(leader, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    os.close(leader)
+    assert child.wait() == 0
+    assert b"truth" in shown
+    assert b"report: lispsm" in shown

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,13 +16,20 @@ def settings_text(settings: Mapping[str, Any]) -> str:
     return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
 
 
+# Of a terminal that does not say.
+UNKNOWN_SIZE = (80, 24)
+
+
 class Steps:
     """A progress bar on terminals and in notebooks that is gone when the work ends, however it ends."""
 
     def __init__(self, steps: int, shown: bool):
         from tqdm.auto import tqdm
 
-        self._bar = tqdm(total=steps, leave=False, disable=None if shown else True, unit="step")
+        columns, rows = unknown_size()
+        self._bar = tqdm(
+            total=steps, leave=False, disable=None if shown else True, unit="step", ncols=columns, nrows=rows
+        )
         self._started = False
 
     def __enter__(self) -> Callable[[str], None]:
@@ -34,6 +43,15 @@ class Steps:
 
     def __exit__(self, *_: object) -> None:
         self._bar.close()
+
+
+def unknown_size() -> tuple[int, int] | tuple[None, None]:
+    """Columns and rows of a terminal that does not say its own, on which tqdm would draw nothing; None of others."""
+    try:
+        size = os.get_terminal_size(sys.__stderr__.fileno())  # type: ignore[union-attr]
+    except (AttributeError, OSError, ValueError):  # no terminal
+        return None, None
+    return (None, None) if min(size) > 0 else UNKNOWN_SIZE
 
 
 def text_table(table: Any) -> str:

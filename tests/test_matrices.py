@@ -127,3 +127,13 @@ def test_compare_notes_it_and_leaves_it_out_of_the_ranking(case):
     assert "check the matrix: not a map of this light" in notes["engine"]
     assert "check the matrix" not in notes["uniform"] + notes["mine"]
     assert "engine is left out of the ranking: not a map of this light" in study.verdict
+
+
+def test_a_logarithm_behind_a_matrix_is_no_reason_for_doubt():
+    scene = sl.library.scene("robots")
+    gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
+    p = sl.technique("log").parameterize(scene, scene.camera, scene.light, resolution=64)
+    (part,) = p.partitions
+    assert notes_on(p.matrices, scene.light, gbuffer, [part.post_warp_terms]) == []
+    far_off = {**part.post_warp_terms, "offset": part.post_warp_terms["offset"] + 5}
+    assert notes_on(p.matrices, scene.light, gbuffer, [far_off]) == ["no visible surface lies in the map"]

@@ -7,6 +7,7 @@ rows x, y and w vanish on the light's homogeneous point. Other conventions break
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ LARGEST_RESIDUAL = 1e-5
 CHECK_MATRIX = "check the matrix: "
 
 
-def notes_on(matrices: Any, light: Any, gbuffer: Any) -> list[str]:
+def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[str, float]] = ()) -> list[str]:
     """What speaks against these matrices as maps of this light on what the camera sees; nothing where all is well.
 
     Parameters
@@ -28,6 +29,8 @@ def notes_on(matrices: Any, light: Any, gbuffer: Any) -> list[str]:
     light : DirectionalLight, SpotLight or PointLight
     gbuffer : GBuffer
         The eye view: its surfaces are the receivers.
+    warps : sequence of mapping
+        `Partition.post_warp_terms` of each map, where a logarithm may follow the matrices.
 
     Returns
     -------
@@ -58,6 +61,10 @@ def notes_on(matrices: Any, light: Any, gbuffer: Any) -> list[str]:
     elif falls_away(maps, source, local):
         notes.append("depth falls away from the light: reversed z?")
     clips = [local @ m.T for m in maps]
+    for clip, terms in zip(clips, warps, strict=False):
+        if terms:
+            w = np.where(clip[:, 3] > 0, clip[:, 3], 1.0)
+            clip[:, 1] = w * (terms["scale"] * np.log(w) + terms["offset"])
     inside = np.any([covered(clip) for clip in clips], axis=0)
     below = np.any([covered(clip, lowest=-1.0) for clip in clips], axis=0) & ~inside
     if below.any():

@@ -129,7 +129,8 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
     try:
         if given:
             known["parameterization"] = p = item
-            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer))
+            warps = [part.post_warp_terms for part in p.partitions]
+            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer, warps))
         else:
             # The very pixels that are compared, for techniques that look at receivers.
             seen = {"samples": draw.gbuffer} if getattr(item, "needs_samples", False) else {}

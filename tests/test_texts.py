@@ -210,6 +210,7 @@ def test_json_keeps_all_that_a_map_is(name, convention, tmp_path):
         assert (mine.post_warp, mine.post_warp_terms) == (theirs.post_warp, theirs.post_warp_terms)
         np.testing.assert_array_equal(mine.region, theirs.region)
     draw = [sl.Renderer("cpu").shadow_mask(scene, scene.camera, KEPT[name], p, size=(64, 36)) for p in (made, back)]
+    draw = [np.nan_to_num(mask, nan=-1.0) for mask in draw]  # nothing is seen there in either
     assert np.mean(draw[0] != draw[1]) < 0.01  # the last digits of a convention and back may move a pixel
     if "log" in name:
         assert any(part.post_warp == "log" for part in made.partitions)

@@ -4,7 +4,7 @@
 //! about two thirds of the half field of view, a search never is. The error is that of [`BodyError`].
 //!
 //! The fit cuts a map to the instances' boxes inside the body. What they span in a map follows from their outline, whatever
-//! the warp ([`receivers_outline`](super::receivers_outline)), so boxes are looked at once, and the search runs on numbers:
+//! the warp ([`receivers_outline()`](super::receivers_outline())), so boxes are looked at once, and the search runs on numbers:
 //!
 //! ```text
 //!      x ^       .--------.

@@ -188,7 +188,7 @@ pub enum Fitting {
 pub enum Spacing {
     /// As the warp's own projection puts them.
     Projective,
-    /// Evenly in the logarithm of its w, which must be constant along light rays: [`PostWarp::Log`]. A map whose w hardly
+    /// Evenly in the logarithm of its w, which must be constant along light rays: [`PostWarp::Log`](crate::parameterization::PostWarp::Log). A map whose w hardly
     /// varies over the receivers needs no logarithm and gets none.
     Logarithmic,
 }

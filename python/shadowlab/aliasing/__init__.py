@@ -1,5 +1,5 @@
 """Errors as numbers: where a shadow mask and the truth disagree."""
 
-from ._core import Misclassified, misclassified
+from .._core import Misclassified, misclassified
 
 __all__ = ["Misclassified", "misclassified"]

@@ -1,5 +1,6 @@
-"""Errors as numbers: where a shadow mask and the truth disagree."""
+"""Errors as numbers: where a shadow mask and the truth disagree, and what closed forms say of maps."""
 
 from .._core import Misclassified, misclassified
+from . import closed_form
 
-__all__ = ["Misclassified", "misclassified"]
+__all__ = ["Misclassified", "closed_form", "misclassified"]

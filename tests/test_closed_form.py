@@ -207,7 +207,7 @@ VIEW = {"near": 1, "far": 100, "fov_y": 1.0}
         (lambda: cf.dp_ds(1, near=-1, far=1), ArgumentError, "near"),
         (lambda: cf.dp_ds(1, near=np.nan, far=1), ArgumentError, "near.*nan"),
         (lambda: cf.dp_ds(1, near=1, far=np.nan), ArgumentError, "far.*nan"),
-        (lambda: cf.dp_ds(1, near=1, far=np.inf), ArgumentError, "far.*inf"),
+        (lambda: cf.dp_ds(1, near=1, far=np.inf), ArgumentError, "far: expected a finite.*inf"),
         (lambda: cf.dp_ds(1, near=1, far=1e300), ArgumentError, "far.*times near"),
         (lambda: cf.dp_ds(np.nan, near=1, far=9), ArgumentError, r"z: expected a depth in \[1\.0, 9\.0\], got nan"),
         (lambda: cf.dp_ds(0.99, near=1, far=9), ArgumentError, r"\[1\.0, 9\.0\], got 0\.99"),
@@ -290,6 +290,8 @@ def test_bad_input_is_a_typed_error_that_helps(call, error, match):
 def test_an_end_that_went_through_a_logarithm_is_still_the_end():
     z = np.exp(np.linspace(np.log(0.3), np.log(70.1), 9))
     assert np.isfinite(cf.dp_ds(z, near=0.3, far=70.1)).all()
+    rounded = [np.nextafter(0.3, 0), np.nextafter(70.1, 100)]
+    close(cf.dp_ds(rounded, near=0.3, far=70.1), cf.dp_ds([0.3, 70.1], near=0.3, far=70.1))
 
 
 def test_it_is_found_from_the_package():

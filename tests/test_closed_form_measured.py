@@ -110,6 +110,20 @@ def test_f_and_g_are_those_of_the_matrices(technique, view):
             close(m.map.values["lambda"], at["lam"], 1e-8)
 
 
+@pytest.mark.parametrize("lam", [0.003, 0.02, 0.3, 3.0, 1e3])
+def test_any_lambda_is_that_of_the_matrices(lam):
+    view, before = VIEWS[0], 0
+    for degrees in (10, 28, 33, 45, 60, 90, 140):
+        theta = np.radians(degrees)
+        m, z = Measured("gmnpr", theta, {"lambda": lam}, **view), depths(view)
+        at = {"theta": theta, "lam": lam, **view}
+        close(m.F(z), cf.F(z, **at), DIFFERENCES)
+        close(m.G(z), cf.G(z, **at), DIFFERENCES)
+        before += cf.phi_offset(**at) < 0
+    # A reference point before the eye: the near corners are the widest.
+    assert (before > 0) == (lam == 0.003)
+
+
 @pytest.mark.parametrize("warp", ["glpr", "gmnpr", "lispsm"])
 def test_logarithmic_errors_are_those_of_the_maps(warp):
     view = VIEWS[0]

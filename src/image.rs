@@ -32,6 +32,68 @@ pub struct GBuffer {
     pub instance: Vec<i32>,
 }
 
+/// The part of a G-buffer that says where its surfaces are, borrowed.
+#[derive(Debug, Clone, Copy)]
+pub struct Surfaces<'a> {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The world point that positions are relative to.
+    pub origin: DVec3,
+    /// World position minus `origin`.
+    pub position: &'a [[f32; 3]],
+    /// Unit normals on the side of the eye.
+    pub normal: &'a [[f32; 3]],
+    /// -1 where nothing is.
+    pub triangle: &'a [i32],
+}
+
+impl GBuffer {
+    /// Where its surfaces are.
+    pub fn surfaces(&self) -> Surfaces<'_> {
+        let (position, normal, triangle) = (&self.position, &self.normal, &self.triangle);
+        Surfaces { size: self.size, origin: self.origin, position, normal, triangle }
+    }
+}
+
+impl Surfaces<'_> {
+    /// Position relative to the origin and normal of a pixel, in f64; nothing where it shows nothing.
+    pub fn receiver(&self, pixel: usize) -> Option<(DVec3, DVec3)> {
+        let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        (self.triangle[pixel] >= 0).then(|| (vector(self.position[pixel]), vector(self.normal[pixel])))
+    }
+}
+
+/// What a texel of the shadow map looks like in the image at each pixel; see `aliasing::texel`. NaN where `map` is negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footprint {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// d(pixel x, y) / d(texel x, y), rows from the top: `[xx, xy, yx, yy]`, both with y down.
+    pub jacobian: Vec<[f32; 4]>,
+    /// Longest extent of a texel, pixels: the larger singular value of the Jacobian.
+    pub major: Vec<f32>,
+    /// Extent across that, pixels: the smaller singular value.
+    pub minor: Vec<f32>,
+    /// Lengths, pixels, of one texel along the map's x and along its y on the surface that halves the angle between eye and
+    /// light: error of perspective alone.
+    pub perspective_ts: Vec<[f32; 2]>,
+    /// cos of the angle between normal and eye over cos of that between normal and light: what the surface's slope adds.
+    pub projection: Vec<f32>,
+    /// Camera depth, world units.
+    pub depth: Vec<f32>,
+    /// Index of the map that serves the pixel, or one of [`Footprint::NO_MAP`], `AVERTED`, `NOTHING`.
+    pub map: Vec<i16>,
+}
+
+impl Footprint {
+    /// No map holds the point, or the map is singular there; it is lit without a look at any.
+    pub const NO_MAP: i16 = -1;
+    /// The surface faces away from the light, or is beyond its cone or range.
+    pub const AVERTED: i16 = -2;
+    /// The pixel shows nothing.
+    pub const NOTHING: i16 = -3;
+}
+
 /// The light that arrives at each pixel: 1 lit, 0 in shadow, between under a filter; NaN where nothing is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowMask {

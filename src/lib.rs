@@ -15,6 +15,7 @@ pub mod error;
 pub mod focus;
 pub mod geometry;
 pub mod image;
+mod memory;
 pub mod parameterization;
 pub mod progress;
 #[cfg(feature = "python")]
@@ -22,6 +23,7 @@ mod python;
 pub mod rays;
 pub mod render;
 pub mod scene;
+mod simd;
 pub mod techniques;
 pub mod trace;
 

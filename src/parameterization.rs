@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use glam::{DMat4, DVec3, DVec4};
 
+use crate::error::{Error, Result};
+
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
@@ -249,6 +251,27 @@ impl Parameterization {
             Selection::Containment => 0,
             Selection::Depth => self.partitions.iter().position(reaches).unwrap_or(self.partitions.len() - 1),
         }
+    }
+    /// The same maps for points told relative to `origin`: what it does there, [`Parameterization::choose`] included.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a matrix that is not finite.
+    pub fn relative_to(&self, origin: DVec3) -> Result<Self> {
+        let mut moved = self.clone();
+        for partition in &mut moved.partitions {
+            partition.shadow_clip_from_world *= DMat4::from_translation(origin);
+            partition.region = partition.region.relative_to(origin);
+            if !partition.shadow_clip_from_world.is_finite() {
+                let fix = "check where the matrix comes from";
+                return Err(Error::argument(
+                    "shadow_clip_from_world",
+                    "16 finite numbers",
+                    "a NaN or an infinity",
+                    fix,
+                ));
+            }
+        }
+        Ok(moved)
     }
     /// A named intermediate number of the first map that has it.
     pub fn value(&self, name: &str) -> Option<f64> {

@@ -13,7 +13,6 @@ use glam::{DMat4, DVec3};
 use maps::{View, alone, repeated, views};
 use shadowlab::parameterization::{Parameterization, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::cpu::lookup::receiver;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
 use shadowlab::{Error, Progress, techniques};
@@ -64,7 +63,7 @@ fn both_renderers_ask_the_same_maps() {
             light += usize::from(a.data[i].is_nan() != b.data[i].is_nan() || (a.data[i] - b.data[i]).abs() > 1e-3);
             if a.partition[i] != b.partition[i] {
                 other += 1;
-                let (p, _) = receiver(&g, i).expect("something is seen where a map is asked");
+                let (p, _) = g.surfaces().receiver(i).expect("something is seen where a map is asked");
                 assert!(
                     is_on_a_border(&v, p + g.origin, a.partition[i]),
                     "{}, pixel {i}: {}, not {}",

@@ -16,14 +16,20 @@ use tokens::{imports, tokens_without_tests};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("progress", &["error"]),
+    ("memory", &["error"]),
+    ("simd", &[]),
     ("geometry", &["error"]),
     ("image", &["error", "geometry"]),
     ("parameterization", &["error", "geometry"]),
     ("scene", &["error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
-    ("aliasing", &["error", "geometry", "image", "parameterization", "progress", "rays", "scene"]),
-    ("render", &["error", "geometry", "image", "parameterization", "progress", "rays", "scene"]),
+    ("aliasing", &["error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"]),
+    // A renderer on a device has a pass that is the twin of aliasing's footprint; the one on the processor calls it.
+    (
+        "render",
+        &["aliasing", "error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"],
+    ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
     ("techniques", &["error", "focus", "geometry", "image", "parameterization", "rays", "scene"]),

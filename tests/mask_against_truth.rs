@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use shadowlab::image::{GBuffer, TruthMask};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::cpu::lookup::{Comparison, MapLookup, faces_light, receiver};
+use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::trace::Tracer;
@@ -78,9 +78,9 @@ impl Case<'_> {
         let size = [self.resolution; 2];
         let map = CpuRenderer::new().depth_maps(casters, self.p, size, &Progress::new()).unwrap();
         let (g, lookup) = (self.gbuffer(), self.lookup(self.bias));
-        let light = |pixel| match receiver(&g, pixel) {
+        let light = |pixel| match g.surfaces().receiver(pixel) {
             None => f32::NAN,
-            Some((p, normal)) if faces_light(self.light, p + g.origin, normal) => lookup.light(&map.data, p, normal),
+            Some((p, normal)) if self.light.illuminates(p + g.origin, normal) => lookup.light(&map.data, p, normal),
             Some(_) => 0.0,
         };
         (0..g.triangle.len()).map(light).collect()
@@ -90,7 +90,7 @@ impl Case<'_> {
         let g = self.gbuffer();
         let lookup = self.lookup(Bias { slope_limit: self.bias.slope_limit, ..Bias::default() });
         let unlimited = self.lookup(Bias { slope_limit: f64::INFINITY, ..Bias::default() });
-        let receivers: Vec<_> = (0..truth.len()).map(|i| receiver(&g, i)).collect();
+        let receivers: Vec<_> = (0..truth.len()).map(|i| g.surfaces().receiver(i)).collect();
         let at = |l: &MapLookup, i: usize| match receivers[i].map(|(p, n)| l.compare_at(p, n)) {
             Some(Comparison::At { p_texel, z }) => Some((p_texel, z)),
             _ => None,

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use shadowlab::image::{GBuffer, ShadowMask};
 use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::cpu::lookup::{faces_light, receiver};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
 use shadowlab::{Camera, Error, Light, Progress, Scene, techniques};
@@ -34,7 +33,8 @@ fn each_pixel_asks_the_map_that_holds_it() {
         let (g, m) = (gbuffer(&v.scene, &v.camera), mask(&v.scene, &v.camera, &v.light, &v.p));
         let mut asked = vec![0; v.p.partitions.len()];
         for i in 0..g.depth.len() {
-            let facing = receiver(&g, i).map(|(p, n)| (p + g.origin, n)).filter(|(p, n)| faces_light(&v.light, *p, *n));
+            let facing =
+                g.surfaces().receiver(i).map(|(p, n)| (p + g.origin, n)).filter(|(p, n)| v.light.illuminates(*p, *n));
             let expected = facing.and_then(|(p, _)| v.p.choose(p, v.camera.depth_of(p)));
             assert_eq!(m.partition[i], expected.map_or(ShadowMask::NO_MAP, |k| k as i16), "{}, pixel {i}", v.name);
             match expected {

@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
+from .aliasing.footprints import Footprint
 from .convention import Convention
 
 __version__: str
@@ -25,6 +26,8 @@ __all__ = [
     "__version__",
     "adapters",
     "first_hit",
+    "footprint",
+    "footprint_at",
     "library_build",
     "library_specs",
     "misclassified",
@@ -307,6 +310,16 @@ class Renderer:
         size: _Size,
         resolution: _Size | None = None,
     ) -> npt.NDArray[np.int16]: ...
+    def footprint(
+        self,
+        scene: Scene,
+        camera: Camera,
+        light: _Light,
+        parameterization: _Maps,
+        *,
+        size: _Size,
+        resolution: _Size | None = None,
+    ) -> Footprint: ...
 
 @final
 class Misclassified:
@@ -328,6 +341,19 @@ class Misclassified:
     def image(self) -> npt.NDArray[np.int8]: ...
 
 def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified: ...
+def footprint(
+    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
+) -> dict[str, npt.NDArray[Any]]: ...
+def footprint_at(
+    points: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    size: _Size,
+    resolution: _Size | None = None,
+) -> dict[str, npt.NDArray[Any]]: ...
 def adapters() -> list[dict[str, str]]: ...
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...

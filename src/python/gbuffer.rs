@@ -6,7 +6,7 @@ use pyo3::sync::PyOnceLock;
 
 use super::convert::{image, instance_of, vec3_to_array};
 use crate::focus::ReceiverSamples;
-use crate::image::GBuffer;
+use crate::image::{GBuffer, Surfaces};
 use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
 use crate::render::{MAX_IMAGE_SIDE, Renderer};
@@ -38,6 +38,11 @@ pub fn receiver_samples(scene: &Scene, camera: &Camera, progress: &Progress) -> 
     Ok(ReceiverSamples::from_gbuffer(&CpuRenderer::new().gbuffer(scene, camera, size, progress)?))
 }
 
+/// A G-buffer argument.
+pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
+    instance_of(value, "gbuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
+}
+
 /// A G-buffer to take samples from, or nothing.
 pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyGBuffer>>> {
     if value.is_none() {
@@ -63,6 +68,19 @@ impl PyGBuffer {
                 triangle: self.triangle.bind(py).readonly().as_slice()?.to_vec(),
                 instance: Vec::new(),
             }))
+        })
+    }
+
+    /// Calls `work` with where its surfaces are.
+    pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {
+        let (position, normal) = (self.relative.bind(py).readonly(), self.normal.bind(py).readonly());
+        let triangle = self.triangle.bind(py).readonly();
+        work(&Surfaces {
+            size: self.size,
+            origin: self.origin,
+            position: position.as_slice()?.as_chunks::<3>().0,
+            normal: normal.as_slice()?.as_chunks::<3>().0,
+            triangle: triangle.as_slice()?,
         })
     }
 

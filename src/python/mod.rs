@@ -3,6 +3,7 @@
 mod aliasing;
 mod camera;
 mod convert;
+mod footprint;
 mod gbuffer;
 mod library;
 mod light;
@@ -20,6 +21,8 @@ mod _core {
     use super::aliasing::{PyMisclassified, misclassified};
     #[pymodule_export]
     use super::camera::PyCamera;
+    #[pymodule_export]
+    use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
     use super::gbuffer::PyGBuffer;
     #[pymodule_export]

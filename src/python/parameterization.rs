@@ -311,3 +311,17 @@ impl PyPartition {
         format!("Partition({:?}, eye_depth=({near}, {far}))", self.partition.technique)
     }
 }
+
+/// A parameterization, or matrices as one.
+pub fn as_parameterization<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyParameterization>> {
+    if let Ok(p) = value.cast::<PyParameterization>() {
+        return Ok(p.clone());
+    }
+    let py = value.py();
+    let made = py.get_type::<PyParameterization>().call_method1("from_matrix", (value,)).map_err(|_| {
+        let got = value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
+        let expected = "a Parameterization, or a finite (4, 4) or (K, 4, 4) array";
+        argument_error(py, "parameterization", expected, got, "call technique.parameterize(...) first")
+    })?;
+    Ok(made.cast_into::<PyParameterization>()?)
+}

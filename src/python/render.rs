@@ -6,10 +6,11 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, image, instance_of, run_watched, size2, to_exception};
+use super::convert::{OrRaise, image, instance_of, run_watched, size2, to_exception};
+use super::footprint::footprint_arrays;
 use super::gbuffer::PyGBuffer;
 use super::light::light;
-use super::parameterization::PyParameterization;
+use super::parameterization::{PyParameterization, as_parameterization};
 use super::scene::{PyScene, scene};
 use crate::error::Error;
 use crate::image::ShadowMask;
@@ -284,6 +285,38 @@ impl PyRenderer {
         let [w, h] = mask.size.map(|n| n as usize);
         image(parameterization.py(), mask.partition, [h, w])
     }
+    /// What a texel of the shadow map looks like at each pixel, computed where this renderer draws.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene, camera, light, parameterization, size, resolution
+    ///     As in `shadow_mask`.
+    ///
+    /// Returns
+    /// -------
+    /// shadowlab.aliasing.Footprint
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn footprint<'py>(
+        &self,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+        #[pyo3(from_py_with = light)] light: crate::Light,
+        parameterization: &Bound<'py, PyAny>,
+        size: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = parameterization.py();
+        let p = as_parameterization(parameterization)?;
+        let own = &p.get().p;
+        let resolution = resolution.map_or(Ok([own.resolution; 2]), |r| size2(r, "resolution"))?;
+        let size = size2(size, "size")?;
+        let (scene, eye, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
+        let found =
+            run_watched(py, None, |progress| renderer.footprint(scene, eye, &light, own, resolution, size, progress))?;
+        let class = py.import("shadowlab.aliasing.footprints")?.getattr("Footprint")?;
+        class.call_method1("of_arrays", (footprint_arrays(py, found)?, p, resolution))
+    }
     fn __repr__(&self) -> String {
         format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter())
     }
@@ -367,17 +400,4 @@ fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
 #[cfg(not(feature = "gpu"))]
 fn hardware_adapter() -> bool {
     false
-}
-
-fn as_parameterization<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyParameterization>> {
-    if let Ok(p) = value.cast::<PyParameterization>() {
-        return Ok(p.clone());
-    }
-    let py = value.py();
-    let made = py.get_type::<PyParameterization>().call_method1("from_matrix", (value,)).map_err(|_| {
-        let got = value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
-        let expected = "a Parameterization, or a finite (4, 4) or (K, 4, 4) array";
-        argument_error(py, "parameterization", expected, got, "call technique.parameterize(...) first")
-    })?;
-    Ok(made.cast_into::<PyParameterization>()?)
 }

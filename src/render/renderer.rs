@@ -2,7 +2,7 @@
 
 use super::{Bias, Filter};
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
@@ -42,6 +42,19 @@ pub trait Renderer: Send + Sync {
     ) -> Result<DepthMaps>;
     /// What the camera sees in an image of `size` pixels (width, height).
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer>;
+    /// What a texel of the maps, `resolution` texels (width, height) each, looks like at each pixel of an image of `size`
+    /// pixels: `aliasing::footprint` of what the camera sees.
+    #[allow(clippy::too_many_arguments)]
+    fn footprint(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        size: [u32; 2],
+        progress: &Progress,
+    ) -> Result<Footprint>;
     /// The light that arrives at each pixel, through the shadow map.
     ///
     /// Each pixel asks the map that [`Parameterization::choose`] finds. In shadow: pixels whose surface faces away from the

@@ -113,6 +113,7 @@ impl Light {
     }
     /// The vector from a world point to the light, with the distance to travel: an occluder lies at `p + s * to_light` with
     /// `0 < s < 1` for a placed light, `0 < s` for a directional one (whose vector is a unit vector).
+    #[inline]
     pub fn to_light(&self, p_world: DVec3) -> DVec3 {
         match self {
             Self::Directional(l) => -l.direction,
@@ -120,7 +121,14 @@ impl Light {
             Self::Point(l) => l.position - p_world,
         }
     }
+    /// Whether light would arrive at a surface if nothing were in the way: its normal (on the side that the eye sees) is turned
+    /// towards the light, and the point lies within cone and range.
+    #[inline]
+    pub fn illuminates(&self, p_world: DVec3, normal: DVec3) -> bool {
+        normal.dot(self.to_light(p_world)) > 0.0 && self.reaches(p_world)
+    }
     /// Whether light would arrive at a point if nothing were in the way: inside the cone and the range.
+    #[inline]
     pub fn reaches(&self, p_world: DVec3) -> bool {
         match self {
             Self::Directional(_) => true,

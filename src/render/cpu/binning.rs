@@ -13,8 +13,9 @@ use std::ops::Range;
 use super::clip::{ExactVertex, clip_triangle, exact_position};
 use super::screen::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
 use super::setup::{Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box};
-use super::simd::{LANES, dispatch, sign_bits};
+use super::simd::{LANES, sign_bits};
 use crate::scene::Mesh;
+use crate::simd::dispatch;
 
 /// Largest box, in pixel centres along each side, of triangles that become fragments here: at most ten of them, 120 bytes.
 /// Chosen by measurement (instructions on a scene of 440,000 triangles at 1024 and 2048 texels).

@@ -6,10 +6,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::memory::{unwritten, written};
 use super::passes::{NO_TRIANGLE, Pass, pixel_count};
 use crate::error::Result;
 use crate::image::GBuffer;
+use crate::memory::{unwritten, written};
 use crate::progress::Progress;
 use crate::render::check_extent;
 use crate::scene::{Camera, Scene};

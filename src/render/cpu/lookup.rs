@@ -10,7 +10,6 @@
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use crate::error::{Error, Result};
-use crate::image::GBuffer;
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
 use crate::render::{Bias, Filter, MaskSettings};
 use crate::scene::Light;
@@ -244,16 +243,4 @@ fn bend(post_warp: PostWarp, reach: f64) -> [f64; 2] {
         }
         _ => [1.0; 2],
     }
-}
-
-/// Whether light could arrive at a receiver: its normal (on the side that the eye sees) is turned towards the light, and
-/// the point lies within the light's cone and range.
-pub fn faces_light(light: &Light, p_world: DVec3, normal: DVec3) -> bool {
-    normal.dot(light.to_light(p_world)) > 0.0 && light.reaches(p_world)
-}
-
-/// Position and normal of a pixel of a G-buffer in f64; nothing where it shows nothing.
-pub fn receiver(gbuffer: &GBuffer, pixel: usize) -> Option<(DVec3, DVec3)> {
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    (gbuffer.triangle[pixel] >= 0).then(|| (vector(gbuffer.position[pixel]), vector(gbuffer.normal[pixel])))
 }

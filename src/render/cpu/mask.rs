@@ -8,16 +8,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::lookup::{Lookups, faces_light, receiver};
-use super::memory::{unwritten, written, written_part};
+use super::lookup::Lookups;
 use crate::error::Result;
-use crate::image::{GBuffer, ShadowMask};
+use crate::image::{ShadowMask, Surfaces};
+use crate::memory::{unwritten, written, written_part};
 use crate::progress::Progress;
 use crate::scene::{Camera, Light};
 
 /// What a mask is made of.
 pub struct MaskInput<'a> {
-    pub gbuffer: &'a GBuffer,
+    pub surfaces: Surfaces<'a>,
     pub camera: &'a Camera,
     pub light: &'a Light,
     pub lookups: &'a Lookups<'a>,
@@ -27,7 +27,7 @@ pub struct MaskInput<'a> {
 impl MaskInput<'_> {
     /// The light that arrives at each pixel; `draw` writes all of the map with an index.
     pub fn mask(&self, mut draw: impl FnMut(usize, &mut [MaybeUninit<f32>]) -> Result<()>) -> Result<ShadowMask> {
-        let pixels = self.gbuffer.depth.len();
+        let pixels = self.surfaces.triangle.len();
         let mut map = unwritten::<f32>(self.lookups.texels())?;
         let (mut data, mut partition) = (unwritten::<f32>(pixels)?, unwritten::<i16>(pixels)?);
         let is_single = self.lookups.count() == 1;
@@ -58,7 +58,7 @@ impl MaskInput<'_> {
         }
         // SAFETY: every row has been written, or the error has been returned.
         let (data, partition) = unsafe { (written(data), written(partition)) };
-        Ok(ShadowMask { size: self.gbuffer.size, data, partition })
+        Ok(ShadowMask { size: self.surfaces.size, data, partition })
     }
 
     /// Calls `work` with each row: the index of its first pixel, its light and its maps.
@@ -68,7 +68,7 @@ impl MaskInput<'_> {
         partition: &mut [MaybeUninit<i16>],
         work: impl Fn(usize, &mut [MaybeUninit<f32>], &mut [MaybeUninit<i16>]) + Sync,
     ) -> Result<()> {
-        let width = self.gbuffer.size[0] as usize;
+        let width = self.surfaces.size[0] as usize;
         let rows = data.par_chunks_mut(width).zip(partition.par_chunks_mut(width)).enumerate();
         rows.try_for_each(|(y, (light, chosen))| {
             self.progress.check()?;
@@ -79,9 +79,9 @@ impl MaskInput<'_> {
 
     /// The light at a pixel as far as it needs no map, and the map it needs.
     fn settle(&self, pixel: usize) -> (f32, Option<usize>) {
-        let Some((p_relative, normal)) = receiver(self.gbuffer, pixel) else { return (f32::NAN, None) };
-        let p_world = self.gbuffer.origin + p_relative;
-        if !faces_light(self.light, p_world, normal) {
+        let Some((p_relative, normal)) = self.surfaces.receiver(pixel) else { return (f32::NAN, None) };
+        let p_world = self.surfaces.origin + p_relative;
+        if !self.light.illuminates(p_world, normal) {
             return (0.0, None);
         }
         (1.0, self.lookups.choose(p_relative, self.camera.depth_of(p_world)))
@@ -103,7 +103,7 @@ impl MaskInput<'_> {
         let (light, chosen) = unsafe { (written_part(light), written_part(chosen)) };
         for (x, (light, &mut chosen)) in light.iter_mut().zip(chosen).enumerate() {
             if usize::try_from(chosen) == Ok(k)
-                && let Some((p_relative, normal)) = receiver(self.gbuffer, first + x)
+                && let Some((p_relative, normal)) = self.surfaces.receiver(first + x)
             {
                 *light = self.lookups.map(k).light(map, p_relative, normal);
             }

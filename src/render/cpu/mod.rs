@@ -11,7 +11,6 @@ mod gbuffer;
 mod lanes;
 pub mod lookup;
 mod mask;
-mod memory;
 mod passes;
 mod raster;
 mod renderer;

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::batch::{Batches, Scratch};
 use super::binning::{Bands, Bins};
-use super::memory::{filled, unwritten, written, written_part};
 use super::raster::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
 use super::screen::Viewport;
 use super::simd::LANES;
 use crate::error::{Error, Result};
+use crate::memory::{filled, unwritten, written, written_part};
 use crate::progress::Progress;
 use crate::scene::Scene;
 

@@ -7,11 +7,12 @@ use super::batch::Scratch;
 use super::gbuffer::gbuffer;
 use super::lookup::Lookups;
 use super::mask::MaskInput;
-use super::memory::{unwritten, written};
 use super::passes::{Pass, checked_matrix, pixel_count};
 use super::uneven::UnevenMap;
+use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
+use crate::memory::{unwritten, written};
 use crate::parameterization::{Parameterization, Partition, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_count, check_size};
@@ -93,6 +94,21 @@ impl Renderer for CpuRenderer {
         self.with_scratch(|scratch| gbuffer(&mut Pass { scene, clip_from_world, size, scratch, progress }, camera))
     }
 
+    fn footprint(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        size: [u32; 2],
+        progress: &Progress,
+    ) -> Result<Footprint> {
+        check_size("resolution", resolution)?;
+        let gbuffer = self.gbuffer(scene, camera, size, progress)?;
+        footprint(&gbuffer.surfaces(), camera, light, p, resolution, progress)
+    }
+
     fn shadow_mask(
         &self,
         scene: &Scene,
@@ -107,7 +123,7 @@ impl Renderer for CpuRenderer {
         check_partitions(p)?;
         let lookups = &Lookups::new(p, light, scene.origin(), settings)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
-        let input = MaskInput { gbuffer, camera, light, lookups, progress };
+        let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };
         let size = settings.resolution;
         self.with_scratch(|scratch| {
             input.mask(|k, depth| draw_map(scene, &p.partitions[k], size, depth, scratch, progress))

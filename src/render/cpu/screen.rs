@@ -10,9 +10,10 @@
 
 use glam::{DMat4, DVec3, Vec3};
 
-use super::simd::{LANES, dispatch};
+use super::simd::LANES;
 use crate::geometry::Aabb;
 use crate::render::precision::single_is_enough;
+use crate::simd::dispatch;
 
 /// Sub-pixel bits of the fixed-point grid: what Direct3D 11 demands and graphics hardware has.
 pub const SUBPIXEL_BITS: u32 = 8;

@@ -19,9 +19,9 @@ use rayon::prelude::*;
 
 use self::triangle::{EvenVertex, Polygon, fill_band};
 use super::binning::Bands;
-use super::memory::{filled, written_part};
 use crate::error::{Error, Result};
 use crate::geometry::Rows;
+use crate::memory::{filled, written_part};
 use crate::progress::Progress;
 use crate::scene::{Mesh, Scene};
 

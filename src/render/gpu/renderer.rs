@@ -11,8 +11,9 @@ use super::passes::{InUse, Session, State};
 use super::pipelines::Pipelines;
 use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
+use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, GBuffer, ShadowMask};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_count, check_extent, check_size};
@@ -125,6 +126,21 @@ impl Renderer for GpuRenderer {
             Ok(())
         })?;
         Ok(gbuffer)
+    }
+
+    fn footprint(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        size: [u32; 2],
+        progress: &Progress,
+    ) -> Result<Footprint> {
+        check_size("resolution", resolution)?;
+        let gbuffer = self.gbuffer(scene, camera, size, progress)?;
+        footprint(&gbuffer.surfaces(), camera, light, p, resolution, progress)
     }
 
     fn shadow_mask(

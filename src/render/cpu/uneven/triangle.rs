@@ -7,8 +7,8 @@
 use std::ops::Range;
 
 use super::super::setup::smaller;
-use super::super::simd::dispatch;
 use super::{EXTRA, first_centre};
+use crate::simd::dispatch;
 
 /// A projected vertex.
 #[derive(Debug, Clone, Copy, Default)]

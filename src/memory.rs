@@ -52,6 +52,17 @@ pub fn filled<T: Copy>(part: &mut [MaybeUninit<T>], value: T) -> &mut [T] {
     unsafe { written_part(part) }
 }
 
+/// Writes all of a part of an array.
+///
+/// # Panics
+/// Where the lengths differ.
+pub fn copied<T: Copy>(part: &mut [MaybeUninit<T>], values: &[T]) {
+    assert_eq!(part.len(), values.len());
+    for (slot, value) in part.iter_mut().zip(values) {
+        slot.write(*value);
+    }
+}
+
 /// A part of an array that has been written.
 ///
 /// # Safety

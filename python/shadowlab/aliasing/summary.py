@@ -1,0 +1,203 @@
+"""The errors of an image as a few numbers: the worst, the mean, percentiles, by depth, and what they cost in memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ArgumentError
+from ..specs import shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .footprints import Footprint
+
+PERCENTILES = (5, 25, 50, 75, 95, 99)
+# Limits of the histogram, pixels: octaves and their halves around 1, at which undersampling begins, out to where a
+# texel covers a hundred pixels (m > 10 is the worst colour of the published pictures).
+HISTOGRAM_LIMITS_PX = 2.0 ** np.arange(-6.5, 7.51, 0.5)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Summary:
+    """The errors of an image.
+
+    Attributes
+    ----------
+    measured : int
+        Pixels that look up a texel. All numbers below are None where there is none.
+    max, mean, rms : float or None
+        Of `Footprint.major`, the longest extent of a texel in the image, pixels: L-infinity, L1 and L2 norm.
+    percentiles : dict
+        Of the same: 5, 25, 50, 75, 95 and 99 per cent of the measured pixels are no worse.
+    undersampled : float or None
+        Share of the measured pixels in which a texel is longer than a pixel.
+    perspective_max, perspective_mean : float or None
+        Of `Footprint.perspective_major`: what remains where slopes add nothing.
+    projection_mean : float or None
+        Geometric mean of `Footprint.projection`.
+    perspective_s_max, perspective_t_max : float or None
+        The longest texels along the map's y (s) and x (t) by perspective alone, pixels, of all maps.
+    storage_factor : float or None
+        Texels over pixels without perspective error: the largest extent along s times the largest along t, by
+        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. 2008). Of what is seen, not
+        of the frustum.
+    resolution_needed : int or None
+        Texels along the longer side of every map with which 95 % of the measured pixels are not undersampled, slopes
+        and all.
+    """
+
+    measured: int
+    pixels: int
+    counts: Mapping[str, int]
+    max: float | None = None
+    mean: float | None = None
+    rms: float | None = None
+    percentiles: Mapping[int, float] | None = None
+    undersampled: float | None = None
+    perspective_max: float | None = None
+    perspective_mean: float | None = None
+    projection_mean: float | None = None
+    perspective_s_max: float | None = None
+    perspective_t_max: float | None = None
+    storage_factor: float | None = None
+    resolution_needed: int | None = None
+    _histogram: NDArray[np.int64] | None = None
+    _bands: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def bands(self) -> pd.DataFrame:
+        """One row a band of camera depth: near, far (world), pixels, max, mean, p95 (px), undersampled (share)."""
+        import pandas as pd
+
+        columns = ["near", "far", "pixels", "max", "mean", "p95", "undersampled"]
+        return pd.DataFrame([dict(band) for band in self._bands], columns=columns)
+
+    @property
+    def histogram(self) -> pd.DataFrame:
+        """Pixels by the longest extent of a texel: from, to (px), pixels (count). The ends hold the rest."""
+        import pandas as pd
+
+        edges = [0.0, *map(float, HISTOGRAM_LIMITS_PX), math.inf]
+        counts = np.zeros(len(edges) - 1, np.int64) if self._histogram is None else self._histogram
+        return pd.DataFrame({"from": edges[:-1], "to": edges[1:], "pixels": counts})
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers as plain data, for JSON."""
+        names = (
+            "measured", "pixels", "max", "mean", "rms", "undersampled", "perspective_max", "perspective_mean",
+            "projection_mean", "perspective_s_max", "perspective_t_max", "storage_factor", "resolution_needed",
+        )  # fmt: skip
+        numbers = {name: getattr(self, name) for name in names}
+        percentiles = {f"p{k}": v for k, v in (self.percentiles or {}).items()}
+        return {**numbers, **percentiles, "counts": dict(self.counts), "bands": [dict(band) for band in self._bands]}
+
+    def __repr__(self) -> str:
+        if self.measured == 0:
+            why = ", ".join(f"{count:,} {what}" for what, count in self.counts.items() if what != "measured" and count)
+            return f"Summary: no pixel looks up a texel ({why or 'no pixels'})"
+        p = self.percentiles or {}
+        return (
+            f"Summary of {self.measured:,} pixels: a texel is at most {self.max:.4g} px long, on average "
+            f"{self.mean:.4g}, in half of them up to {p[50]:.4g}, in 95 % up to {p[95]:.4g}; "
+            f"{self.undersampled:.1%} undersampled; storage factor {self.storage_factor:.4g}"
+        )
+
+    def _repr_html_(self) -> str:
+        table = self.bands.to_html(index=False, border=0, float_format=lambda v: f"{v:.4g}") if self._bands else ""
+        return f"<p>{escape(repr(self))}</p>{table}"
+
+
+def summary_of(e: Footprint, bands: Any) -> Summary:
+    """The summary of a footprint; see `Footprint.summary`."""
+    chosen = e.measured
+    measured = int(np.count_nonzero(chosen))
+    pixels = int(e.map.size)
+    limits = None if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) else given_limits(bands)
+    if limits is None and bands < 1:
+        raise ArgumentError(f"bands: expected at least 1, or rising limits, got {shown(bands)}; 6 is a good start")
+    if measured == 0:
+        return Summary(0, pixels, e.counts())
+    major, perspective = (np.asarray(a[chosen], np.float64) for a in (e.major, e.perspective_major))
+    depth = np.asarray(e.depth[chosen], np.float64)
+    (along_t, along_s), of_map = np.moveaxis(e.perspective_ts[chosen], -1, 0), e.map[chosen]
+    values = np.percentile(major, PERCENTILES)
+    worst = [
+        (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
+        for k in range(e.maps)
+        if (of_map == k).any()
+    ]
+    texels_by_pixels = e.resolution[0] * e.resolution[1] / pixels
+    edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
+    limits = even_limits(depth, int(bands)) if limits is None else limits
+    return Summary(
+        measured, pixels, e.counts(),
+        max=float(major.max()),
+        mean=float(major.mean()),
+        rms=float(np.sqrt(np.mean(np.square(major)))),
+        percentiles={k: float(v) for k, v in zip(PERCENTILES, values, strict=True)},
+        undersampled=float(np.count_nonzero(major > 1.0) / measured),
+        perspective_max=float(perspective.max()),
+        perspective_mean=float(perspective.mean()),
+        projection_mean=float(np.exp(np.mean(np.log(np.maximum(e.projection[chosen], np.finfo(np.float32).tiny))))),
+        perspective_s_max=max(s for s, _ in worst),
+        perspective_t_max=max(t for _, t in worst),
+        storage_factor=sum(s * t for s, t in worst) * texels_by_pixels,
+        resolution_needed=math.ceil(max(e.resolution) * float(values[PERCENTILES.index(95)])),
+        _histogram=np.histogram(major, edges)[0],
+        _bands=tuple(band_rows(major, depth, limits)),
+    )  # fmt: skip
+
+
+def given_limits(bands: Any) -> NDArray[np.float64]:
+    """Limits of bands, checked."""
+    try:
+        limits = np.asarray(bands, np.float64)
+    except (TypeError, ValueError):
+        limits = np.empty(0)
+    if limits.ndim != 1 or limits.size < 2 or not np.isfinite(limits).all() or not (np.diff(limits) > 0).all():
+        raise ArgumentError(
+            f"bands: expected a whole number above 0 or at least two rising depths, got {shown(bands)}; try bands=6"
+        )
+    return limits
+
+
+def even_limits(depth: NDArray[Any], bands: int) -> NDArray[np.float64]:
+    """Limits (B + 1,) of bands that are even in the logarithm of depth; one band where all depths are one."""
+    near, far = float(depth.min()), float(depth.max())
+    # The last digit of a 32-bit depth does not make a band.
+    if far <= near * (1 + 4 * np.finfo(np.float32).eps):
+        return np.array([near, np.nextafter(far, np.inf)])
+    limits = near * (far / near) ** (np.arange(bands + 1) / bands)
+    limits[0], limits[-1] = near, far
+    return limits
+
+
+def band_rows(values: NDArray[Any], depth: NDArray[Any], limits: NDArray[np.float64]) -> list[dict[str, Any]]:
+    """One row a band of depth."""
+    rows = []
+    index = band_index(depth, limits)
+    for b, (near, far) in enumerate(pairwise(limits)):
+        inside = values[index == b]
+        n = int(inside.size)
+        row: dict[str, Any] = {"near": float(near), "far": float(far), "pixels": n}
+        row["max"] = float(inside.max()) if n else None
+        row["mean"] = float(inside.mean()) if n else None
+        row["p95"] = float(np.percentile(inside, 95)) if n else None
+        row["undersampled"] = float(np.count_nonzero(inside > 1.0) / n) if n else None
+        rows.append(row)
+    return rows
+
+
+def band_index(depth: NDArray[Any], limits: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The band (N,) of each depth; the last limit belongs to the last band, what is outside to none (-1 or B)."""
+    index = np.searchsorted(limits, depth, side="right") - 1
+    return np.where(depth == limits[-1], len(limits) - 2, index)

@@ -1,0 +1,369 @@
+//! The texel of the shadow map at every pixel of an image: [`texel_in_image`] for all receivers that face the light.
+//!
+//! Pixels are taken in runs of [`RUN`]: what is known of them lies in arrays, the kernel is a loop without branches over
+//! these, and what it finds is written out. Where there are several maps each run asks them in the order of
+//! [`Parameterization::choose`], and skips those that none of its pixels may ask.
+
+use std::mem::MaybeUninit;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::texel::{Eye, Texel, TexelMap, texel_in_image};
+use crate::error::{Error, Result};
+use crate::image::{Footprint, Surfaces};
+use crate::memory::{copied, unwritten, written};
+use crate::parameterization::{Held, Parameterization};
+use crate::progress::Progress;
+use crate::scene::{Camera, Light};
+use crate::simd::dispatch;
+
+/// Pixels that are treated at once: 12 KiB of numbers, a third of the smallest first cache in use.
+const RUN: usize = 64;
+
+/// A pixel that no map has been found for yet; for the codes of the others see [`Footprint`].
+const PENDING: i16 = i16::MIN;
+
+/// What a texel of `resolution` texels (width, height) looks like at each pixel of what a camera sees.
+///
+/// Measured are surfaces that face the light, on the side that the eye sees, within its cone and range, and that a map
+/// holds: those whose shadow is looked up.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for no map, a matrix that is not finite, or an empty image; [`Error::Interrupted`].
+pub fn footprint(
+    surfaces: &Surfaces,
+    camera: &Camera,
+    light: &Light,
+    p: &Parameterization,
+    resolution: [u32; 2],
+    progress: &Progress,
+) -> Result<Footprint> {
+    let pixels = surfaces.triangle.len();
+    let width = surfaces.size[0] as usize;
+    let rows = Rows::new(surfaces, camera, light, p, resolution)?;
+    let mut jacobian = unwritten::<[f32; 4]>(pixels)?;
+    let (mut major, mut minor) = (unwritten::<f32>(pixels)?, unwritten::<f32>(pixels)?);
+    let (mut perspective_ts, mut projection) = (unwritten::<[f32; 2]>(pixels)?, unwritten::<f32>(pixels)?);
+    let (mut depth, mut map) = (unwritten::<f32>(pixels)?, unwritten::<i16>(pixels)?);
+    let extents = major.par_chunks_mut(width).zip(minor.par_chunks_mut(width));
+    let factors = perspective_ts.par_chunks_mut(width).zip(projection.par_chunks_mut(width));
+    let rest = jacobian.par_chunks_mut(width).zip(depth.par_chunks_mut(width)).zip(map.par_chunks_mut(width));
+    extents.zip(factors).zip(rest).enumerate().try_for_each(
+        |(y, (((major, minor), (perspective_ts, projection)), ((jacobian, depth), map)))| {
+            progress.check()?;
+            let out = RowOut { jacobian, major, minor, perspective_ts, projection, depth, map };
+            rows.row(y * width, out);
+            Ok::<_, Error>(())
+        },
+    )?;
+    // SAFETY: every row has been written, or the error has been returned.
+    unsafe {
+        Ok(Footprint {
+            size: surfaces.size,
+            jacobian: written(jacobian),
+            major: written(major),
+            minor: written(minor),
+            perspective_ts: written(perspective_ts),
+            projection: written(projection),
+            depth: written(depth),
+            map: written(map),
+        })
+    }
+}
+
+/// The texels at points (world) with normals, in f64, and the index of each one's map or why it has none.
+///
+/// Of a point behind the eye or a normal without length [`Footprint::NOTHING`].
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for no map or a matrix that is not finite.
+pub fn footprint_at(
+    points: &[[f64; 3]],
+    normals: &[[f64; 3]],
+    camera: &Camera,
+    light: &Light,
+    p: &Parameterization,
+    resolution: [u32; 2],
+    size: [u32; 2],
+) -> Result<Vec<(i16, Texel)>> {
+    // Relative to the eye, where the digits are needed.
+    let origin = camera.eye();
+    let local = local_maps(p, origin)?;
+    let maps: Vec<TexelMap> = local.partitions.iter().map(|m| TexelMap::new(m, resolution)).collect();
+    let eye = Eye::new(camera, origin, size);
+    let at = |(&p_world, &n): (&[f64; 3], &[f64; 3])| {
+        let (p_world, n) = (DVec3::from_array(p_world), DVec3::from_array(n));
+        let (p_local, depth) = (p_world - origin, camera.depth_of(p_world));
+        if !(depth > 0.0 && n.length_squared() > 0.0 && n.is_finite()) {
+            return (Footprint::NOTHING, Texel::default());
+        }
+        if !light.illuminates(p_world, n) {
+            return (Footprint::AVERTED, Texel::default());
+        }
+        match local.choose(p_local, depth) {
+            Some(k) => match texel_in_image(&maps[k], &eye, p_local, n) {
+                texel if texel.major.is_finite() => (k as i16, texel),
+                _ => (Footprint::NO_MAP, Texel::default()),
+            },
+            None => (Footprint::NO_MAP, Texel::default()),
+        }
+    };
+    Ok(points.par_iter().zip(normals).map(at).collect())
+}
+
+/// The maps for points relative to an origin; at least one, and no more than an image can number.
+pub(super) fn local_maps(p: &Parameterization, origin: DVec3) -> Result<Parameterization> {
+    if p.partitions.is_empty() || p.partitions.len() > i16::MAX as usize {
+        let expected = format!("1 to {} maps", i16::MAX);
+        return Err(Error::argument("parameterization", expected, p.partitions.len(), "let a technique make it"));
+    }
+    p.relative_to(origin)
+}
+
+/// An image has pixels, and each of them its records.
+pub(super) fn check_surfaces(surfaces: &Surfaces) -> Result<()> {
+    let pixels = surfaces.size[0] as usize * surfaces.size[1] as usize;
+    if pixels == 0 {
+        let got = format!("{} x {}", surfaces.size[0], surfaces.size[1]);
+        return Err(Error::argument("gbuffer", "at least one pixel", got, "render an image first"));
+    }
+    for (name, len) in [
+        ("gbuffer.position", surfaces.position.len()),
+        ("gbuffer.normal", surfaces.normal.len()),
+        ("gbuffer.triangle", surfaces.triangle.len()),
+    ] {
+        if len != pixels {
+            return Err(Error::argument(name, format!("{pixels} records"), len, "take all arrays of one G-buffer"));
+        }
+    }
+    Ok(())
+}
+
+/// One row of the result.
+struct RowOut<'a> {
+    jacobian: &'a mut [MaybeUninit<[f32; 4]>],
+    major: &'a mut [MaybeUninit<f32>],
+    minor: &'a mut [MaybeUninit<f32>],
+    perspective_ts: &'a mut [MaybeUninit<[f32; 2]>],
+    projection: &'a mut [MaybeUninit<f32>],
+    depth: &'a mut [MaybeUninit<f32>],
+    map: &'a mut [MaybeUninit<i16>],
+}
+
+/// What all rows share; points relative to the origin of the surfaces.
+struct Rows<'a> {
+    surfaces: &'a Surfaces<'a>,
+    camera: &'a Camera,
+    light: &'a Light,
+    eye: Eye,
+    maps: Vec<TexelMap>,
+    local: Parameterization,
+}
+
+/// Receivers and normals of a run.
+struct Run {
+    p: [[f64; RUN]; 3],
+    n: [[f64; RUN]; 3],
+}
+
+/// What the kernel finds in a run.
+struct Found {
+    jacobian: [[f32; RUN]; 4],
+    major: [f32; RUN],
+    minor: [f32; RUN],
+    perspective_ts: [[f32; RUN]; 2],
+    projection: [f32; RUN],
+    depth: [f32; RUN],
+    ndc: [[f64; RUN]; 3],
+    w: [f64; RUN],
+}
+
+impl Found {
+    const NONE: Self = Self {
+        jacobian: [[f32::NAN; RUN]; 4],
+        major: [f32::NAN; RUN],
+        minor: [f32::NAN; RUN],
+        perspective_ts: [[f32::NAN; RUN]; 2],
+        projection: [f32::NAN; RUN],
+        depth: [f32::NAN; RUN],
+        ndc: [[0.0; RUN]; 3],
+        w: [0.0; RUN],
+    };
+
+    /// Takes over what another found of a pixel.
+    fn take(&mut self, from: &Self, i: usize) {
+        for k in 0..4 {
+            self.jacobian[k][i] = from.jacobian[k][i];
+        }
+        self.major[i] = from.major[i];
+        self.minor[i] = from.minor[i];
+        for k in 0..2 {
+            self.perspective_ts[k][i] = from.perspective_ts[k][i];
+        }
+        self.projection[i] = from.projection[i];
+        self.depth[i] = from.depth[i];
+    }
+
+    fn forget(&mut self, i: usize) {
+        self.take(&Self::NONE, i);
+    }
+}
+
+dispatch! {
+    /// The texels of one map at all points of a run.
+    fn texels(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) = texels_body
+}
+
+#[inline(always)]
+fn texels_body(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) {
+    let (map, eye) = (*map, *eye);
+    for i in 0..RUN {
+        let p = DVec3::new(run.p[0][i], run.p[1][i], run.p[2][i]);
+        let n = DVec3::new(run.n[0][i], run.n[1][i], run.n[2][i]);
+        let t = texel_in_image(&map, &eye, p, n);
+        for k in 0..4 {
+            found.jacobian[k][i] = t.jacobian[k] as f32;
+        }
+        found.major[i] = t.major as f32;
+        found.minor[i] = t.minor as f32;
+        for k in 0..2 {
+            found.perspective_ts[k][i] = t.perspective_ts[k] as f32;
+        }
+        found.projection[i] = t.projection as f32;
+        found.depth[i] = t.depth as f32;
+        for k in 0..3 {
+            found.ndc[k][i] = t.ndc[k];
+        }
+        found.w[i] = t.w;
+    }
+}
+
+impl<'a> Rows<'a> {
+    fn new(
+        surfaces: &'a Surfaces<'a>,
+        camera: &'a Camera,
+        light: &'a Light,
+        p: &Parameterization,
+        resolution: [u32; 2],
+    ) -> Result<Self> {
+        check_surfaces(surfaces)?;
+        let local = local_maps(p, surfaces.origin)?;
+        let maps = local.partitions.iter().map(|m| TexelMap::new(m, resolution)).collect();
+        Ok(Self { surfaces, camera, light, eye: Eye::new(camera, surfaces.origin, surfaces.size), maps, local })
+    }
+
+    /// Writes all of the row that begins at a pixel.
+    fn row(&self, first: usize, out: RowOut) {
+        let width = out.map.len();
+        let (mut found, mut of_map) = (Found::NONE, Found::NONE);
+        for x in (0..width).step_by(RUN) {
+            let count = RUN.min(width - x);
+            let mut state = [Footprint::NOTHING; RUN];
+            let run = self.gather(first + x, count, &mut state);
+            if let ([map], true) = (self.maps.as_slice(), state.contains(&PENDING)) {
+                self.find(map, &run, &mut state, &mut found);
+            } else {
+                self.find_among(&run, &mut state, &mut found, &mut of_map);
+            }
+            let pixels = x..x + count;
+            for (i, to) in out.jacobian[pixels.clone()].iter_mut().enumerate() {
+                to.write([0, 1, 2, 3].map(|k| found.jacobian[k][i]));
+            }
+            copied(&mut out.major[pixels.clone()], &found.major[..count]);
+            copied(&mut out.minor[pixels.clone()], &found.minor[..count]);
+            for (i, to) in out.perspective_ts[pixels.clone()].iter_mut().enumerate() {
+                to.write([0, 1].map(|k| found.perspective_ts[k][i]));
+            }
+            copied(&mut out.projection[pixels.clone()], &found.projection[..count]);
+            copied(&mut out.depth[pixels.clone()], &found.depth[..count]);
+            copied(&mut out.map[pixels], &state[..count]);
+        }
+    }
+
+    /// Receivers and normals of some pixels, and which of them the light can reach.
+    fn gather(&self, first: usize, count: usize, state: &mut [i16; RUN]) -> Run {
+        // What shows nothing is a point like any other to the kernel, and forgotten afterwards.
+        let mut run = Run { p: [[0.0; RUN]; 3], n: [[0.0; RUN]; 3] };
+        for i in 0..count {
+            let (position, normal) = (self.surfaces.position[first + i], self.surfaces.normal[first + i]);
+            for k in 0..3 {
+                run.p[k][i] = f64::from(position[k]);
+                run.n[k][i] = f64::from(normal[k]);
+            }
+        }
+        if let Light::Directional(light) = self.light {
+            // What [`Light::illuminates`] says, for all at once.
+            let l = -light.direction();
+            for i in 0..count {
+                let facing = run.n[0][i] * l.x + run.n[1][i] * l.y + run.n[2][i] * l.z > 0.0;
+                let seen = self.surfaces.triangle[first + i] >= 0;
+                let lit = if facing { PENDING } else { Footprint::AVERTED };
+                state[i] = if seen { lit } else { Footprint::NOTHING };
+            }
+            return run;
+        }
+        for (i, state) in state.iter_mut().enumerate().take(count) {
+            if self.surfaces.triangle[first + i] >= 0 {
+                let p_world = self.surfaces.origin + run.point(i);
+                let lit = self.light.illuminates(p_world, DVec3::new(run.n[0][i], run.n[1][i], run.n[2][i]));
+                *state = if lit { PENDING } else { Footprint::AVERTED };
+            }
+        }
+        run
+    }
+
+    /// Finds the texels of all pending pixels where there is one map.
+    fn find(&self, map: &TexelMap, run: &Run, state: &mut [i16; RUN], found: &mut Found) {
+        texels(map, &self.eye, run, found);
+        for (i, state) in state.iter_mut().enumerate() {
+            if *state == PENDING {
+                *state = if self.holds(0, map, run, found, i) == Held::Outside { Footprint::NO_MAP } else { 0 };
+            }
+            if *state < 0 {
+                found.forget(i);
+            }
+        }
+    }
+
+    /// Finds map and texel of all pending pixels: the first map that a receiver is within, else the first that it is beyond.
+    fn find_among(&self, run: &Run, state: &mut [i16; RUN], found: &mut Found, of_map: &mut Found) {
+        (0..RUN).for_each(|i| found.forget(i));
+        let pending: Vec<usize> = (0..RUN).filter(|&i| state[i] == PENDING).collect();
+        let first = |&i: &usize| self.local.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
+        let mut open: Vec<(usize, usize)> = pending.iter().map(|i| (*i, first(i))).collect();
+        pending.iter().for_each(|&i| state[i] = Footprint::NO_MAP);
+        for (k, map) in self.maps.iter().enumerate() {
+            if open.is_empty() {
+                return;
+            }
+            if open.iter().all(|&(_, first)| first > k) {
+                continue;
+            }
+            texels(map, &self.eye, run, of_map);
+            open.retain(|&(i, first)| {
+                let held = if k < first { Held::Outside } else { self.holds(k, map, run, of_map, i) };
+                if held == Held::Within || held == Held::Beyond && state[i] == Footprint::NO_MAP {
+                    found.take(of_map, i);
+                    state[i] = k as i16;
+                }
+                held != Held::Within
+            });
+        }
+    }
+
+    /// How a map holds a receiver: as [`crate::Partition::holds`]; not at all where it is singular.
+    fn holds(&self, k: usize, map: &TexelMap, run: &Run, found: &Found, i: usize) -> Held {
+        let at = Texel { ndc: [0, 1, 2].map(|axis| found.ndc[axis][i]), w: found.w[i], ..Texel::default() };
+        if !found.major[i].is_finite() || !self.local.partitions[k].region.contains(run.point(i)) {
+            return Held::Outside;
+        }
+        Held::of(map.ndc(&at), at.w)
+    }
+}
+
+impl Run {
+    fn point(&self, i: usize) -> DVec3 {
+        DVec3::new(self.p[0][i], self.p[1][i], self.p[2][i])
+    }
+}

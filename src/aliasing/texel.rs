@@ -1,0 +1,181 @@
+//! What a texel of a shadow map looks like in the image, at one point of one surface.
+//!
+//! Source: theory.md E.2 (E.5, E.6); after Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 and Chong, Gortler 2007.
+//!
+//! ```text
+//!         eye                light         J = d(pixel) / d(texel) on the surface's tangent plane
+//!           \ e            / d
+//!            \            /                 h halves the angle between the ways back to eye and light: on the
+//!   pixel  ---\---  n h  /--- texel         plane across h a texel is as long and as wide in the image as its
+//!              \    |/  /                   cross-section, so J(h) is the error of perspective alone, and
+//!     __________\__/|__/_________
+//!                 X  surface                |det J| = |det J(h)| cos(n, -e) / cos(n, -d)
+//! ```
+//!
+//! With g_x, g_y the gradients of the texel's coordinates, a step of one texel along the surface with normal n is
+//!
+//! ```text
+//! dX/dtx = (g_y × n) / (g_x × g_y · n)      dX/dty = (n × g_x) / (g_x × g_y · n)
+//! ```
+//!
+//! and g_x × g_y is parallel to the map's ray through X, whatever the map: the ray is taken from there, so that the product
+//! above holds for matrices that belong to another light, too. Rows of a logarithmic map differ in g_y alone (11.1).
+//!
+//! One function of plain numbers without branches: called for a point, or in a loop that the compiler turns into vector
+//! instructions.
+
+use glam::{DVec3, DVec4};
+
+use crate::parameterization::{Partition, PostWarp};
+use crate::scene::Camera;
+
+/// An image of a camera: where points of a local space are in it.
+#[derive(Debug, Clone, Copy)]
+pub struct Eye {
+    position: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    /// Pixels per unit of x / depth and of y / depth; y down.
+    pixels: [f64; 2],
+}
+
+/// A map with its texels: where points of a local space are in it.
+#[derive(Debug, Clone, Copy)]
+pub struct TexelMap {
+    x: DVec4,
+    y: DVec4,
+    w: DVec4,
+    z: DVec4,
+    /// Texels per unit of NDC x and y; y down.
+    texels: [f64; 2],
+    /// Of a logarithm: 1 and its scale, else 0 and 0.
+    log: [f64; 2],
+    post_warp: PostWarp,
+}
+
+/// A texel in the image. Lengths in pixels. Meaningless where `w` or `depth` is not above 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Texel {
+    /// d(pixel x, y) / d(texel x, y): `[xx, xy, yx, yy]`.
+    pub jacobian: [f64; 4],
+    /// The larger singular value of it: the longest extent of a texel.
+    pub major: f64,
+    /// The smaller one: the extent across that.
+    pub minor: f64,
+    /// Lengths of the columns of J(h), of one texel along the map's x and along its y: error of perspective alone.
+    pub perspective_ts: [f64; 2],
+    /// The determinant of J(h), unsigned: the area of a texel by perspective alone, square pixels.
+    pub perspective: f64,
+    /// cos(n, -e) / cos(n, -d): projection error.
+    pub projection: f64,
+    /// NDC in the map; y of a logarithmic one is that before the logarithm.
+    pub ndc: [f64; 3],
+    /// Clip w in the map.
+    pub w: f64,
+    /// Camera depth.
+    pub depth: f64,
+}
+
+impl Eye {
+    /// The image of `size` pixels for points relative to `origin`.
+    pub fn new(camera: &Camera, origin: DVec3, size: [u32; 2]) -> Self {
+        let (tan_x, tan_y) = camera.tan_half_fov();
+        Self {
+            position: camera.eye() - origin,
+            right: camera.right(),
+            up: camera.up(),
+            forward: camera.forward(),
+            pixels: [0.5 * f64::from(size[0]) / tan_x, -0.5 * f64::from(size[1]) / tan_y],
+        }
+    }
+}
+
+impl TexelMap {
+    /// The texels of a map of `size` texels.
+    pub fn new(partition: &Partition, size: [u32; 2]) -> Self {
+        let row = |i: usize| partition.shadow_clip_from_world.row(i);
+        let log = match partition.post_warp {
+            PostWarp::None => [0.0, 0.0],
+            PostWarp::Log { scale, .. } => [1.0, scale],
+        };
+        let texels = [0.5 * f64::from(size[0]), -0.5 * f64::from(size[1])];
+        Self { x: row(0), y: row(1), z: row(2), w: row(3), texels, log, post_warp: partition.post_warp }
+    }
+    /// NDC after the logarithm, if there is one.
+    pub fn ndc(&self, texel: &Texel) -> DVec3 {
+        self.post_warp.apply(DVec3::from_array(texel.ndc), texel.w)
+    }
+}
+
+/// The texel at a point `p` of a surface with normal `n` (of any length), both in the space of map and eye.
+#[inline(always)]
+pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
+    let row = |r: DVec4| r.x * p.x + r.y * p.y + r.z * p.z + r.w;
+    let w = row(map.w);
+    let inverse = 1.0 / w;
+    let ndc = [row(map.x) * inverse, row(map.y) * inverse, row(map.z) * inverse];
+    // Gradients of the texel's coordinates (E.5); of y = scale ln w under a logarithm (11.1).
+    let gradient = |r: DVec4, value: f64, own: f64| {
+        DVec3::new(own * r.x - value * map.w.x, own * r.y - value * map.w.y, own * r.z - value * map.w.z)
+    };
+    let g_x = gradient(map.x, ndc[0], 1.0) * (map.texels[0] * inverse);
+    let (own, value) = (1.0 - map.log[0], (1.0 - map.log[0]) * ndc[1] - map.log[1]);
+    let g_y = gradient(map.y, value, own) * (map.texels[1] * inverse);
+    let ray = g_x.cross(g_y);
+
+    // The pixel's coordinates, and their gradients up to the factor of the depth.
+    let from_eye = p - eye.position;
+    let depth = from_eye.dot(eye.forward);
+    let per_depth = 1.0 / depth;
+    let (across, above) = (from_eye.dot(eye.right) * per_depth, from_eye.dot(eye.up) * per_depth);
+    let scale = [eye.pixels[0] * per_depth, eye.pixels[1] * per_depth];
+    let to_pixels = |step: DVec3| {
+        let ahead = step.dot(eye.forward);
+        [(step.dot(eye.right) - across * ahead) * scale[0], (step.dot(eye.up) - above * ahead) * scale[1]]
+    };
+    let columns = |n: DVec3, inverse: f64| {
+        let (x, y) = (to_pixels(g_y.cross(n)), to_pixels(n.cross(g_x)));
+        [[x[0] * inverse, x[1] * inverse], [y[0] * inverse, y[1] * inverse]]
+    };
+    let length = |[x, y]: [f64; 2]| (x * x + y * y).sqrt();
+
+    // Unit ways from the eye and from the light; the light is on the side of the normal. Few divisions: they are half of the
+    // work of the loop.
+    let (distance, ray_length) = (from_eye.length(), ray.length());
+    let (per_distance, per_ray) = (1.0 / distance, 1.0 / ray_length);
+    let e = from_eye * per_distance;
+    let (facing, per_facing) = (ray.dot(n), 1.0 / ray.dot(n));
+    let d = ray * (per_ray * -f64::copysign(1.0, facing));
+    // Eye and light on opposite sides: any plane that holds the ray halves their angle; that across it is E.2's choice.
+    let back = e + d;
+    let opposed = if back.length_squared() > f64::EPSILON { 1.0 } else { 0.0 };
+    let h = back * -opposed - e * (1.0 - opposed);
+
+    // The cross product of the pixel's gradients is along e, that of the texel's along d: areas come without the differences
+    // of a determinant, and the smaller singular value keeps its digits however long a texel is.
+    let perspective = (scale[0] * scale[1] * (distance * per_depth) * per_ray).abs();
+    let projection = (e.dot(n) * ray_length * per_facing).abs();
+    let ([[a, c], [b, d]], [x, y]) = (columns(n, per_facing), columns(h, 1.0 / ray.dot(h)));
+    let on_surface = [a, b, c, d];
+    let major = largest_singular_value(on_surface);
+    Texel {
+        jacobian: on_surface,
+        major,
+        minor: perspective * projection / major,
+        perspective_ts: [length(x), length(y)],
+        perspective,
+        projection,
+        ndc,
+        w,
+        depth,
+    }
+}
+
+/// The larger singular value of `[a, b, c, d]`, rows first.
+#[inline(always)]
+pub fn largest_singular_value([a, b, c, d]: [f64; 4]) -> f64 {
+    let sum = ((a + d) * (a + d) + (b - c) * (b - c)).sqrt();
+    let difference = ((a - d) * (a - d) + (b + c) * (b + c)).sqrt();
+    0.5 * (sum + difference)
+}

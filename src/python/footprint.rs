@@ -1,0 +1,94 @@
+//! What a texel looks like in the image.
+
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::camera::{PyCamera, camera};
+use super::convert::{OrRaise, argument_error, array, image, rows3, run_watched, size2};
+use super::gbuffer::{PyGBuffer, gbuffer};
+use super::light::light;
+use super::parameterization::as_parameterization;
+use crate::aliasing::footprint::{footprint as core_footprint, footprint_at as core_footprint_at};
+use crate::aliasing::texel::Texel;
+use crate::image::Footprint;
+
+/// The arrays of a footprint by name; numpy takes over all of them.
+pub fn footprint_arrays(py: Python<'_>, f: Footprint) -> PyResult<Bound<'_, PyDict>> {
+    let [w, h] = f.size.map(|n| n as usize);
+    let d = PyDict::new(py);
+    d.set_item("jacobian", image(py, f.jacobian.into_flattened(), [h, w, 2, 2])?)?;
+    d.set_item("major", image(py, f.major, [h, w])?)?;
+    d.set_item("minor", image(py, f.minor, [h, w])?)?;
+    d.set_item("perspective_ts", image(py, f.perspective_ts.into_flattened(), [h, w, 2])?)?;
+    d.set_item("projection", image(py, f.projection, [h, w])?)?;
+    d.set_item("depth", image(py, f.depth, [h, w])?)?;
+    d.set_item("map", image(py, f.map, [h, w])?)?;
+    Ok(d)
+}
+
+/// What a texel looks like at each pixel of a G-buffer; see `shadowlab.aliasing.footprint`.
+#[pyfunction]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None))]
+pub fn footprint<'py>(
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    parameterization: &Bound<'py, PyAny>,
+    resolution: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let p = &p.get().p;
+    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let camera = &camera.get().camera;
+    let found = gbuffer.get().with_surfaces(py, |surfaces| {
+        run_watched(py, None, |progress| core_footprint(surfaces, camera, &light, p, resolution, progress))
+    })?;
+    footprint_arrays(py, found)
+}
+
+/// What a texel looks like at points (N, 3) of surfaces with normals (N, 3); see `shadowlab.aliasing.footprint_at`.
+#[pyfunction]
+#[pyo3(signature = (points, normals, camera, light, parameterization, *, size, resolution=None))]
+#[allow(clippy::too_many_arguments)]
+pub fn footprint_at<'py>(
+    points: &Bound<'py, PyAny>,
+    normals: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    parameterization: &Bound<'py, PyAny>,
+    size: &Bound<'py, PyAny>,
+    resolution: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let p = &p.get().p;
+    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let size = size2(size, "size")?;
+    let points = array::<f64>(points, "points", &[None, Some(3)])?;
+    let normals = array::<f64>(normals, "normals", &[Some(points.shape()[0]), Some(3)])?;
+    let (points, normals) = (rows3(&points)?, rows3(&normals)?);
+    for (name, rows) in [("points", points), ("normals", normals)] {
+        if !rows.as_flattened().iter().all(|x| x.is_finite()) {
+            return Err(argument_error(py, name, "finite numbers", "a NaN or an infinity", "leave such points out"));
+        }
+    }
+    let camera = &camera.get().camera;
+    let found = py.detach(|| core_footprint_at(points, normals, camera, &light, p, resolution, size)).or_raise(py)?;
+    let n = found.len();
+    // What has not been measured is NaN, as in images.
+    let column = |of: fn(&Texel) -> f64| -> Vec<f64> {
+        found.iter().map(|(map, texel)| if *map >= 0 { of(texel) } else { f64::NAN }).collect()
+    };
+    let jacobian = found.iter().flat_map(|(map, t)| if *map >= 0 { t.jacobian } else { [f64::NAN; 4] });
+    let perspective_ts = found.iter().flat_map(|(map, t)| if *map >= 0 { t.perspective_ts } else { [f64::NAN; 2] });
+    let d = PyDict::new(py);
+    d.set_item("jacobian", image(py, jacobian.collect::<Vec<f64>>(), [n, 2, 2])?)?;
+    d.set_item("major", image(py, column(|t| t.major), [n])?)?;
+    d.set_item("minor", image(py, column(|t| t.minor), [n])?)?;
+    d.set_item("perspective_ts", image(py, perspective_ts.collect::<Vec<f64>>(), [n, 2])?)?;
+    d.set_item("projection", image(py, column(|t| t.projection), [n])?)?;
+    d.set_item("map", image(py, found.iter().map(|f| f.0).collect::<Vec<i16>>(), [n])?)?;
+    Ok(d)
+}

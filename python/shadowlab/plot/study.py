@@ -1,4 +1,4 @@
-"""Figures of a study. Every function takes matplotlib axes, or makes them, and returns them."""
+"""Views of one run, the curve and the figure of a study."""
 
 from __future__ import annotations
 
@@ -6,46 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from . import pictures
-from .map_pictures import chosen_picture, mosaic, pictures_of_run
-from .pictures import difference, shade, truth_mask
-
-__all__ = [
-    "chosen_view",
-    "difference",
-    "difference_view",
-    "error_curve",
-    "eye_view",
-    "frustum",
-    "shade",
-    "shadow_map",
-    "study_figure",
-    "truth_mask",
-]
-
-# Series of Okabe and Ito (2008), the two that mean false shadow and false light left out.
-SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
-MARKERS = ("o", "s", "^", "D", "v", "P")
+from .. import pictures
+from ..map_pictures import chosen_picture, mosaic, pictures_of_run
+from ..pictures import difference, shade
+from .axes import MARKERS, SERIES, _axes, _picture
 
 # Letters of a label that fit over a picture of the figure.
 WIDEST_TITLE = 40
-
-
-def _axes(ax: Any) -> Any:
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(layout="constrained")[1]
-
-
-def _picture(ax: Any, picture: np.ndarray, title: str, aspect: float) -> Any:
-    ax = _axes(ax)
-    height, width = picture.shape[:2]
-    ax.imshow(picture, interpolation="antialiased", aspect=width / (aspect * height))
-    ax.set(title=title, xticks=[], yticks=[])
-    ax.spines[:].set_visible(False)
-    return ax
 
 
 def eye_view(
@@ -133,7 +100,7 @@ def study_figure(study: Any) -> Any:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt
 
-    from .verdict_words import share_text
+    from ..verdict_words import share_text
 
     runs = [run for run in study.runs if run.mask is not None]
     several = any(run.chosen is not None for run in runs)

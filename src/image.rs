@@ -45,13 +45,15 @@ pub struct Surfaces<'a> {
     pub normal: &'a [[f32; 3]],
     /// -1 where nothing is.
     pub triangle: &'a [i32],
+    /// -1 where nothing is.
+    pub instance: &'a [i32],
 }
 
 impl GBuffer {
     /// Where its surfaces are.
     pub fn surfaces(&self) -> Surfaces<'_> {
-        let (position, normal, triangle) = (&self.position, &self.normal, &self.triangle);
-        Surfaces { size: self.size, origin: self.origin, position, normal, triangle }
+        let Self { size, origin, position, normal, triangle, instance, .. } = self;
+        Surfaces { size: *size, origin: *origin, position, normal, triangle, instance }
     }
 }
 

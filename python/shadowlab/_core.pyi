@@ -25,14 +25,18 @@ __all__ = [
     "Technique",
     "__version__",
     "adapters",
+    "causes",
     "first_hit",
     "footprint",
     "footprint_at",
     "library_build",
     "library_specs",
+    "look_up",
     "misclassified",
     "occluded",
+    "reads",
     "technique_specs",
+    "texel_coordinates",
     "trace_memory",
     "trace_shadow_mask",
 ]
@@ -354,6 +358,41 @@ def footprint_at(
     size: _Size,
     resolution: _Size | None = None,
 ) -> dict[str, npt.NDArray[Any]]: ...
+def texel_coordinates(
+    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
+) -> tuple[_Float, npt.NDArray[np.int16]]: ...
+def reads(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    resolution: _Size | None = None,
+    filter: str = "nearest",
+) -> npt.NDArray[np.uint32]: ...
+def look_up(
+    maps: npt.ArrayLike,
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    bias: Bias | None = None,
+    filter: str = "nearest",
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]: ...
+def causes(
+    scene: Scene,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    differences: npt.ArrayLike,
+    truth: npt.ArrayLike,
+    *,
+    gbuffer: GBuffer,
+    maps: npt.ArrayLike,
+    bias: Bias | None = None,
+    filter: str = "nearest",
+) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]: ...
 def adapters() -> list[dict[str, str]]: ...
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...

@@ -132,6 +132,7 @@ pub(super) fn check_surfaces(surfaces: &Surfaces) -> Result<()> {
         ("gbuffer.position", surfaces.position.len()),
         ("gbuffer.normal", surfaces.normal.len()),
         ("gbuffer.triangle", surfaces.triangle.len()),
+        ("gbuffer.instance", surfaces.instance.len()),
     ] {
         if len != pixels {
             return Err(Error::argument(name, format!("{pixels} records"), len, "take all arrays of one G-buffer"));

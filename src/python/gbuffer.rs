@@ -74,13 +74,14 @@ impl PyGBuffer {
     /// Calls `work` with where its surfaces are.
     pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {
         let (position, normal) = (self.relative.bind(py).readonly(), self.normal.bind(py).readonly());
-        let triangle = self.triangle.bind(py).readonly();
+        let (triangle, instance) = (self.triangle.bind(py).readonly(), self.instance.bind(py).readonly());
         work(&Surfaces {
             size: self.size,
             origin: self.origin,
             position: position.as_slice()?.as_chunks::<3>().0,
             normal: normal.as_slice()?.as_chunks::<3>().0,
             triangle: triangle.as_slice()?,
+            instance: instance.as_slice()?,
         })
     }
 

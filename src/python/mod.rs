@@ -3,6 +3,7 @@
 mod aliasing;
 mod camera;
 mod convert;
+mod errors;
 mod footprint;
 mod gbuffer;
 mod library;
@@ -21,6 +22,8 @@ mod _core {
     use super::aliasing::{PyMisclassified, misclassified};
     #[pymodule_export]
     use super::camera::PyCamera;
+    #[pymodule_export]
+    use super::errors::{causes, look_up, reads, texel_coordinates};
     #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]

@@ -93,8 +93,16 @@ impl PyBias {
     }
 }
 
+/// The filter of a name.
+pub fn filter_of(py: Python<'_>, name: &str) -> PyResult<Filter> {
+    Filter::NAMES.iter().find(|f| f.0 == name).map(|f| f.1).ok_or_else(|| {
+        let valid = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
+        to_exception(py, Error::UnknownName { kind: "filter".into(), name: name.into(), valid })
+    })
+}
+
 /// A bias argument, or nothing for the default.
-fn bias(value: &Bound<'_, PyAny>) -> PyResult<Option<Bias>> {
+pub fn bias(value: &Bound<'_, PyAny>) -> PyResult<Option<Bias>> {
     if value.is_none() {
         return Ok(None);
     }
@@ -248,10 +256,7 @@ impl PyRenderer {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let filter = Filter::NAMES.iter().find(|f| f.0 == filter).map(|f| f.1).ok_or_else(|| {
-            let valid = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
-            to_exception(py, Error::UnknownName { kind: "filter".into(), name: filter.into(), valid })
-        })?;
+        let filter = filter_of(py, filter)?;
         let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias.unwrap_or_default(), filter)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])

@@ -9,6 +9,7 @@
 mod batch;
 mod bundle;
 mod frame;
+mod from_light;
 mod kernel;
 mod packet;
 mod ray;
@@ -20,4 +21,5 @@ mod visibility;
 mod visit;
 
 pub use batch::Hit;
+pub use from_light::FirstLit;
 pub use tracer::Tracer;

@@ -121,9 +121,7 @@ def summary_of(e: Footprint, bands: Any) -> Summary:
     chosen = e.measured
     measured = int(np.count_nonzero(chosen))
     pixels = int(e.map.size)
-    limits = None if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) else given_limits(bands)
-    if limits is None and bands < 1:
-        raise ArgumentError(f"bands: expected at least 1, or rising limits, got {shown(bands)}; 6 is a good start")
+    limits = checked_bands(bands)
     if measured == 0:
         return Summary(0, pixels, e.counts())
     major, perspective = (np.asarray(a[chosen], np.float64) for a in (e.major, e.perspective_major))
@@ -157,8 +155,16 @@ def summary_of(e: Footprint, bands: Any) -> Summary:
     )  # fmt: skip
 
 
-def given_limits(bands: Any) -> NDArray[np.float64]:
-    """Limits of bands, checked."""
+def checked_bands(bands: Any) -> NDArray[np.float64] | None:
+    """Limits of bands as given; None for a number of them.
+
+    Raises
+    ------
+    ArgumentError
+        For less than one band, or limits that do not rise.
+    """
+    if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) and bands >= 1:
+        return None
     try:
         limits = np.asarray(bands, np.float64)
     except (TypeError, ValueError):

@@ -18,14 +18,14 @@ use crate::scene::Light;
 #[derive(Debug, Clone, Copy)]
 pub struct MapLookup {
     /// Rows x, y, z, w of `shadow_clip_from_relative`.
-    rows: [DVec4; 4],
+    pub(super) rows: [DVec4; 4],
     /// Width and height of the map, texels.
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// The light's centre in relative space: (unit vector to the light, 0) or (position, 1).
-    light: DVec4,
+    pub(super) light: DVec4,
     bias: Bias,
-    filter: Filter,
-    post_warp: PostWarp,
+    pub(super) filter: Filter,
+    pub(super) post_warp: PostWarp,
     /// How much depth falls over the filter's reach along y, in units of what its slope there says: where it rises with w, and
     /// where it falls.
     bend: [f64; 2],

@@ -9,10 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::lookup::Lookups;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image::{ShadowMask, Surfaces};
-use crate::memory::{unwritten, written, written_part};
+use crate::memory::{copied, unwritten, written, written_part};
+use crate::parameterization::Parameterization;
 use crate::progress::Progress;
+use crate::render::MaskSettings;
 use crate::scene::{Camera, Light};
 
 /// What a mask is made of.
@@ -22,6 +24,34 @@ pub struct MaskInput<'a> {
     pub light: &'a Light,
     pub lookups: &'a Lookups<'a>,
     pub progress: &'a Progress,
+}
+
+/// The light that arrives at the surfaces through maps that are there, layer after layer; `camera` tells by its depth which map
+/// a receiver asks, and may be another than the one that sees the surfaces.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for maps of another number or size than `p` and `settings` say, no pixels, and as
+/// [`Lookups::new`].
+pub fn look_up(
+    maps: &[f32],
+    surfaces: Surfaces,
+    camera: &Camera,
+    light: &Light,
+    p: &Parameterization,
+    settings: &MaskSettings,
+    progress: &Progress,
+) -> Result<ShadowMask> {
+    let lookups = &Lookups::new(p, light, surfaces.origin, settings)?;
+    let texels = lookups.texels();
+    if p.partitions.is_empty() || maps.len() != texels * lookups.count() {
+        let [w, h] = settings.resolution;
+        let expected = format!("{} maps of {w} x {h} texels", lookups.count().max(1));
+        return Err(Error::argument("maps", expected, format!("{} values", maps.len()), "render them with these maps"));
+    }
+    MaskInput { surfaces, camera, light, lookups, progress }.mask(|k, into| {
+        copied(into, &maps[k * texels..(k + 1) * texels]);
+        Ok(())
+    })
 }
 
 impl MaskInput<'_> {

@@ -12,6 +12,7 @@ mod lanes;
 pub mod lookup;
 mod mask;
 mod passes;
+pub mod probe;
 mod raster;
 mod renderer;
 mod screen;
@@ -19,4 +20,5 @@ mod setup;
 mod simd;
 mod uneven;
 
+pub use mask::look_up;
 pub use renderer::CpuRenderer;

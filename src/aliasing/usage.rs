@@ -1,0 +1,122 @@
+//! Which texels the pixels of an image read: where each receiver lies in its map, and how often each texel is asked.
+//!
+//! A texel that no pixel reads is waste; one that many read shows as a stair (theory.md E.2: the two sides of one Jacobian).
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::prelude::*;
+
+use super::footprint::{check_surfaces, local_maps};
+use crate::error::{Error, Result};
+use crate::image::{Footprint, Surfaces};
+use crate::parameterization::Parameterization;
+use crate::progress::Progress;
+use crate::scene::{Camera, Light};
+
+/// Where each pixel's receiver lies in its map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located {
+    /// Texel coordinates, x to the right and y down; texel (i, j) covers [i, i + 1) x [j, j + 1). NaN where `map` is negative.
+    pub texel: Vec<[f64; 2]>,
+    /// As [`Footprint::map`].
+    pub map: Vec<i16>,
+}
+
+/// Where the receivers of an image lie in maps of `resolution` texels (width, height). The camera tells their depth, by which
+/// they find their map: the one that sees them, or another that the maps were made for.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for no map, a matrix that is not finite, or an empty image; [`Error::Interrupted`].
+pub fn locate(
+    surfaces: &Surfaces,
+    camera: &Camera,
+    light: &Light,
+    p: &Parameterization,
+    resolution: [u32; 2],
+    progress: &Progress,
+) -> Result<Located> {
+    check_surfaces(surfaces)?;
+    let local = local_maps(p, surfaces.origin)?;
+    let size = resolution.map(f64::from);
+    let pixels = surfaces.triangle.len();
+    let width = surfaces.size[0] as usize;
+    let mut texel = vec![[f64::NAN; 2]; pixels];
+    let mut map = vec![Footprint::NOTHING; pixels];
+    let rows = texel.par_chunks_mut(width).zip(map.par_chunks_mut(width)).enumerate();
+    rows.try_for_each(|(y, (texel, map))| {
+        progress.check()?;
+        for x in 0..width {
+            let Some((p_local, normal)) = surfaces.receiver(y * width + x) else { continue };
+            let p_world = surfaces.origin + p_local;
+            if !light.illuminates(p_world, normal) {
+                map[x] = Footprint::AVERTED;
+                continue;
+            }
+            map[x] = Footprint::NO_MAP;
+            if let Some(k) = local.choose(p_local, camera.depth_of(p_world)) {
+                let (ndc, _) = local.partitions[k].project(p_local);
+                texel[x] = [(0.5 + 0.5 * ndc.x) * size[0], (0.5 - 0.5 * ndc.y) * size[1]];
+                map[x] = k as i16;
+            }
+        }
+        Ok::<_, Error>(())
+    })?;
+    Ok(Located { texel, map })
+}
+
+/// How many pixels read each texel: layer after layer, rows from the top.
+///
+/// A lookup reads `taps` texels along each side around its point: 1 where it takes the nearest, 2 where it weighs the four
+/// nearest centres. Beyond the map's edge it reads the texel there.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for more texels than fit into memory, or no taps.
+pub fn reads(located: &Located, layers: usize, resolution: [u32; 2], taps: u32) -> Result<Vec<u32>> {
+    if !(1..=64).contains(&taps) {
+        return Err(Error::argument("taps", "1 to 64 texels along each side", taps, "1 is the nearest texel"));
+    }
+    let [width, height] = resolution.map(|n| n as usize);
+    let texels = layers * width * height;
+    let mut counts: Vec<AtomicU32> = Vec::new();
+    counts.try_reserve_exact(texels).map_err(|_| {
+        let got = format!("{layers} maps of {width} x {height}");
+        Error::argument("resolution", "maps that fit into memory", got, "choose fewer or smaller maps")
+    })?;
+    counts.resize_with(texels, AtomicU32::default);
+    let shift = 0.5 * f64::from(taps - 1);
+    located.texel.par_iter().zip(&located.map).filter(|(_, map)| **map >= 0).for_each(|(texel, map)| {
+        // Casts saturate.
+        let first = texel.map(|x| (x - shift).floor() as i64);
+        let held = |x: i64, side: usize| x.clamp(0, side as i64 - 1) as usize;
+        for j in 0..i64::from(taps) {
+            let row = (*map as usize * height + held(first[1] + j, height)) * width;
+            for i in 0..i64::from(taps) {
+                counts[row + held(first[0] + i, width)].fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    });
+    Ok(counts.into_iter().map(AtomicU32::into_inner).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_lookup_reads_its_texels_and_no_other() {
+        let located = Located {
+            texel: vec![[0.2, 0.9], [3.9, 1.0], [f64::NAN; 2], [4.0, 2.0], [1.5, 1.5]],
+            map: vec![0, 1, Footprint::NO_MAP, 0, 0],
+        };
+        let nearest = reads(&located, 2, [4, 2], 1).unwrap();
+        let mut expected = vec![0; 16];
+        // (0, 0) of the first map; (3, 1) of the second; the far corner held to (3, 1); (1, 1).
+        [0, 8 + 7, 7, 5].into_iter().for_each(|i| expected[i] += 1);
+        assert_eq!(nearest, expected);
+        let four = reads(&located, 2, [4, 2], 2).unwrap();
+        assert_eq!(four.iter().sum::<u32>(), 16, "four texels each, at the edge some twice");
+        // 1.5 is a centre: itself with all of the weight, and its neighbours to the right and below.
+        assert!(four[5] >= 1 && four[6] >= 1);
+        assert!(reads(&located, 2, [4, 2], 0).is_err());
+    }
+}

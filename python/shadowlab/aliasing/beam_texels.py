@@ -129,7 +129,9 @@ def beam_texels(
     p, texels = as_maps(parameterization, resolution)
     used = 1 - 2 * p.border_texels / p.resolution
     return BeamTexels(
-        *found,
+        along=found[0],
+        across=found[1],
+        height=found[2],
         depth=np.asarray(e.depth, np.float64),
         map=e.map,
         maps=e.maps,

@@ -165,7 +165,7 @@ def test_names_from_outside_are_text_not_markup(study):
     assert "script" not in page.tags
     assert "img" not in page.tags
     assert all(re.fullmatch(r"[a-z0-9_-]+\.png", name) for name in files)
-    assert len(files) == 1 + 3 * 4
+    assert len(files) == 1 + 5 * 4
     assert "<script" not in hostile._repr_html_()
 
 
@@ -174,7 +174,7 @@ def test_labels_that_look_alike_in_files_keep_their_own_pictures(study):
 
     first, second = (replace(study.runs[i], label=label, resolution=64) for i, label in ((0, "a b"), (2, "a-b")))
     _, files = report_html.build(replace(study, runs=(first, second)))
-    assert len(files) == 1 + 2 * 3
+    assert len(files) == 1 + 2 * 5
 
 
 def test_a_directory_that_cannot_be_written(study, tmp_path):

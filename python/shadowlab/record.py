@@ -84,6 +84,14 @@ def run_record(run: Any) -> dict[str, Any]:
             for part in p.partitions
         ]
         record["notes"] = list(run.notes)
+    if run.summary is not None:
+        record["texels"] = run.summary.to_dict()
+    if run.causes is not None:
+        record["causes"] = {
+            **run.causes.counts,
+            "edge_distance_px": run.causes.edge_distance,
+            "bands": run.causes.by_depth().to_dict("records"),
+        }
     return record
 
 

@@ -17,9 +17,10 @@ from . import pictures, record
 from .chart import error_chart
 from .errors import ArgumentError
 from .html_parts import data_uri, document, figure, flipping, picture, slug, symbol, use
+from .report_errors import error_figures, section_errors
 from .report_maps import chosen_figure, map_figure, map_table
 from .reproduce import command_line, python_snippet
-from .tables import Steps, cells
+from .tables import HEADS, Steps, cells
 from .verdict_words import share_text
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
@@ -87,6 +88,7 @@ def build(study: Any, progress: bool = False) -> tuple[str, dict[str, bytes]]:
     body = [
         head_of(study),
         section_table(study),
+        section_errors(study),
         look,
         "<section><h2>Each run</h2>",
         *runs,
@@ -127,7 +129,7 @@ def section_table(study: Any) -> str:
         best = run.errors is not None and len(wrong) > 1 and int(run.errors.count) == least
         link = f'<td><a href="#run-{i}">{label}</a></td>'
         middle = "".join(f"<td>{value}</td>" for value in values[:3])
-        times = "".join(f'<td class="timing">{value}</td>' for value in values[5:])
+        times = "".join(f'<td class="timing">{value}</td>' for value in values[6:])  # texels have a table of their own
         kinds = "".join(f"<td>{value}</td>" for value in values[3:5])
         lines.append(f"<tr{' class=best' if best else ''}>{link}{middle}{bar(run.errors, most)}{kinds}{times}</tr>")
     key = '<p class="key"><i class="s"></i><span>false shadow: dark in the map, lit in truth</span>'
@@ -231,6 +233,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
                 aspect,
             ),
         ]
+    rows += [error_figures(study, run, name, stem, files, max(1, round(max(study.size) / SHOWN_PX)))]
     rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
     grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
     return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
@@ -274,10 +277,9 @@ def section_record(study: Any) -> str:
 
 def notebook_html(study: Any) -> str:
     """What a notebook shows: the verdict, the table, small pictures."""
-    heads = ("technique", "resolution", "wrong", "share", "false shadow", "false light", "fit", "map", "mask")
     rows = study.table.to_dict("records")
     cell = "padding:4px 12px 4px 0;text-align:right"
-    head = "".join(f'<th style="{cell}">{h}</th>' for h in heads)
+    head = "".join(f'<th style="{cell}">{h}</th>' for h in HEADS)
     lines = "".join(
         "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in cells(row)) + "</tr>" for row in rows
     )

@@ -1,4 +1,4 @@
-"""One technique at one resolution: how it is run and timed, and the row of the table that it gives."""
+"""One technique at one resolution: how it is run, measured and timed, and the row of the table that it gives."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
+from .aliasing.wrong_pixels import CAUSES, causes_of, depths_of
 from .errors import ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
 from .tables import settings_text
@@ -18,10 +20,17 @@ T = TypeVar("T")
 
 COLUMNS = (
     "technique", "settings", "resolution", "maps", "misclassified", "false_shadow", "false_light", "share", "compared",
-    "undecided", "unmatched", "fit_us", "render_ms", "mask_ms", "notes", "failure",
+    "undecided", "unmatched", "acne", "edge", "leak", "missing", "edge_px", "undersampled", "error_mean", "error_p95",
+    "error_max", "perspective_max", "storage_factor", "unused", "fit_us", "render_ms", "mask_ms", "notes", "failure",
 )  # fmt: skip
-COUNTS = ("resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched")
-TIMES = ("share", "fit_us", "render_ms", "mask_ms")
+COUNTS = (
+    "resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched", "acne",
+    "edge", "leak", "missing",
+)  # fmt: skip
+NUMBERS = (
+    "share", "edge_px", "undersampled", "error_mean", "error_p95", "error_max", "perspective_max", "storage_factor",
+    "unused", "fit_us", "render_ms", "mask_ms",
+)  # fmt: skip
 
 # A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
 FIT_REPEATS = 200
@@ -45,6 +54,9 @@ class Run:
     mask: np.ndarray | None = None
     chosen: np.ndarray | None = None  # which of several maps each pixel asks
     errors: Any = None
+    causes: Any = None  # why the wrong pixels are wrong
+    summary: Any = None  # of the footprint of a texel at every pixel
+    unused: float | None = None  # share of the texels that no pixel reads
     fit_us: float | None = None
     render_ms: float | None = None
     mask_ms: float | None = None
@@ -59,7 +71,9 @@ class Run:
 
     def row(self) -> dict[str, Any]:
         """The row of the table; None where nothing was measured."""
-        errors = self.errors
+        errors, causes, summary = self.errors, self.causes, self.summary
+        moved = None if causes is None else causes.edge_distance
+        measured = summary is not None and summary.measured > 0
         return {
             "technique": self.label,
             "settings": settings_text(self.settings),
@@ -72,6 +86,15 @@ class Run:
             "compared": None if errors is None else int(errors.compared),
             "undecided": None if errors is None else int(errors.undecided),
             "unmatched": None if errors is None else int(errors.unmatched),
+            **{name: None if causes is None else causes.counts[name] for name in CAUSES.values()},
+            "edge_px": None if moved is None else moved["mean"],
+            "undersampled": summary.undersampled if measured else None,
+            "error_mean": summary.mean if measured else None,
+            "error_p95": summary.percentiles[95] if measured else None,
+            "error_max": summary.max if measured else None,
+            "perspective_max": summary.perspective_max if measured else None,
+            "storage_factor": summary.storage_factor if measured else None,
+            "unused": self.unused,
             "fit_us": self.fit_us,
             "render_ms": self.render_ms,
             "mask_ms": self.mask_ms,
@@ -81,9 +104,9 @@ class Run:
 
 
 class ByRun(Mapping[Any, Any]):
-    """Arrays of the runs that succeeded, by (label, resolution), or by label alone in a study of one resolution."""
+    """What the runs that succeeded have, by (label, resolution), or by label alone in a study of one resolution."""
 
-    def __init__(self, arrays: Mapping[tuple[str, int], np.ndarray]):
+    def __init__(self, arrays: Mapping[tuple[str, int], Any]):
         self._arrays = dict(arrays)
 
     def __getitem__(self, key: Any) -> Any:
@@ -100,7 +123,10 @@ class ByRun(Mapping[Any, Any]):
         return len(self._arrays)
 
     def __repr__(self) -> str:
-        return f"{{{', '.join(f'{k!r}: {v.shape} {v.dtype}' for k, v in self._arrays.items())}}}"
+        def short(value: Any) -> str:
+            return f"{value.shape} {value.dtype}" if isinstance(value, np.ndarray) else repr(value)
+
+        return f"{{{', '.join(f'{k!r}: {short(v)}' for k, v in self._arrays.items())}}}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +142,11 @@ class Draw:
     filter: str
     gbuffer: Any
     truth: np.ndarray | None
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """Depths along the view (H, W), world units."""
+        return depths_of(self.gbuffer, self.camera)
 
 
 def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
@@ -133,10 +164,10 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
             known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer, warps))
         else:
             # The very pixels that are compared, for techniques that look at receivers.
-            seen = {"samples": draw.gbuffer} if getattr(item, "needs_samples", False) else {}
+            samples = {"samples": draw.gbuffer} if getattr(item, "needs_samples", False) else {}
 
             def fit() -> Any:
-                return item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution, **seen)
+                return item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution, **samples)
 
             known["parameterization"] = p = fit()
             known["fit_us"] = median_fit_us(fit)
@@ -154,7 +185,14 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
                 draw.scene, draw.camera, draw.light, p, resolution=resolution, size=draw.size
             )
         if draw.truth is not None:
-            known["errors"] = aliasing.misclassified(known["mask"], draw.truth)
+            known["errors"] = errors = aliasing.misclassified(known["mask"], draw.truth)
+            known["causes"] = causes_of(
+                draw.scene, draw.camera, draw.light, p, errors, draw.truth, draw.gbuffer, known["maps"], draw.bias,
+                draw.filter, draw.depth,
+            )  # fmt: skip
+        seen = (draw.gbuffer, draw.camera, draw.light, p)
+        known["summary"] = aliasing.footprint(*seen, resolution=resolution).summary()
+        known["unused"] = aliasing.usage(*seen, resolution=resolution, filter=draw.filter).unused
     except ShadowlabError as error:
         kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}
         return Run(label, name, settings, resolution, given, **kept, failure=str(error))

@@ -17,7 +17,7 @@ import numpy as np
 
 from .arguments import check_types, renderer_of, resolutions_of, size_of
 from .errors import ArgumentError
-from .runs import COLUMNS, COUNTS, TIMES, ByRun, Draw, Run, is_parameterization, run_one
+from .runs import COLUMNS, COUNTS, NUMBERS, ByRun, Draw, Run, is_parameterization, run_one
 from .specs import shown
 from .tables import Steps, settings_text, text_table
 
@@ -38,6 +38,10 @@ class Study:
         1 false shadow, 2 false light, -1 not compared).
     chosen : mapping
         Of runs with several maps: which of them each pixel asks (H, W) int16; -1 for none.
+    causes : mapping
+        Of runs held against the truth: why each wrong pixel is wrong, `aliasing.Causes`.
+    summaries : mapping
+        How large a texel is in the image, `aliasing.Summary`; `footprint` gives the image behind it.
     verdict : str
         What the table says, in plain English.
     """
@@ -62,7 +66,7 @@ class Study:
         import pandas as pd
 
         table = pd.DataFrame([run.row() for run in self.runs], columns=list(COLUMNS))
-        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(TIMES, "float64")})
+        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(NUMBERS, "float64")})
 
     @property
     def masks(self) -> ByRun:
@@ -83,6 +87,48 @@ class Study:
     def chosen(self) -> ByRun:
         """The map that each pixel asks (H, W) int16, of runs with several maps."""
         return ByRun({(r.label, r.resolution): r.chosen for r in self.runs if r.chosen is not None})
+
+    @property
+    def causes(self) -> ByRun:
+        """Why wrong pixels are wrong."""
+        return ByRun({(r.label, r.resolution): r.causes for r in self.runs if r.causes is not None})
+
+    @property
+    def summaries(self) -> ByRun:
+        """How large a texel is in the image, as numbers."""
+        return ByRun({(r.label, r.resolution): r.summary for r in self.runs if r.summary is not None})
+
+    def footprint(self, label: str, resolution: int | None = None) -> Any:
+        """How large a texel of a run is at every pixel: `aliasing.Footprint`, computed anew.
+
+        Parameters
+        ----------
+        label : str
+            As in the table.
+        resolution : int, optional
+            Needed where the study has several.
+
+        Raises
+        ------
+        KeyError
+            For a run that is not there or has failed; the message lists those that are.
+        """
+        from . import aliasing
+
+        runs = ByRun({(r.label, r.resolution): r for r in self.runs if r.summary is not None})
+        run = runs[label if resolution is None else (label, resolution)]
+        return aliasing.footprint(
+            self.gbuffer, self.camera, self.light, run.parameterization, resolution=run.resolution
+        )
+
+    def usage(self, label: str, resolution: int | None = None) -> Any:
+        """How often each texel of a run is read: `aliasing.Usage`, computed anew; arguments as of `footprint`."""
+        from . import aliasing
+
+        runs = ByRun({(r.label, r.resolution): r for r in self.runs if r.summary is not None})
+        run = runs[label if resolution is None else (label, resolution)]
+        seen = (self.gbuffer, self.camera, self.light, run.parameterization)
+        return aliasing.usage(*seen, resolution=run.resolution, filter=self.filter)
 
     @property
     def verdict(self) -> str:

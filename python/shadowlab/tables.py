@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .specs import format_value
-from .verdict_words import share_text, size_text
+from .verdict_words import px_text, share_text, size_text
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
@@ -54,9 +54,13 @@ def unknown_size() -> tuple[int, int] | tuple[None, None]:
     return (None, None) if min(size) > 0 else UNKNOWN_SIZE
 
 
+# What `cells` are. The length of a texel in the image is that of 95 % of the pixels.
+HEADS = ("technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "mask")
+
+
 def text_table(table: Any) -> str:
     """The table as aligned text, short enough for a terminal."""
-    heads = ("technique", "resolution", "wrong", "share", "false shadow", "false light", "fit", "map", "mask")
+    heads = HEADS
     lines: list[tuple[str, ...]] = [heads]
     for row in table.to_dict("records"):
         lines.append(tuple(cells(row)))
@@ -85,6 +89,7 @@ def cells(row: Mapping[str, Any]) -> list[str]:
         shown("share", share_text),
         shown("false_shadow", "{:,}".format),
         shown("false_light", "{:,}".format),
+        shown("error_p95", px_text),
         shown("fit_us", lambda v: f"{v:.1f} µs" if v < 1000 else f"{v / 1000:.1f} ms"),
         shown("render_ms", lambda v: f"{v:.1f} ms"),
         shown("mask_ms", lambda v: f"{v:.1f} ms"),

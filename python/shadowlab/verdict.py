@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .matrices import CHECK_MATRIX
+from .verdict_errors import best_row, error_sentences
 from .verdict_words import (
     count,
     details,
@@ -82,6 +83,7 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
         else:
             sentences += _warps_against_uniform(warped, technique_of_label)
             sentences += _memory(drawn, technique_of_label)
+            sentences += error_sentences(best_row(warped or drawn))
         for label, reason in unwarped.items():
             sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
     for label, doubt in dict.fromkeys((row["technique"], row["notes"].split(CHECK_MATRIX, 1)[1]) for row in doubted):

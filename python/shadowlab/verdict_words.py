@@ -109,3 +109,13 @@ def span(ratios: Sequence[float]) -> str:
 def listed(names: Sequence[str]) -> str:
     """Names as English lists them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def digits(value: float) -> str:
+    """A number with three digits, or whole from a thousand on."""
+    return f"{value:,.0f}" if abs(value) >= 999.5 else f"{value:.3g}"
+
+
+def px_text(value: float) -> str:
+    """A length in the picture."""
+    return f"{digits(value)} px"

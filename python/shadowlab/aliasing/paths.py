@@ -63,7 +63,8 @@ class Temporal:
         grouped = rows.groupby("label", sort=False)
         found = grouped[["drift_mean", "drift_rms", "scale", "switched", "flip_share"]].mean()
         found.insert(2, "drift_max", grouped["drift_max"].max())
-        return found.reset_index()
+        means: pd.DataFrame = found.reset_index()
+        return means
 
     def __repr__(self) -> str:
         return f"Temporal\n{self.summary.to_string(index=False, float_format=lambda v: f'{v:.4g}')}"
@@ -233,8 +234,11 @@ def seen_by(camera: Any, points: Any) -> NDArray[np.bool_]:
     """Which points (..., 3) lie in a camera's frustum."""
     clip = np.asarray(points) @ np.asarray(camera.clip_from_world)[:, :3].T + np.asarray(camera.clip_from_world)[:, 3]
     w = clip[..., 3:]
-    inside: NDArray[np.bool_] = (np.abs(clip[..., :2]) <= w).all(axis=-1) & (clip[..., 2] >= 0)
-    return inside & (clip[..., 2] <= w[..., 0]) & (w[..., 0] > 0)
+    depth, w = clip[..., 2], w[..., 0]
+    inside: NDArray[np.bool_] = (
+        (np.abs(clip[..., :2]) <= w[..., None]).all(axis=-1) & (depth >= 0) & (depth <= w) & (w > 0)
+    )
+    return inside
 
 
 def checked_path(cameras: Any) -> list[Any]:

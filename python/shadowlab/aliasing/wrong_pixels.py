@@ -179,10 +179,24 @@ def causes(
         raise ArgumentError(
             f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; sl.Renderer().gbuffer(...) makes one"
         )
+    depth = depths_of(gbuffer, camera)
     errors = _core.misclassified(mask, truth)
+    return causes_of(scene, camera, light, parameterization, errors, truth, gbuffer, maps, bias, filter, depth)
+
+
+def depths_of(gbuffer: Any, camera: Any) -> NDArray[np.float64]:
+    """Depths along the view (H, W) of what a G-buffer shows, world units."""
+    depth: NDArray[np.float64] = (np.asarray(gbuffer.position) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
+    return depth
+
+
+def causes_of(
+    scene: Any, camera: Any, light: Any, parameterization: Any, errors: Any, truth: Any, gbuffer: Any, maps: Any,
+    bias: Any, filter: str, depth: NDArray[np.float64],
+) -> Causes:  # fmt: skip
+    """The causes of errors that are known; see `causes`."""
     image, distance = _core.causes(
         scene, camera, light, parameterization, errors.image, truth,
         gbuffer=gbuffer, maps=maps, bias=bias, filter=filter,
     )  # fmt: skip
-    depth = (np.asarray(gbuffer.position) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
     return Causes(image, distance, depth, int(errors.undecided))

@@ -70,24 +70,34 @@ impl Surfaces<'_> {
 pub struct Footprint {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// d(pixel x, y) / d(texel x, y), rows from the top: `[xx, xy, yx, yy]`, both with y down.
-    pub jacobian: Vec<[f32; 4]>,
-    /// Longest extent of a texel, pixels: the larger singular value of the Jacobian.
-    pub major: Vec<f32>,
-    /// Extent across that, pixels: the smaller singular value.
-    pub minor: Vec<f32>,
-    /// Lengths, pixels, of one texel along the map's x and along its y on the surface that halves the angle between eye and
-    /// light: error of perspective alone.
-    pub perspective_ts: Vec<[f32; 2]>,
-    /// cos of the angle between normal and eye over cos of that between normal and light: what the surface's slope adds.
-    pub projection: Vec<f32>,
-    /// Camera depth, world units.
-    pub depth: Vec<f32>,
+    /// [`Footprint::PLANES`] images one after the other, rows from the top: one block of memory, which is cheap to get.
+    pub planes: Vec<f32>,
     /// Index of the map that serves the pixel, or one of [`Footprint::NO_MAP`], `AVERTED`, `NOTHING`.
     pub map: Vec<i16>,
 }
 
 impl Footprint {
+    /// d(pixel x) / d(texel x), the first of four planes: d(pixel x, y) / d(texel x, y), rows first, both with y down.
+    pub const JACOBIAN: usize = 0;
+    /// Longest extent of a texel, pixels: the larger singular value of the Jacobian.
+    pub const MAJOR: usize = 4;
+    /// Extent across that, pixels: the smaller singular value.
+    pub const MINOR: usize = 5;
+    /// Length, pixels, of one texel along the map's x, and in the next plane along its y, on the surface that halves the angle
+    /// between eye and light: error of perspective alone.
+    pub const PERSPECTIVE_TS: usize = 6;
+    /// cos of the angle between normal and eye over cos of that between normal and light: what the surface's slope adds.
+    pub const PROJECTION: usize = 8;
+    /// Camera depth, world units.
+    pub const DEPTH: usize = 9;
+    /// How many planes there are.
+    pub const PLANES: usize = 10;
+
+    /// One of the planes.
+    pub fn plane(&self, k: usize) -> &[f32] {
+        let pixels = self.map.len();
+        &self.planes[k * pixels..(k + 1) * pixels]
+    }
     /// No map holds the point, or the map is singular there; it is lit without a look at any.
     pub const NO_MAP: i16 = -1;
     /// The surface faces away from the light, or is beyond its cone or range.

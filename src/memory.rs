@@ -25,18 +25,21 @@ fn ask_for_huge_pages<T>(array: &mut Vec<MaybeUninit<T>>) {
     #[cfg(target_os = "linux")]
     {
         const HUGE: usize = 2 << 20;
+        const SMALL: usize = 4096;
         /// Linux, asm-generic/mman-common.h.
         const MADV_HUGEPAGE: i32 = 14;
         unsafe extern "C" {
             fn madvise(start: *mut std::ffi::c_void, bytes: usize, advice: i32) -> i32;
         }
-        let start = array.as_mut_ptr().addr();
-        let (first, end) = (start.next_multiple_of(HUGE), start + array.capacity() * size_of::<T>());
+        let (start, bytes) = (array.as_mut_ptr().addr(), array.capacity() * size_of::<T>());
         // Arrays smaller than that come from memory that the allocator uses again.
-        if end > first && end - first >= 2 * HUGE {
-            let start = array.as_mut_ptr().cast::<u8>().wrapping_add(first - start);
-            // SAFETY: advice on memory that this array owns, of which no byte changes. A kernel that refuses may do so.
-            unsafe { madvise(start.cast(), (end - first) / HUGE * HUGE, MADV_HUGEPAGE) };
+        if bytes >= HUGE {
+            // Whole small pages: such an array has its mapping to itself, which begins a few bytes before it, where kernels
+            // from 6.7 on align large mappings.
+            let (first, end) = (start / SMALL * SMALL, (start + bytes).next_multiple_of(SMALL));
+            let first_byte = array.as_mut_ptr().cast::<u8>().wrapping_sub(start - first);
+            // SAFETY: advice, of which no byte changes. A kernel that refuses may do so.
+            unsafe { madvise(first_byte.cast(), end - first, MADV_HUGEPAGE) };
         }
     }
     #[cfg(not(target_os = "linux"))]

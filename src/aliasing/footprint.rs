@@ -42,34 +42,20 @@ pub fn footprint(
     let pixels = surfaces.triangle.len();
     let width = surfaces.size[0] as usize;
     let rows = Rows::new(surfaces, camera, light, p, resolution)?;
-    let mut jacobian = unwritten::<[f32; 4]>(pixels)?;
-    let (mut major, mut minor) = (unwritten::<f32>(pixels)?, unwritten::<f32>(pixels)?);
-    let (mut perspective_ts, mut projection) = (unwritten::<[f32; 2]>(pixels)?, unwritten::<f32>(pixels)?);
-    let (mut depth, mut map) = (unwritten::<f32>(pixels)?, unwritten::<i16>(pixels)?);
-    let extents = major.par_chunks_mut(width).zip(minor.par_chunks_mut(width));
-    let factors = perspective_ts.par_chunks_mut(width).zip(projection.par_chunks_mut(width));
-    let rest = jacobian.par_chunks_mut(width).zip(depth.par_chunks_mut(width)).zip(map.par_chunks_mut(width));
-    extents.zip(factors).zip(rest).enumerate().try_for_each(
-        |(y, (((major, minor), (perspective_ts, projection)), ((jacobian, depth), map)))| {
-            progress.check()?;
-            let out = RowOut { jacobian, major, minor, perspective_ts, projection, depth, map };
-            rows.row(y * width, out);
-            Ok::<_, Error>(())
-        },
-    )?;
-    // SAFETY: every row has been written, or the error has been returned.
-    unsafe {
-        Ok(Footprint {
-            size: surfaces.size,
-            jacobian: written(jacobian),
-            major: written(major),
-            minor: written(minor),
-            perspective_ts: written(perspective_ts),
-            projection: written(projection),
-            depth: written(depth),
-            map: written(map),
-        })
+    let mut planes = unwritten::<f32>(Footprint::PLANES * pixels)?;
+    let mut map = unwritten::<i16>(pixels)?;
+    // Row by row, a slice of each plane.
+    let mut out: Vec<RowOut> = map.chunks_mut(width).map(|map| RowOut { planes: Default::default(), map }).collect();
+    for (k, plane) in planes.chunks_mut(pixels).enumerate() {
+        out.iter_mut().zip(plane.chunks_mut(width)).for_each(|(out, row)| out.planes[k] = row);
     }
+    out.par_iter_mut().enumerate().try_for_each(|(y, out)| {
+        progress.check()?;
+        rows.row(y * width, out);
+        Ok::<_, Error>(())
+    })?;
+    // SAFETY: every row has been written, or the error has been returned.
+    unsafe { Ok(Footprint { size: surfaces.size, planes: written(planes), map: written(map) }) }
 }
 
 /// The texels at points (world) with normals, in f64, and the index of each one's map or why it has none.
@@ -143,12 +129,7 @@ pub(super) fn check_surfaces(surfaces: &Surfaces) -> Result<()> {
 
 /// One row of the result.
 struct RowOut<'a> {
-    jacobian: &'a mut [MaybeUninit<[f32; 4]>],
-    major: &'a mut [MaybeUninit<f32>],
-    minor: &'a mut [MaybeUninit<f32>],
-    perspective_ts: &'a mut [MaybeUninit<[f32; 2]>],
-    projection: &'a mut [MaybeUninit<f32>],
-    depth: &'a mut [MaybeUninit<f32>],
+    planes: [&'a mut [MaybeUninit<f32>]; Footprint::PLANES],
     map: &'a mut [MaybeUninit<i16>],
 }
 
@@ -170,44 +151,38 @@ struct Run {
 
 /// What the kernel finds in a run.
 struct Found {
-    jacobian: [[f32; RUN]; 4],
-    major: [f32; RUN],
-    minor: [f32; RUN],
-    perspective_ts: [[f32; RUN]; 2],
-    projection: [f32; RUN],
-    depth: [f32; RUN],
+    planes: [[f32; RUN]; Footprint::PLANES],
     ndc: [[f64; RUN]; 3],
     w: [f64; RUN],
 }
 
 impl Found {
-    const NONE: Self = Self {
-        jacobian: [[f32::NAN; RUN]; 4],
-        major: [f32::NAN; RUN],
-        minor: [f32::NAN; RUN],
-        perspective_ts: [[f32::NAN; RUN]; 2],
-        projection: [f32::NAN; RUN],
-        depth: [f32::NAN; RUN],
-        ndc: [[0.0; RUN]; 3],
-        w: [0.0; RUN],
-    };
+    const NONE: Self = Self { planes: [[f32::NAN; RUN]; Footprint::PLANES], ndc: [[0.0; RUN]; 3], w: [0.0; RUN] };
 
     /// Takes over what another found of a pixel.
     fn take(&mut self, from: &Self, i: usize) {
-        for k in 0..4 {
-            self.jacobian[k][i] = from.jacobian[k][i];
+        for (to, from) in self.planes.iter_mut().zip(&from.planes) {
+            to[i] = from[i];
         }
-        self.major[i] = from.major[i];
-        self.minor[i] = from.minor[i];
-        for k in 0..2 {
-            self.perspective_ts[k][i] = from.perspective_ts[k][i];
-        }
-        self.projection[i] = from.projection[i];
-        self.depth[i] = from.depth[i];
     }
 
     fn forget(&mut self, i: usize) {
-        self.take(&Self::NONE, i);
+        self.planes.iter_mut().for_each(|plane| plane[i] = f32::NAN);
+    }
+}
+
+dispatch! {
+    /// Positions and normals, axis by axis.
+    fn spread(position: &[[f32; 3]], normal: &[[f32; 3]], run: &mut Run) = spread_body
+}
+
+#[inline(always)]
+fn spread_body(position: &[[f32; 3]], normal: &[[f32; 3]], run: &mut Run) {
+    for (i, (p, n)) in position.iter().zip(normal).enumerate().take(RUN) {
+        for axis in 0..3 {
+            run.p[axis][i] = f64::from(p[axis]);
+            run.n[axis][i] = f64::from(n[axis]);
+        }
     }
 }
 
@@ -223,16 +198,12 @@ fn texels_body(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) {
         let p = DVec3::new(run.p[0][i], run.p[1][i], run.p[2][i]);
         let n = DVec3::new(run.n[0][i], run.n[1][i], run.n[2][i]);
         let t = texel_in_image(&map, &eye, p, n);
-        for k in 0..4 {
-            found.jacobian[k][i] = t.jacobian[k] as f32;
+        let [a, b, c, d] = t.jacobian;
+        let [along_t, along_s] = t.perspective_ts;
+        let values = [a, b, c, d, t.major, t.minor, along_t, along_s, t.projection, t.depth];
+        for (plane, value) in found.planes.iter_mut().zip(values) {
+            plane[i] = value as f32;
         }
-        found.major[i] = t.major as f32;
-        found.minor[i] = t.minor as f32;
-        for k in 0..2 {
-            found.perspective_ts[k][i] = t.perspective_ts[k] as f32;
-        }
-        found.projection[i] = t.projection as f32;
-        found.depth[i] = t.depth as f32;
         for k in 0..3 {
             found.ndc[k][i] = t.ndc[k];
         }
@@ -255,7 +226,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Writes all of the row that begins at a pixel.
-    fn row(&self, first: usize, out: RowOut) {
+    fn row(&self, first: usize, out: &mut RowOut) {
         let width = out.map.len();
         let (mut found, mut of_map) = (Found::NONE, Found::NONE);
         for x in (0..width).step_by(RUN) {
@@ -268,16 +239,9 @@ impl<'a> Rows<'a> {
                 self.find_among(&run, &mut state, &mut found, &mut of_map);
             }
             let pixels = x..x + count;
-            for (i, to) in out.jacobian[pixels.clone()].iter_mut().enumerate() {
-                to.write([0, 1, 2, 3].map(|k| found.jacobian[k][i]));
+            for (to, from) in out.planes.iter_mut().zip(&found.planes) {
+                copied(&mut to[pixels.clone()], &from[..count]);
             }
-            copied(&mut out.major[pixels.clone()], &found.major[..count]);
-            copied(&mut out.minor[pixels.clone()], &found.minor[..count]);
-            for (i, to) in out.perspective_ts[pixels.clone()].iter_mut().enumerate() {
-                to.write([0, 1].map(|k| found.perspective_ts[k][i]));
-            }
-            copied(&mut out.projection[pixels.clone()], &found.projection[..count]);
-            copied(&mut out.depth[pixels.clone()], &found.depth[..count]);
             copied(&mut out.map[pixels], &state[..count]);
         }
     }
@@ -286,13 +250,8 @@ impl<'a> Rows<'a> {
     fn gather(&self, first: usize, count: usize, state: &mut [i16; RUN]) -> Run {
         // What shows nothing is a point like any other to the kernel, and forgotten afterwards.
         let mut run = Run { p: [[0.0; RUN]; 3], n: [[0.0; RUN]; 3] };
-        for i in 0..count {
-            let (position, normal) = (self.surfaces.position[first + i], self.surfaces.normal[first + i]);
-            for k in 0..3 {
-                run.p[k][i] = f64::from(position[k]);
-                run.n[k][i] = f64::from(normal[k]);
-            }
-        }
+        let pixels = first..first + count;
+        spread(&self.surfaces.position[pixels.clone()], &self.surfaces.normal[pixels], &mut run);
         if let Light::Directional(light) = self.light {
             // What [`Light::illuminates`] says, for all at once.
             let l = -light.direction();
@@ -356,7 +315,7 @@ impl<'a> Rows<'a> {
     /// How a map holds a receiver: as [`crate::Partition::holds`]; not at all where it is singular.
     fn holds(&self, k: usize, map: &TexelMap, run: &Run, found: &Found, i: usize) -> Held {
         let at = Texel { ndc: [0, 1, 2].map(|axis| found.ndc[axis][i]), w: found.w[i], ..Texel::default() };
-        if !found.major[i].is_finite() || !self.local.partitions[k].region.contains(run.point(i)) {
+        if !found.planes[Footprint::MAJOR][i].is_finite() || !self.local.partitions[k].region.contains(run.point(i)) {
             return Held::Outside;
         }
         Held::of(map.ndc(&at), at.w)

@@ -17,12 +17,7 @@ use crate::image::Footprint;
 pub fn footprint_arrays(py: Python<'_>, f: Footprint) -> PyResult<Bound<'_, PyDict>> {
     let [w, h] = f.size.map(|n| n as usize);
     let d = PyDict::new(py);
-    d.set_item("jacobian", image(py, f.jacobian.into_flattened(), [h, w, 2, 2])?)?;
-    d.set_item("major", image(py, f.major, [h, w])?)?;
-    d.set_item("minor", image(py, f.minor, [h, w])?)?;
-    d.set_item("perspective_ts", image(py, f.perspective_ts.into_flattened(), [h, w, 2])?)?;
-    d.set_item("projection", image(py, f.projection, [h, w])?)?;
-    d.set_item("depth", image(py, f.depth, [h, w])?)?;
+    d.set_item("planes", image(py, f.planes, [Footprint::PLANES, h, w])?)?;
     d.set_item("map", image(py, f.map, [h, w])?)?;
     Ok(d)
 }
@@ -77,18 +72,18 @@ pub fn footprint_at<'py>(
     let camera = &camera.get().camera;
     let found = py.detach(|| core_footprint_at(points, normals, camera, &light, p, resolution, size)).or_raise(py)?;
     let n = found.len();
-    // What has not been measured is NaN, as in images.
-    let column = |of: fn(&Texel) -> f64| -> Vec<f64> {
-        found.iter().map(|(map, texel)| if *map >= 0 { of(texel) } else { f64::NAN }).collect()
+    let values = |t: &Texel| {
+        let ([a, b, c, d], [along_t, along_s]) = (t.jacobian, t.perspective_ts);
+        [a, b, c, d, t.major, t.minor, along_t, along_s, t.projection]
     };
-    let jacobian = found.iter().flat_map(|(map, t)| if *map >= 0 { t.jacobian } else { [f64::NAN; 4] });
-    let perspective_ts = found.iter().flat_map(|(map, t)| if *map >= 0 { t.perspective_ts } else { [f64::NAN; 2] });
+    // What has not been measured is NaN, as in images; the depth is known all the same.
+    let plane = |k: usize| {
+        let value = move |(map, t): &(i16, Texel)| if *map >= 0 { values(t)[k] } else { f64::NAN };
+        found.iter().map(value)
+    };
+    let planes: Vec<f64> = (0..Footprint::DEPTH).flat_map(plane).collect();
     let d = PyDict::new(py);
-    d.set_item("jacobian", image(py, jacobian.collect::<Vec<f64>>(), [n, 2, 2])?)?;
-    d.set_item("major", image(py, column(|t| t.major), [n])?)?;
-    d.set_item("minor", image(py, column(|t| t.minor), [n])?)?;
-    d.set_item("perspective_ts", image(py, perspective_ts.collect::<Vec<f64>>(), [n, 2])?)?;
-    d.set_item("projection", image(py, column(|t| t.projection), [n])?)?;
+    d.set_item("planes", image(py, planes, [Footprint::DEPTH, n])?)?;
     d.set_item("map", image(py, found.iter().map(|f| f.0).collect::<Vec<i16>>(), [n])?)?;
     Ok(d)
 }

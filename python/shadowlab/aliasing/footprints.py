@@ -93,17 +93,18 @@ class Footprint:
         size: Any = None,
     ) -> Footprint:
         """One of the core's arrays; the depth comes with those of images."""
-        a = arrays
+        planes, which = arrays["planes"], arrays["map"]
+        jacobian = np.moveaxis(planes[:4].reshape(2, 2, *which.shape), (0, 1), (-2, -1))
         return cls(
-            a["jacobian"],
-            a["major"],
-            a["minor"],
-            a["perspective_ts"],
-            a["projection"],
-            a["map"],
-            depth=a["depth"] if depth is None else depth,
+            jacobian,
+            planes[4],
+            planes[5],
+            np.moveaxis(planes[6:8], 0, -1),
+            planes[8],
+            which,
+            depth=planes[9] if depth is None else depth,
             resolution=(int(resolution[0]), int(resolution[1])),
-            size=a["map"].shape[::-1] if size is None else size,
+            size=which.shape[::-1] if size is None else size,
             maps=len(parameterization.partitions),
         )
 

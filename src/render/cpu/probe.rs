@@ -27,7 +27,7 @@ impl MapLookup {
         }
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         let p_texel = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
-        let to_light = self.to_light(p);
+        let to_light = self.way_to_light(p);
         let carry = match self.compare_at(p, normal) {
             Comparison::At { z, .. } => self.way_to_depth(p, to_light, z).max(0.0),
             // The bias moves it past the light or the near plane.
@@ -67,7 +67,7 @@ impl MapLookup {
     }
 
     /// To the light: a unit vector.
-    fn to_light(&self, p: DVec3) -> DVec3 {
+    fn way_to_light(self, p: DVec3) -> DVec3 {
         (self.light.truncate() - self.light.w * p).normalize_or_zero()
     }
 
@@ -118,7 +118,7 @@ impl MapLookup {
         }
         let (x, y) = (2.0 * (i as f64 + 0.5) / width as f64 - 1.0, 1.0 - 2.0 * (j as f64 + 0.5) / height as f64);
         match self.on_plane(p, normal, [x, y]) {
-            Some(q) => self.way_to_depth(q, self.to_light(q), stored),
+            Some(q) => self.way_to_depth(q, self.way_to_light(q), stored),
             // A plane seen edge on from the light: its depth there is any.
             None => f64::NEG_INFINITY,
         }

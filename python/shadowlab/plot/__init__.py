@@ -1,24 +1,55 @@
-"""Plots. Every function takes matplotlib axes, or makes them, and returns them."""
+"""Plots. Every function takes matplotlib axes, or makes them, and returns them.
+
+- Of a run and a study: `eye_view`, `difference_view`, `chosen_view`, `shadow_map`, `frustum`, `error_curve`,
+  `study_figure`.
+- Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
+- Of techniques: `error_along_view`, `error_over_angle`, `drift`.
+- Of a map's texels: `warped_view`, `light_view`, `lattice`.
+"""
 
 from __future__ import annotations
 
 from .. import pictures
+from ..cause_pictures import cause_picture
+from ..error_pictures import error_picture
+from ..lattice_pictures import lattice_picture
 from ..pictures import difference, shade, truth_mask
 from .axes import MARKERS, SERIES
+from .curves import error_along_view, error_over_angle
+from .distributions import error_by_depth, error_histogram
+from .drifts import drift
+from .error_maps import error_map
+from .lattices import lattice
+from .light_views import light_view, warped_view
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
+from .wrong_pixels import cause_map, causes
 
 __all__ = [
     "MARKERS",
     "SERIES",
+    "cause_map",
+    "cause_picture",
+    "causes",
     "chosen_view",
     "difference",
     "difference_view",
+    "drift",
+    "error_along_view",
+    "error_by_depth",
     "error_curve",
+    "error_histogram",
+    "error_map",
+    "error_over_angle",
+    "error_picture",
     "eye_view",
     "frustum",
+    "lattice",
+    "lattice_picture",
+    "light_view",
     "pictures",
     "shade",
     "shadow_map",
     "study_figure",
     "truth_mask",
+    "warped_view",
 ]

@@ -28,12 +28,14 @@ from .scenes import Scene, load_scene, turned
 
 if TYPE_CHECKING:
     from . import plot
+    from .advice import Advice, advise
     from .diagnosis import Diagnosis, diagnose
     from .doctor import report
     from .study import Study, compare
     from .views import default_view
 
 __all__ = [
+    "Advice",
     "Bias",
     "Camera",
     "Convention",
@@ -50,6 +52,7 @@ __all__ = [
     "Study",
     "Technique",
     "__version__",
+    "advise",
     "aliasing",
     "compare",
     "default_view",
@@ -69,8 +72,10 @@ __all__ = [
 
 #: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
 _LAZY = {
+    "Advice": "advice",
     "Diagnosis": "diagnosis",
     "Study": "study",
+    "advise": "advice",
     "compare": "study",
     "default_view": "views",
     "diagnose": "diagnosis",

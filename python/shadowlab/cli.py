@@ -1,4 +1,4 @@
-"""The command `shadowlab`: compare, matrix, diagnose, techniques, doctor.
+"""The command `shadowlab`: compare, advise, matrix, diagnose, techniques, doctor.
 
 An error is one line on standard error and exit status 2; Ctrl-C is 130. Vectors and points are in the axes of the
 file, so `--up z` goes with coordinates as the program that wrote the file shows them.
@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .cli_advise import advise_options
 from .cli_matrix import diagnose_command, matrix_command
 from .cli_view import load_view, view_options
 from .errors import ArgumentError, ShadowlabError, ShadowlabWarning
@@ -167,6 +168,7 @@ def parser() -> Parser:
         "--out", default="report", metavar="DIR", help="where report.html and the rest go (default: report)"
     )
     compare.set_defaults(run=compare_command)
+    advise_options(commands, shared)
 
     matrix = commands.add_parser(
         "matrix",

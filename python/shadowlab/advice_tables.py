@@ -1,0 +1,256 @@
+"""From outcomes to standings and switches: who is best over all views at equal memory, and where that changes.
+
+A winner is kept for as long as it is best or about equal to the best, so that noise alone switches nothing: along views
+or budgets in a row, the candidates about equal to the best of every point so far are kept, and where none is left a new
+stretch begins. That divides the row into as few stretches as there can be.
+
+    about best at 10°   A B        one stretch: A
+                  30°   A C
+                  60°     C D      a switch between 30° and 60°: from A to C
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from .advice_errors import about_equal
+from .advice_memory import memory_text, taken
+from .advice_runs import Outcome
+from .advice_views import SAME_ANGLE, View, axis_of
+from .matrices import CHECK_MATRIX
+from .verdict import BASELINE
+from .verdict_words import listed
+
+TABLE_COLUMNS = (
+    "memory", "rank", "candidate", "technique", "maps", "resolution", "bytes", "error_mean", "error_worst",
+    "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
+)  # fmt: skip
+TABLE_COUNTS = ("memory", "rank", "maps", "resolution", "bytes")
+SWITCH_COLUMNS = (
+    "along", "camera", "memory", "from", "to", "at_from", "at_to", "winner_from", "winner_to", "error_from",
+    "error_to", "other_from", "other_to",
+)  # fmt: skip
+MEMORY = "memory"
+NOTHING_SEEN = "nothing to compare in any view: no camera sees anything that looks up a texel"
+NO_TEXEL = "no pixel of the view looks up a texel of its maps"
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A candidate with a budget over all views; `error` is the mean or the worst, whichever is ranked by."""
+
+    memory: int
+    candidate: str
+    technique: str
+    text: str
+    maps: int | None
+    resolution: int | None
+    mean: float | None = None
+    worst: float | None = None
+    worst_view: str = ""
+    error: float | None = None
+    variance: float = 0.0
+    notes: str = ""
+    failure: str = ""
+    rank: int | None = None
+    ratio_to_best: float | None = None
+    ratio_to_uniform: float | None = None
+    about_best: bool = False
+
+    @property
+    def doubted(self) -> bool:
+        """Whether its matrices are hardly maps of the light, so that it is not ranked."""
+        return CHECK_MATRIX in self.notes
+
+    @property
+    def ranked(self) -> bool:
+        """Whether it takes part."""
+        return self.error is not None and not self.doubted
+
+    def row(self) -> dict[str, Any]:
+        """The row of `Advice.table`."""
+        size = None if self.maps is None or self.resolution is None else taken(self.maps, self.resolution)
+        return {
+            "memory": self.memory, "rank": self.rank, "candidate": self.candidate, "technique": self.text,
+            "maps": self.maps, "resolution": self.resolution, "bytes": size, "error_mean": self.mean,
+            "error_worst": self.worst, "worst_view": self.worst_view, "ratio_to_best": self.ratio_to_best,
+            "ratio_to_uniform": self.ratio_to_uniform, "about_best": self.about_best, "notes": self.notes,
+            "failure": self.failure,
+        }  # fmt: skip
+
+
+def counted_views(outcomes: Sequence[Outcome]) -> list[str]:
+    """The views in which any candidate could be measured; the others say nothing about any."""
+    return list(dict.fromkeys(o.view.label for o in outcomes if o.error is not None))
+
+
+def standings(outcomes: Sequence[Outcome], over: str) -> list[Standing]:
+    """All candidates and budgets: budgets rising, within each the best first, those without a number last."""
+    counted = counted_views(outcomes)
+    groups: dict[tuple[int, str], list[Outcome]] = {}
+    for one in outcomes:
+        groups.setdefault((one.memory, one.candidate), []).append(one)
+    found = []
+    for memory in sorted({memory for memory, _ in groups}):
+        found += ranked([together(of, counted, over) for (m, _), of in groups.items() if m == memory])
+    return found
+
+
+def together(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Standing:
+    """A candidate with a budget over the views that count."""
+    first = of[0]
+    used = [o for o in of if o.view.label in counted] if counted else list(of)
+    sides = [o.resolution for o in of if o.resolution is not None]
+    maps = max((o.maps for o in of if o.maps is not None), default=None)
+    notes = "; ".join(dict.fromkeys(note for o in used for note in [o.notes] if note))
+    head = (first.memory, first.candidate, first.technique, first.text, maps, sides[0] if sides else None)
+    failure = failure_of(used) or ("" if counted else NOTHING_SEEN)
+    if failure:
+        return Standing(*head, notes=notes, failure=failure)
+    errors = [(float(o.error or 0.0), o.view.label, o.variance) for o in used]
+    mean = sum(error for error, _, _ in errors) / len(errors)
+    worst, worst_view, worst_variance = max(errors, key=lambda e: e[0])
+    variance = sum(v for _, _, v in errors) / len(errors) ** 2
+    error, variance = (mean, variance) if over == "mean" else (worst, worst_variance)
+    return Standing(*head, mean, worst, worst_view, error, variance, notes)
+
+
+def failure_of(used: Sequence[Outcome]) -> str:
+    """Why a candidate has no number over all views, and in which views; nothing where it has."""
+    reasons: dict[str, list[str]] = {}
+    for one in used:
+        missing = NO_TEXEL if one.error is None and any(o.error is not None for o in used) else ""
+        if reason := one.failure or missing:
+            reasons.setdefault(reason, []).append(one.view.label)
+    if not reasons and used and all(one.error is None for one in used):
+        return NOTHING_SEEN
+    parts = [
+        reason if len(views) == len(used) else f"{reason} (in {len(views)} of {len(used)} views: {listed(views)})"
+        for reason, views in reasons.items()
+    ]
+    return "; ".join(parts)
+
+
+def ranked(of_budget: Sequence[Standing]) -> list[Standing]:
+    """The standings of one budget in order, with rank and ratios. Whatever order they come in, the result is one."""
+    order = sorted(of_budget, key=lambda s: (not s.ranked, bool(s.failure), s.error or 0.0, s.maps or 0, s.candidate))
+    valid = [s for s in order if s.ranked]
+    plain = min((float(s.error or 0.0) for s in valid if s.technique == BASELINE), default=None)
+    made = []
+    for one in order:
+        if not one.ranked:
+            made.append(one)
+            continue
+        error, best = float(one.error or 0.0), valid[0]
+        least = float(best.error or 0.0)
+        made.append(
+            replace(
+                one,
+                rank=1 + sum(float(s.error or 0.0) < error for s in valid),
+                ratio_to_best=ratio(error, least),
+                ratio_to_uniform=None if plain is None else ratio(error, plain),
+                about_best=about_equal(error, least, one.variance + best.variance),
+            )
+        )
+    return made
+
+
+def ratio(error: float, other: float) -> float:
+    """One error over another; 1 where neither has any."""
+    return error / other if other > 0 else 1.0 if error == 0 else math.inf
+
+
+# An error with its variance, by candidate: what is known at one view or budget.
+Point = Mapping[str, tuple[float, float]]
+
+
+def stretches(points: Sequence[Point]) -> list[tuple[int, str]]:
+    """(index of its first point, winner) of each stretch along points in a row."""
+    found: list[tuple[int, str]] = []
+    start, kept = 0, set[str]()
+    for i, point in enumerate(points):
+        if not point:
+            continue
+        best, (least, spread) = min(point.items(), key=lambda item: (item[1][0], item[0]))
+        near = {best} | {name for name, (e, v) in point.items() if about_equal(e, least, v + spread)}
+        if kept & near:
+            kept &= near
+            continue
+        if kept:
+            found.append((start, winner(kept, points[start:i])))
+        start, kept = i, near
+    return [*found, (start, winner(kept, points[start:]))] if kept else found
+
+
+def winner(kept: set[str], points: Sequence[Point]) -> str:
+    """Of candidates about equal to the best all along, the one with the least error in sum."""
+    present = [point for point in points if point]
+    return min(kept, key=lambda name: (sum(point[name][0] for point in present), name))
+
+
+def switches(outcomes: Sequence[Outcome], ranking: Sequence[Standing]) -> list[dict[str, Any]]:
+    """Where the winner changes: by the light for each budget and camera, and along budgets over all views."""
+    counted = counted_views(outcomes)
+    rows: list[dict[str, Any]] = []
+    unranked = {s.candidate for s in ranking if s.doubted}
+    valid = [o for o in outcomes if o.error is not None and o.view.label in counted and o.candidate not in unranked]
+    for camera, of_camera in rows_of_views(valid).items():
+        axis = axis_of([o.view for o in of_camera])
+        for memory in sorted({o.memory for o in of_camera}):
+            here = [o for o in of_camera if o.memory == memory]
+            order = {o.view.label: o.view for o in sorted(here, key=lambda o: place_of(o.view, axis))}
+            points = [
+                {o.candidate: (float(o.error or 0.0), o.variance) for o in here if o.view.label == label}
+                for label in order
+            ]
+            places = [(label, getattr(view, axis)) for label, view in order.items()]
+            rows += changes(points, places, {"along": axis.replace("_", " "), "camera": camera, "memory": memory})
+    budgets = sorted({s.memory for s in ranking})
+    points = [
+        {s.candidate: (float(s.error or 0.0), s.variance) for s in ranking if s.memory == m and s.ranked}
+        for m in budgets
+    ]
+    places = [(memory_text(m), float(m)) for m in budgets]
+    return rows + changes(points, places, {"along": MEMORY, "camera": "", "memory": None})
+
+
+def rows_of_views(valid: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+    """What lies in one row by its light: the views of each camera; with one light those of all cameras."""
+    if len({o.view.light_label for o in valid}) == 1:
+        return {"": [o for o in valid if o.view.light_angle is not None]}
+    groups: dict[str, list[Outcome]] = {}
+    for one in valid:
+        if one.view.light_angle is not None:
+            groups.setdefault(one.view.camera_label, []).append(one)
+    return groups
+
+
+def place_of(view: View, axis: str) -> tuple[int, float, str]:
+    """Where a view stands in its row; the other angle, then the label, order those in one place."""
+    angle, elevation = view.light_angle or 0.0, view.light_elevation or 0.0
+    own, other = (angle, elevation) if axis == "light_angle" else (elevation, angle)
+    return round(own / SAME_ANGLE), other, view.label
+
+
+def changes(
+    points: Sequence[Point], places: Sequence[tuple[str, float | None]], head: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """A row for each change of winner along points at places (label, number)."""
+    found = stretches(points)
+    rows = []
+    for (_, before), (i, after) in pairwise(found):
+        left = max(j for j in range(i) if points[j])
+
+        def error(j: int, name: str) -> float | None:
+            return points[j][name][0] if name in points[j] else None
+
+        rows.append({
+            **head, "from": places[left][0], "to": places[i][0], "at_from": places[left][1], "at_to": places[i][1],
+            "winner_from": before, "winner_to": after, "error_from": error(left, before), "error_to": error(i, after),
+            "other_from": error(left, after), "other_to": error(i, before),
+        })  # fmt: skip
+    return rows

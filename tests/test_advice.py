@@ -1,0 +1,280 @@
+"""advise: equal memory, the ranking, and its numbers recomputed by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import itertools
+import json
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from advice_support import SETS, SIZE, advise, made_view
+from hypothesis import given
+from hypothesis import strategies as st
+
+import shadowlab as sl
+from shadowlab.advice_errors import MEASURES
+from shadowlab.advice_memory import (
+    BYTES_PER_TEXEL,
+    LEAST_TEXELS,
+    MOST_TEXELS,
+    STEP_TEXELS,
+    bytes_of,
+    memory_text,
+    side_of,
+)
+from shadowlab.advice_runs import COLUMNS
+from shadowlab.errors import ArgumentError, UnknownNameError
+
+# One pixel of the picture may change sides where a camera is made again from its rounded target.
+ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
+
+
+@pytest.fixture(scope="module")
+def view():
+    return made_view()
+
+
+@pytest.fixture(scope="module")
+def advice(view):
+    return advise(view)
+
+
+# ---- memory
+
+
+@given(st.integers(256, 2**40), st.integers(1, 64))
+def test_maps_fit_and_no_larger_ones_do(memory, maps):
+    side = side_of(memory, maps)
+    assert side * side * maps * BYTES_PER_TEXEL <= memory
+    assert side % STEP_TEXELS == 0
+    larger = max(side + STEP_TEXELS, LEAST_TEXELS)
+    assert larger * larger * maps * BYTES_PER_TEXEL > memory or side == MOST_TEXELS
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("4 MiB", 2**22), ("4MiB", 2**22), ("16MB", 16_000_000), (" 0.5 mib ", 2**19), ("512 KiB", 2**19),
+        ("65536", 65536), ("64 kB", 64_000), ("1e", None), (4096, 4096), (4096.7, 4096), (np.int64(4096), 4096),
+        ("300 bytes", 300),
+    ],
+)  # fmt: skip
+def test_memory_is_read(text, size):
+    if size is None:
+        with pytest.raises(UnknownNameError, match=r"memory: unknown unit 'e'.*MiB"):
+            bytes_of(text)
+    else:
+        assert bytes_of(text) == size
+
+
+@given(st.integers(256, 2**44))
+def test_memory_is_told_exactly(size):
+    text = memory_text(size)
+    assert bytes_of(text.replace(",", "")) == size
+
+
+def test_each_candidate_gets_as_much_as_fits(advice):
+    for row in advice.table.to_dict("records"):
+        assert row["bytes"] == 4 * row["maps"] * row["resolution"] ** 2
+        assert row["bytes"] <= row["memory"]
+        assert row["resolution"] == side_of(row["memory"], row["maps"])
+    runs = advice.runs
+    assert (runs["bytes"] <= runs["memory"]).all()
+    # One resolution for all views of a candidate.
+    sides = runs.groupby(["candidate", "memory"])["resolution"]
+    assert (sides.min() == sides.max()).all()
+
+
+class Varying:
+    """Two maps of a light from the side, one of a light from above, and one more from 40 texels on."""
+
+    name, settings = "varying", {}
+
+    def parameterize(self, scene, camera, light, *, resolution=1024, samples=None):
+        count = (2 if abs(np.asarray(light.direction)[0]) > 0.5 else 1) + (resolution <= 40)
+        return sl.technique("z_partition", count=count).parameterize(scene, camera, light, resolution=resolution)
+
+
+def test_memory_holds_in_the_view_with_most_maps(view):
+    found = advise(view, techniques={"x": Varying()}, memory=["32 KiB", "16 KiB"])
+    for row in found.table.to_dict("records"):
+        most = found.runs.query("memory == @row['memory']")["maps"].max()
+        assert (row["maps"], row["resolution"]) == (most, side_of(row["memory"], most))
+    assert found.table["maps"].tolist() == [3, 2]
+
+
+# ---- the ranking and its numbers
+
+
+def test_one_row_a_candidate_and_budget_and_one_a_view(advice):
+    assert len(advice.table) == len(SETS) * 2
+    assert len(advice.runs) == len(SETS) * 2 * 2
+    assert list(advice.runs.columns) == list(COLUMNS)
+    assert set(advice.runs["view"]) == {"noon", "low"}
+    assert (advice.table["failure"] == "").all()
+
+
+@pytest.mark.parametrize("over", ["mean", "worst"])
+def test_the_order_is_that_of_the_errors(view, over):
+    found = advise(view, over=over)
+    for _, table in found.table.groupby("memory"):
+        errors = table[f"error_{over}"].to_numpy()
+        assert (np.diff(errors) >= 0).all()
+        assert table["rank"].tolist() == [1 + int((errors < e).sum()) for e in errors]
+        np.testing.assert_allclose(table["ratio_to_best"], errors / errors[0])
+        plain = float(table.set_index("candidate").loc["uniform", f"error_{over}"])
+        np.testing.assert_allclose(table["ratio_to_uniform"], errors / plain)
+
+
+def test_aggregates_are_those_of_the_runs(advice):
+    for row in advice.table.to_dict("records"):
+        errors = advice.runs.query("candidate == @row['candidate'] and memory == @row['memory']").set_index("view")[
+            "error"
+        ]
+        assert math.isclose(row["error_mean"], errors.mean())
+        assert row["error_worst"] == errors.max()
+        assert errors[row["worst_view"]] == errors.max()
+
+
+def test_the_order_of_candidates_and_budgets_changes_nothing(view, advice):
+    turned = advise(view, techniques=SETS[::-1], memory=["48 KiB", "16 KiB"])
+    pd.testing.assert_frame_equal(turned.table, advice.table)
+    pd.testing.assert_frame_equal(turned.switches, advice.switches)
+    assert turned.verdict == advice.verdict
+    assert turned.best.candidate == advice.best.candidate
+
+
+@pytest.mark.parametrize("name", [measure.name for measure in MEASURES])
+def test_every_error_is_that_of_the_public_functions(view, name):
+    scene, camera, lights = view
+    found = advise(view, error=name, memory="16 KiB", techniques=["uniform", "z_partition:count=3"])
+    renderer = sl.Renderer("cpu")
+    gbuffer = renderer.gbuffer(scene, camera, size=SIZE)
+    for row in found.runs.to_dict("records"):
+        light, n = lights[row["view"]], row["resolution"]
+        p = sl.technique(row["technique"]).parameterize(scene, camera, light, resolution=n)
+        mask = renderer.shadow_mask(scene, camera, light, p, resolution=n, size=SIZE)
+        truth = sl.trace.shadow_mask(scene, camera, light, size=SIZE)
+        errors = sl.aliasing.misclassified(mask, truth)
+        summary = sl.aliasing.footprint(gbuffer, camera, light, p, resolution=n).summary()
+        by_name = {
+            "misclassified": errors.fraction, "worst": summary.max, "p95": summary.percentiles[95],
+            "mean": summary.mean, "undersampled": summary.undersampled, "perspective": summary.perspective_max,
+        }  # fmt: skip
+        assert row["error"] == by_name[name]
+        assert (row["misclassified"], row["compared"]) == (errors.count, errors.compared)
+        assert row["storage_factor"] == summary.storage_factor
+        assert row["acne"] + row["edge"] + row["leak"] + row["missing"] == errors.count
+        maps = renderer.shadow_map(scene, p, resolution=n)
+        why = sl.aliasing.causes(scene, camera, light, p, mask, truth, gbuffer=gbuffer, maps=maps)
+        assert why.counts == {cause: row[cause] for cause in why.counts}
+
+
+@pytest.mark.parametrize("error", ["misclassified", "p95"])
+def test_the_python_of_a_row_gives_its_numbers(error):
+    scene = sl.library.scene("skylight")
+    lights = [sl.DirectionalLight((0.2, -1, 0.1)), scene.light]
+    found = sl.advise(
+        scene, scene.camera, lights, memory="16 KiB", size=(48, 27), renderer="cpu", error=error, progress=False,
+        techniques={"a": "lispsm:near=basic", "b": "z_partition:splits=min-max,count=2", "c": sl.preset("filament")},
+        bias=sl.Bias(world=0.01), filter="pcf2x2",
+    )  # fmt: skip
+    assert (found.table["failure"] == "").all()
+    for row in [*found.table.to_dict("records"), *found.runs.to_dict("records")]:
+        names: dict = {}
+        exec(compile(found.reproduce(row), "snippet", "exec"), names)
+        want = {"error_mean": row["error"], "error_worst": row["error"]} if "view" in row else row
+        slack = ONE_PIXEL if error == "misclassified" else 1e-6 * row.get("error_worst", row.get("error"))
+        assert abs(names["error_mean"] - want["error_mean"]) <= slack
+        assert abs(names["error_worst"] - want["error_worst"]) <= slack
+    assert found.reproduce(0) == found.reproduce(found.table.iloc[0])
+    assert found.reproduce(found.best).startswith("import shadowlab as sl\n")
+    for wrong in (99, -1, "lispsm", None, {"candidate": "nobody", "memory": 16384}):
+        with pytest.raises(ArgumentError, match="row: expected"):
+            found.reproduce(wrong)
+
+
+def test_the_text_and_records_of_the_data_give_the_number_again(tmp_path):
+    """What advice.json holds of a run is enough: technique text, resolution, camera, light."""
+    scene = sl.library.scene("robots")
+    found = sl.advise(
+        scene, scene.camera, {"a": scene.light}, memory="64 KiB", techniques=["z_partition:count=3", "lispsm"],
+        size=(64, 36), renderer="cpu", progress=False,
+    )  # fmt: skip
+    text = found.save(tmp_path).read_text(encoding="utf-8")
+    data = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    (seen,) = data["views"]
+    c = seen["camera"]
+    target = np.array(c["eye"]) + np.array(c["forward"]) * c["far"]
+    optics = {name: c[name] for name in ("fov_y", "aspect", "near", "far", "up")}
+    camera = sl.Camera.look_at(c["eye"], target, **optics)
+    light = sl.DirectionalLight(seen["light"]["direction"])
+    renderer = sl.Renderer(data["renderer"]["backend"])
+    for run in data["runs"]:
+        p = sl.technique(run["technique"]).parameterize(scene, camera, light, resolution=run["resolution"])
+        size = tuple(seen["size"])
+        bias = sl.Bias(**{k: math.inf if v == "inf" else v for k, v in data["bias"].items()})
+        mask = renderer.shadow_mask(
+            scene, camera, light, p, resolution=run["resolution"], size=size, bias=bias, filter=data["filter"]
+        )
+        errors = sl.aliasing.misclassified(mask, sl.trace.shadow_mask(scene, camera, light, size=size))
+        assert abs(errors.fraction - run["error"]) <= 1 / errors.compared
+        assert run["reproduce"] == found.reproduce(run)
+
+
+def test_files_hold_the_tables(advice, tmp_path):
+    path = advice.save(tmp_path / "deep" / "er")
+    names = {file.name for file in path.parent.iterdir()}
+    assert names == {"advice.csv", "runs.csv", "switches.csv", "advice.json", "advice.png"}
+    read = pd.read_csv(path.parent / "advice.csv", keep_default_na=False)
+    assert read["candidate"].tolist() == advice.table["candidate"].tolist()
+    np.testing.assert_allclose(read["error_mean"].astype(float), advice.table["error_mean"], rtol=1e-15)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert data["verdict"] == advice.verdict
+    assert [row["error_worst"] for row in data["table"]] == advice.table["error_worst"].tolist()
+    with pytest.raises(ArgumentError, match="directory: expected a path"):
+        advice.save(3)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ArgumentError, match="directory: cannot write"):
+        advice.save(tmp_path / "file" / "below")
+
+
+# ---- choices
+
+
+def test_the_best_of_all_of_a_view_and_of_a_budget(advice):
+    table, runs = advice.table, advice.runs
+    least = table.loc[table["error_mean"].idxmin()]
+    assert (advice.best.candidate, advice.best.error) == (least["candidate"], least["error_mean"])
+    for view, memory in itertools.product(("noon", "low"), advice.budgets):
+        chosen = advice.best_for(view=view, memory=memory)
+        here = runs[(runs["view"] == view) & (runs["memory"] == memory)]
+        assert chosen.error == here["error"].min()
+        assert here.set_index("candidate").loc[chosen.candidate, "error"] == chosen.error
+        assert chosen.technique.parameterize(advice.scene, advice.views[0].camera, advice.views[0].light)
+    assert advice.best_for(memory="16 KiB").memory == 16384
+    with pytest.raises(UnknownNameError, match="view: unknown view 'night'; expected one of 'noon', 'low'"):
+        advice.best_for(view="night")
+    with pytest.raises(UnknownNameError, match="memory: no budget of 1 MiB; expected one of 16 KiB, 48 KiB"):
+        advice.best_for(memory="1 MiB")
+
+
+def test_the_advice_is_frozen_and_shows_itself(advice):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        advice.over = "worst"
+    text = repr(advice)
+    assert advice.verdict in text
+    assert "16 KiB" in text
+    assert "<table>" in advice._repr_html_()
+    assert "maps" in repr(advice.best)
+
+
+def test_the_example_of_the_documentation_holds():
+    import shadowlab.advice
+
+    result = doctest.testmod(shadowlab.advice)
+    assert (result.failed, result.attempted > 0) == (0, True)

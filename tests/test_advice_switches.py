@@ -1,0 +1,225 @@
+"""Where the winner changes, how noise is kept out of it, and what is said of it: on tables made by hand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from shadowlab.advice_errors import LATTICE_SCATTER, about_equal, measure_of
+from shadowlab.advice_runs import Outcome
+from shadowlab.advice_tables import standings, stretches, switches
+from shadowlab.advice_views import View
+from shadowlab.advice_words import advice_text
+
+MIB = 2**20
+PIXELS = 100_000
+
+
+def seen(label, angle, camera="camera", elevation=0.5):
+    return View(label, camera, label, None, None, (10, 10), math.radians(angle), elevation)
+
+
+def outcome(candidate, view, error, memory=MIB, **keywords):
+    measure = measure_of("misclassified")
+    wrong = round((error or 0.0) * PIXELS)
+    numbers = {"misclassified": wrong, "share": error, "compared": PIXELS, "edge": wrong}
+    variance = measure.variance(error or 0.0, PIXELS)
+    given = {"maps": 1, "resolution": 512, "error": error, "variance": variance, "numbers": numbers}
+    return Outcome(candidate, candidate.partition(":")[0], candidate, memory, view, **{**given, **keywords})
+
+
+def table(angles, memory=MIB, **errors):
+    """Outcomes of candidates with an error for each angle."""
+    return [
+        outcome(name, seen(f"at {angle}", angle), error, memory)
+        for name, of in errors.items()
+        for angle, error in zip(angles, of, strict=True)
+    ]
+
+
+def said(outcomes, error="misclassified", over="mean", filled=None):
+    ranking = standings(outcomes, over)
+    labels = {o.view.label: 1.0 for o in outcomes}
+    return advice_text(ranking, switches(outcomes, ranking), outcomes, measure_of(error), over, filled or labels)
+
+
+def test_a_switch_lies_between_neighbours_with_both_errors():
+    outcomes = table([60, 10, 35, 80], uniform=[0.04, 0.01, 0.012, 0.05], lispsm=[0.01, 0.03, 0.03, 0.01])
+    (row,) = switches(outcomes, standings(outcomes, "mean"))
+    assert (row["along"], row["from"], row["to"]) == ("light angle", "at 35", "at 60")
+    assert (row["winner_from"], row["winner_to"]) == ("uniform", "lispsm")
+    assert (row["error_from"], row["other_from"]) == (0.012, 0.03)
+    assert (row["error_to"], row["other_to"]) == (0.01, 0.04)
+    assert math.isclose(row["at_from"], math.radians(35))
+    told = "The answer switches at a light angle of about 48°: below it, at 35°, uniform (1.20 %; lispsm 3.00 %); above"
+    assert told in said(outcomes)
+
+
+def test_noise_switches_nothing():
+    # 0.0100 and 0.0104 of 100,000 pixels are no different: the one that holds all along stays.
+    outcomes = table([10, 40, 70], a=[0.0100, 0.0104, 0.0100], b=[0.0104, 0.0100, 0.0104])
+    assert switches(outcomes, standings(outcomes, "mean")) == []
+    text = said(outcomes)
+    assert "b does about as well (within the noise)" in text
+    assert "The answer does not switch between views: one candidate is best or about equal all along." in text
+
+
+def test_a_real_change_is_found_through_a_tie():
+    outcomes = table([10, 40, 70], a=[0.01, 0.0201, 0.05], b=[0.05, 0.0200, 0.01])
+    (row,) = switches(outcomes, standings(outcomes, "mean"))
+    assert (row["from"], row["to"], row["winner_from"], row["winner_to"]) == ("at 40", "at 70", "a", "b")
+    assert "below it, at 40°, a (2.01 %, within the noise of b's 2.00 %); above it" in said(outcomes)
+
+
+def test_budgets_switch_over_all_views():
+    outcomes = table([10, 70], MIB, a=[0.01, 0.02], b=[0.03, 0.05])
+    outcomes += table([10, 70], 4 * MIB, a=[0.008, 0.016], b=[0.002, 0.003])
+    rows = switches(outcomes, standings(outcomes, "mean"))
+    (row,) = [row for row in rows if row["along"] == "memory"]
+    assert (row["from"], row["to"], row["at_from"], row["at_to"]) == ("1 MiB", "4 MiB", MIB, 4 * MIB)
+    assert (row["winner_from"], row["error_from"]) == ("a", 0.015)
+    assert (row["winner_to"], row["error_to"], row["other_to"]) == ("b", 0.0025, 0.012)
+    assert "The answer switches with memory: up to 1 MiB a (1.50 %; b 4.00 %), from 4 MiB on b" in said(outcomes)
+
+
+def test_cameras_are_rows_of_their_own():
+    outcomes = []
+    for camera, flip in (("front", False), ("side", True)):
+        for angle, light, (first, second) in ((10, "x", (0.01, 0.05)), (70, "y", (0.05, 0.01))):
+            view = View(f"{camera}, {light}", camera, light, None, None, (1, 1), math.radians(angle), 0.1)
+            a, b = (second, first) if flip else (first, second)
+            outcomes += [outcome("a", view, a), outcome("b", view, b)]
+    rows = switches(outcomes, standings(outcomes, "mean"))
+    assert [(r["camera"], r["winner_from"], r["winner_to"]) for r in rows] == [("front", "a", "b"), ("side", "b", "a")]
+    assert "for front: below it" in said(outcomes)
+
+
+def test_a_light_that_climbs_beside_the_view_is_told_by_its_elevation():
+    outcomes = []
+    for up, a, b in ((10, 0.01, 0.04), (50, 0.01, 0.04), (80, 0.04, 0.01)):
+        view = seen(f"up {up}", 88, elevation=math.radians(up))
+        outcomes += [outcome("a", view, a), outcome("b", view, b)]
+    assert "The answer switches at a light elevation of about 65°: below it, at 50°, a (1.00 %; b" in said(outcomes)
+
+
+errors = st.sampled_from([0.01, 0.0102, 0.013, 0.02])
+points = st.lists(st.dictionaries(st.sampled_from("abc"), st.tuples(errors, st.just(0.0)), max_size=3), max_size=6)
+
+
+@given(points)
+@settings(max_examples=300)
+def test_stretches_are_as_few_as_can_be(points):
+    """Against all ways to give each point a candidate about equal to its best."""
+    found = stretches(points)
+    present = [point for point in points if point]
+    near = [
+        {name for name, (e, _) in point.items() if about_equal(e, min(e for e, _ in point.values()), 0.0)}
+        for point in present
+    ]
+    changes = [sum(x != y for x, y in itertools.pairwise(way)) for way in itertools.product(*near)]
+    assert len(found) == (1 + min(changes) if present else 0)
+    # Each winner is about best all along its stretch.
+    starts = [start for start, _ in found] + [len(points)]
+    for (start, name), end in zip(found, starts[1:], strict=True):
+        for point in points[start:end]:
+            if point:
+                assert about_equal(point[name][0], min(e for e, _ in point.values()), 0.0)
+
+
+def test_the_noise_is_that_of_counts_and_of_the_lattice():
+    measure = measure_of("misclassified")
+    few, many = measure.variance(0.01, 1000), measure.variance(0.01, 10**9)
+    assert few > many > 0
+    assert math.isclose(many, (LATTICE_SCATTER * 0.01) ** 2, rel_tol=1e-3)
+    assert measure_of("worst").variance(7.0, 1000) == 0
+    assert about_equal(0.0, 0.0, 0.0)
+    assert not about_equal(0.0, 0.01, 0.0)
+
+
+def test_uniform_at_the_top_says_that_nothing_is_worth_it():
+    text = said(table([10, 70], uniform=[0.01, 0.01], lispsm=[0.02, 0.02]))
+    assert "uniform (512²) has the least share of wrong pixels: 1.00 % on average over 2 views" in text
+    assert "no warp or split is worth it here" in text
+    near = said(table([10], uniform=[0.0101], lispsm=[0.01]))
+    assert (
+        "lispsm (512²) has the least share of wrong pixels: 1.00 %, about as much as uniform (1.01 %): no warp" in near
+    )
+
+
+def test_the_gain_over_uniform_and_ties_with_fewer_maps():
+    outcomes = [outcome("uniform", seen("x", 10), 0.04), outcome("lispsm", seen("x", 10), 0.0101)]
+    outcomes.append(outcome("z_partition", seen("x", 10), 0.01, maps=4, resolution=256))
+    text = said(outcomes)
+    assert "z_partition (4 × 256²) has the least share of wrong pixels: 1.00 %, 4 times less than uniform in as" in text
+    assert "lispsm does about as well (within the noise); lispsm needs only 1 map." in text
+    best, second, third = standings(outcomes, "mean")
+    assert (best.about_best, second.about_best, third.about_best) == (True, True, False)
+    assert (third.ratio_to_best, third.ratio_to_uniform, best.ratio_to_uniform) == (4.0, 1.0, 0.25)
+
+
+def test_a_warning_where_no_candidate_is_good():
+    text = said(table([10], uniform=[0.3], lispsm=[0.2]))
+    assert "No candidate is good here: even the best has 20.0 % on average at 1 MiB, and from 5.00 % on" in text
+    assert "No candidate is good" not in said(table([10], uniform=[0.3], lispsm=[0.02]))
+    long = said(table([10], uniform=[30.0], lispsm=[4.0]), error="p95")
+    assert "even the best has 4 px" in long
+    assert "It would take about 4 times the memory." in long
+
+
+def test_views_that_hardly_test_shadows_and_causes_of_bias():
+    text = said(table([10], uniform=[0.00002], lispsm=[0.0]))
+    assert "These views hardly test shadows: no run has 10 wrong pixels or more." in text
+    assert "switch" not in text
+    numbers = {"misclassified": 1000, "share": 0.01, "compared": PIXELS, "acne": 900, "edge": 100}
+    acne = [outcome("lispsm", seen("x", 10), 0.01, numbers=numbers)]
+    told = "Of the 1,000 wrong pixels of lispsm at 1 MiB, 90.0 % are surfaces that shadow themselves: a larger bias"
+    assert told in said(acne)
+
+
+def test_zeros_have_no_ratio_and_infinity_is_said():
+    ranking = standings(table([10], uniform=[0.01], lispsm=[0.0]), "mean")
+    assert [s.ratio_to_best for s in ranking] == [1.0, math.inf]
+    assert "where uniform has 1.00 % in as much memory" in said(table([10], uniform=[0.01], lispsm=[0.0]))
+
+
+def test_little_seen_and_pixels_outside_are_told():
+    outcomes = table([10], uniform=[0.01], lispsm=[0.02])
+    assert "The view at 10 has less than 5.00 % of the pixels filled: move closer." in said(
+        outcomes, filled={"at 10": 0.01}
+    )
+    numbers = {"misclassified": 1000, "share": 0.01, "compared": PIXELS, "outside": 77}
+    lost = [outcome("mine", seen("x", 10), 0.01, numbers=numbers)]
+    assert "mine leaves up to 77 pixels of a view outside of its maps" in said(lost)
+
+
+def test_failures_for_one_reason_are_told_together_and_with_their_budget():
+    view = seen("x", 10)
+    outcomes = [outcome("uniform", view, 0.01), outcome("uniform", view, 0.005, 4 * MIB)]
+    for name in ("b", "a"):
+        outcomes.append(outcome(name, view, None, MIB, variance=0.0, numbers={}, failure="too small."))
+        outcomes.append(outcome(name, view, 0.01, 4 * MIB))
+    assert "a and b failed at 1 MiB: too small." in said(outcomes)
+
+
+@pytest.mark.parametrize("over", ["mean", "worst"])
+def test_over_decides_who_wins(over):
+    outcomes = table([10, 70], a=[0.01, 0.05], b=[0.035, 0.035])
+    best = standings(outcomes, over)[0]
+    assert (best.candidate, best.worst_view) == (("a", "at 70") if over == "mean" else ("b", "at 10"))
+    assert (best.mean, best.worst) == pytest.approx((0.03, 0.05) if over == "mean" else (0.035, 0.035))
+
+
+def test_a_switch_with_every_budget_is_told_once():
+    outcomes = table([10, 70], MIB, a=[0.01, 0.04], b=[0.04, 0.01])
+    outcomes += table([10, 70], 4 * MIB, a=[0.005, 0.02], b=[0.02, 0.005])
+    assert len(switches(outcomes, standings(outcomes, "mean"))) == 2
+    text = said(outcomes)
+    told = (
+        "With every budget the answer switches at a light angle of about 40°: below it, at 10°, a (0.500 % in 4 MiB; b"
+    )
+    assert told in text
+    assert text.count("switches") == 1

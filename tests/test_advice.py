@@ -71,7 +71,11 @@ def test_memory_is_read(text, size):
         assert bytes_of(text) == size
 
 
-@given(st.integers(256, 2**44))
+@given(
+    st.one_of(
+        st.integers(256, 2**44), st.integers(2, 10**9).map(lambda n: 250 * n), st.integers(1, 2**34).map((256).__mul__)
+    )
+)
 def test_memory_is_told_exactly(size):
     text = memory_text(size)
     assert bytes_of(text.replace(",", "")) == size

@@ -163,7 +163,7 @@ def test_the_gain_over_uniform_and_ties_with_fewer_maps():
 
 def test_a_warning_where_no_candidate_is_good():
     text = said(table([10], uniform=[0.3], lispsm=[0.2]))
-    assert "No candidate is good here: even the best has 20.0 % on average at 1 MiB, and from 5.00 % on" in text
+    assert "No candidate is good here: even the best has 20.0 % at 1 MiB, and from 5.00 % on" in text
     assert "No candidate is good" not in said(table([10], uniform=[0.3], lispsm=[0.02]))
     long = said(table([10], uniform=[30.0], lispsm=[4.0]), error="p95")
     assert "even the best has 4 px" in long
@@ -223,3 +223,13 @@ def test_a_switch_with_every_budget_is_told_once():
     )
     assert told in text
     assert text.count("switches") == 1
+
+
+def test_one_candidate_alone_is_not_compared():
+    assert "worth" not in said(table([10], uniform=[0.01]))
+    assert "uniform (512²) has this share of wrong pixels: 1.00 %." in said(table([10], uniform=[0.01]))
+
+
+def test_memory_that_maps_cannot_use_is_told():
+    largest = outcome("uniform", seen("x", 10), 0.01, 2**31, resolution=16384)
+    assert "uniform cannot use all the memory: its map is the largest, 16384²." in said([largest])

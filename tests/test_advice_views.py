@@ -80,6 +80,9 @@ def test_lights_with_a_place(view, kind):
     assert (found.table["failure"] == "").all()
     assert found.table.set_index("candidate").loc["uniform", "maps"] == (6 if kind == "point" else 1)
     assert found.views[0].label.startswith(f"{kind} light ")
+    assert "several kinds" not in found.verdict
+    mixed = advise((scene, camera, [sl.DirectionalLight((1, -1, 0)), light]), techniques="uniform", memory="96 KiB")
+    assert f"Lights are of several kinds, directional and {kind}, and share the resolution" in mixed.verdict
 
 
 def test_a_light_parallel_to_the_view_is_told(view):

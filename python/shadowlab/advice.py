@@ -267,7 +267,7 @@ def advise(
         A dict gives each its label.
     lights : DirectionalLight, SpotLight or PointLight, sequence of them, or dict
         Every camera is taken with every light. Without labels lights are called by their elevation and their angle to
-        the view.
+        the view. Of one kind, best: lights of several kinds share the resolution of that with most maps.
     memory : int, str, or several
         Bytes of depth texels, 4 each: a number, "4 MiB" (2^20), "16 MB" (10^6). Each candidate gets the largest square
         maps, in steps of 8 texels, that fit in the view where it has most of them.

@@ -81,8 +81,8 @@ def budgets_of(value: Any) -> list[int]:
 def memory_text(size: int) -> str:
     """A number of bytes as people write it, exactly: 4 MiB, 16 MB, 1,234 bytes; `bytes_of` reads the first two back."""
     for name in ("GiB", "MiB", "KiB", "GB", "MB", "kB"):
-        # In halves and quarters of a unit as well: 1.5 MiB.
-        if size >= UNITS[name] and (4 * size) % UNITS[name] == 0:
+        # In halves and quarters of a unit as well, 1.5 MiB; :g has six digits.
+        if UNITS[name] <= size < 10_000 * UNITS[name] and (4 * size) % UNITS[name] == 0:
             return f"{size / UNITS[name]:g} {name}"
     return f"{size:,} bytes"
 

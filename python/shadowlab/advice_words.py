@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .advice_errors import Measure
-from .advice_memory import memory_text
+from .advice_memory import MOST_TEXELS, memory_text, taken
 from .advice_runs import CAUSES, Outcome
 from .advice_tables import MEMORY, NOTHING_SEEN, Standing, counted_views
 from .advice_views import degrees
@@ -51,8 +51,9 @@ def advice_text(
             sentences.append(f"These views hardly test shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
             sentences += _switches(switched, measure, several, len(budgets))
-            sentences += _poor(valid, measure, over)
+            sentences += _poor(valid, measure, over if several else "")
             sentences += _causes(valid, outcomes, counted)
+    sentences += _unequal(valid, outcomes)
     sentences += _outside(valid, outcomes)
     sentences += _blank(outcomes, counted, filled)
     sentences += _unwarped(outcomes, counted)
@@ -92,7 +93,7 @@ def _best(of: Sequence[Standing], measure: Measure, over: str, views: int) -> st
         head = f"At {memory_text(best.memory)}, {_at(best)} has this {measure.title}: {value}"
     near = [s for s in of[1:] if s.about_best]
     plain = min((s for s in of if s.technique == BASELINE), key=lambda s: float(s.error or 0.0), default=None)
-    text = head + _against(best, plain, measure) + "."
+    text = head + (_against(best, plain, measure) if len(of) > 1 else "") + "."
     others = [s.candidate for s in near if s is not plain]
     if others:
         told = others if len(others) <= MOST_TOLD else [*others[:MOST_TOLD], f"{len(others) - MOST_TOLD} more"]
@@ -186,14 +187,14 @@ def _poor(valid: Sequence[Standing], measure: Measure, over: str) -> list[str]:
     value = float(best.error or 0.0)
     if value < measure.poor_from:
         return []
-    how = "on average" if over == "mean" else "at worst"
+    how = {"mean": " on average", "worst": " at worst"}.get(over, "")
     more = ""
     if measure.unit == "px":
         # Lengths of texels fall with the side of the map, so memory goes with their square.
         factor = (value / measure.poor_from) ** 2
         more = f" It would take about {times(max(factor, 1.1))} times the memory."
     return [
-        f"No candidate is good here: even the best has {measure.text(value)} {how} at {memory_text(most)}, and from "
+        f"No candidate is good here: even the best has {measure.text(value)}{how} at {memory_text(most)}, and from "
         f"{measure.text(measure.poor_from)} on, {measure.poor_because}.{more}"
     ]
 
@@ -213,6 +214,30 @@ def _causes(valid: Sequence[Standing], outcomes: Sequence[Outcome], counted: Seq
         for cause, words in OF_BIAS.items()
         if wrong >= FEW_PIXELS and sums[cause] > MAIN_CAUSE * wrong
     ]
+
+
+def _unequal(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str]:
+    """Where memory is not as equal as it should be: maps of the largest size, lights of several kinds."""
+    sentences = []
+    capped = list(dict.fromkeys(s.candidate for s in valid if s.resolution == MOST_TEXELS))
+    capped = [name for name in capped if any(_unused(s) for s in valid if s.candidate == name)]
+    if capped:
+        their = "its map is" if len(capped) == 1 else "their maps are"
+        sentences.append(
+            f"{listed(capped[:MOST_TOLD])} cannot use all the memory: {their} the largest, {MOST_TEXELS}²."
+        )
+    kinds = sorted({o.view.light.kind for o in outcomes if hasattr(o.view.light, "kind")})
+    if len(kinds) > 1:
+        sentences.append(
+            f"Lights are of several kinds, {listed(kinds)}, and share the resolution of the kind with most maps: ask "
+            "for each kind by itself to give each the whole memory."
+        )
+    return sentences
+
+
+def _unused(one: Standing) -> bool:
+    """Whether twice as much memory as the maps take would fit, too."""
+    return one.maps is not None and 2 * taken(one.maps, one.resolution or 0) <= one.memory
 
 
 def _outside(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str]:

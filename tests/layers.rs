@@ -189,7 +189,7 @@ fn a_forbidden_import_is_found_however_it_is_written() {
         "use crate::trace::Tracer;",
         "use crate::{scene::Scene, trace};",
         "use crate::{\n    scene::{Camera, Light},\n    image::{self, GBuffer},\n    techniques::{Spec as S},\n};",
-        "use {std::fmt, crate::aliasing::footprint};",
+        "use {std::fmt, crate::techniques::Spec};",
         "fn f() -> u32 { crate::python::convert::<u32>(1) }",
         "use super::super::focus::view;",
         "use super::{bias, super::techniques};",

@@ -124,3 +124,16 @@ def test_light_along_the_view_is_uniform(view):
     scene, camera, _ = view
     p = sl.preset("filament").parameterize(scene, camera, sl.DirectionalLight(camera.forward), resolution=128)
     assert p.technique == "uniform"
+
+
+def test_what_a_study_of_a_preset_says_to_run_again_runs(tmp_path):
+    from shadowlab.reproduce import command_line, python_snippet
+
+    scene = sl.library.scene("robots")
+    study = sl.compare(
+        scene, scene.camera, scene.light, ["preset:filament"], resolution=64, size=(64, 36), progress=False
+    )
+    again: dict[str, object] = {}
+    exec(python_snippet(study, study.runs).replace("print(study)", ""), again)
+    assert again["study"].table["misclassified"].tolist() == study.table["misclassified"].tolist()
+    assert "--technique preset:filament" in command_line(study, study.runs)

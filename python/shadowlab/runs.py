@@ -154,7 +154,7 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
     from . import aliasing
 
     given = is_parameterization(item)
-    name = item.technique if given else item.name
+    name = item.technique if given else f"preset:{item.name}" if hasattr(item, "engine") else item.name
     settings = dict(item.settings)
     known: dict[str, Any] = {}
     try:

@@ -131,11 +131,7 @@ class Footprint:
     @cached_property
     def perspective_major(self) -> NDArray[Any]:
         """(H, W): `major` by perspective alone, pixels."""
-        # The larger singular value of a matrix by the squares of its columns and its determinant.
-        squares = np.sum(np.square(self.perspective_ts, dtype=np.float64), axis=-1)
-        rest = np.maximum(squares * squares - 4.0 * np.square(self.perspective, dtype=np.float64), 0.0)
-        largest: NDArray[Any] = np.sqrt(0.5 * (squares + np.sqrt(rest))).astype(self.major.dtype)
-        return largest
+        return largest_extent(self.perspective_ts, self.perspective)
 
     @cached_property
     def texels_per_pixel(self) -> Any:
@@ -317,6 +313,14 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
         )
     normals: NDArray[np.float64] = h / size
     return normals
+
+
+def largest_extent(columns: NDArray[Any], area: NDArray[Any]) -> NDArray[Any]:
+    """The larger singular values of 2 x 2 matrices by the lengths of their columns (..., 2) and their determinants."""
+    squares = np.square(columns[..., 0], dtype=np.float64) + np.square(columns[..., 1], dtype=np.float64)
+    rest = np.maximum(squares * squares - 4.0 * np.square(area, dtype=np.float64), 0.0)
+    largest: NDArray[Any] = np.sqrt(0.5 * (squares + np.sqrt(rest))).astype(area.dtype)
+    return largest
 
 
 def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int]]:

@@ -118,15 +118,20 @@ class Summary:
 
 def summary_of(e: Footprint, bands: Any) -> Summary:
     """The summary of a footprint; see `Footprint.summary`."""
+    from .footprints import largest_extent
+
     chosen = e.measured
     measured = int(np.count_nonzero(chosen))
     pixels = int(e.map.size)
     limits = checked_bands(bands)
     if measured == 0:
         return Summary(0, pixels, e.counts())
-    major, perspective = (np.asarray(a[chosen], np.float64) for a in (e.major, e.perspective_major))
-    depth = np.asarray(e.depth[chosen], np.float64)
-    (along_t, along_s), of_map = np.moveaxis(e.perspective_ts[chosen], -1, 0), e.map[chosen]
+    # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
+    major, minor, projection, depth = (
+        np.asarray(a[chosen], np.float64) for a in (e.major, e.minor, e.projection, e.depth)
+    )
+    (along_t, along_s), of_map = (e.perspective_ts[..., k][chosen] for k in (0, 1)), e.map[chosen]
+    perspective = largest_extent(np.stack([along_t, along_s], axis=-1), major * minor / projection)
     values = np.percentile(major, PERCENTILES)
     worst = [
         (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
@@ -145,7 +150,7 @@ def summary_of(e: Footprint, bands: Any) -> Summary:
         undersampled=float(np.count_nonzero(major > 1.0) / measured),
         perspective_max=float(perspective.max()),
         perspective_mean=float(perspective.mean()),
-        projection_mean=float(np.exp(np.mean(np.log(np.maximum(e.projection[chosen], np.finfo(np.float32).tiny))))),
+        projection_mean=float(np.exp(np.mean(np.log(np.maximum(projection, np.finfo(np.float32).tiny))))),
         perspective_s_max=max(s for s, _ in worst),
         perspective_t_max=max(t for _, t in worst),
         storage_factor=sum(s * t for s, t in worst) * texels_by_pixels,

@@ -40,7 +40,7 @@ def test_snapped_maps_do_not_drift_and_no_shadow_flips(walked):
     rows = walked.summary.set_index("label")
     for label in ("uniform:stable=true", "z_partition:count=3,stable=true"):
         assert rows.loc[label, "drift_max"] < NO_DRIFT
-        assert rows.loc[label, "scale"] == pytest.approx(1.0, abs=1e-3)
+        assert rows.loc[label, "scale"] == pytest.approx(1.0, abs=1e-9)
     assert rows.loc["uniform:stable=true", "flip_share"] == 0
     # Of splits a receiver may change its map.
     assert rows.loc["z_partition:count=3,stable=true", "flip_share"] < 1e-3

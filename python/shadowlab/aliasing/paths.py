@@ -194,7 +194,7 @@ class Pair:
         row["switched"] = 1.0 - row["receivers"] / int(np.count_nonzero(both)) if both.any() else None
         if row["receivers"]:
             row |= drift_of(texels[0][same], texels[1][same])
-            row["scale"] = scale_change(texels, same)
+            row["scale"] = scale_change(texels, np.where(same, which[0], -1))
         return row
 
 
@@ -217,11 +217,19 @@ def drift_of(first: NDArray[np.float64], second: NDArray[np.float64]) -> dict[st
     return {"drift_mean": float(drift.mean()), "drift_rms": rms, "drift_max": float(drift.max())}
 
 
-def scale_change(texels: list[NDArray[np.float64]], same: NDArray[np.bool_]) -> float | None:
-    """By how much the distance of neighbouring receivers, told in texels, changes: a factor of 1 or more."""
+def scale_change(texels: list[NDArray[np.float64]], which: NDArray[np.int16]) -> float | None:
+    """By how much the distance of neighbouring receivers of one map, told in texels, changes: a factor of 1 or more.
+
+    Parameters
+    ----------
+    texels : two (H, W, 2) float64
+        Their texel coordinates in two frames.
+    which : (H, W) int
+        The map that both frames ask, -1 where they ask none or not the same.
+    """
     factors = []
     for axis in (0, 1):
-        pairs = same & np.roll(same, -1, axis)
+        pairs = (which >= 0) & (which == np.roll(which, -1, axis))
         pairs[(-1,) if axis == 0 else (slice(None), -1)] = False
         ways = [np.linalg.norm(np.roll(t, -1, axis)[pairs] - t[pairs], axis=-1) for t in texels]
         apart = (ways[0] > 0) & (ways[1] > 0)

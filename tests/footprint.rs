@@ -6,6 +6,8 @@
 mod closed_forms;
 #[path = "footprint/degenerate.rs"]
 mod degenerate;
+#[path = "footprint/edges.rs"]
+mod edges;
 #[path = "footprint/images.rs"]
 mod images;
 #[path = "footprint/invariance.rs"]
@@ -14,6 +16,8 @@ mod invariance;
 mod measure;
 #[path = "footprint/measured.rs"]
 mod measured;
+#[path = "footprint/opposed.rs"]
+mod opposed;
 #[path = "contract/views.rs"]
 #[allow(dead_code, reason = "shared with the contract tests")]
 mod views;

@@ -81,10 +81,10 @@ impl Footprint {
     pub const JACOBIAN: usize = 0;
     /// Longest extent of a texel, pixels: the larger singular value of the Jacobian.
     pub const MAJOR: usize = 4;
-    /// Extent across that, pixels: the smaller singular value.
-    pub const MINOR: usize = 5;
-    /// Length, pixels, of one texel along the map's x, and in the next plane along its y, on the surface that halves the angle
-    /// between eye and light: error of perspective alone.
+    /// Area of a texel on the surface that halves the angle between eye and light, square pixels: error of perspective alone.
+    /// Times the projection it is the area of a texel, and over the major extent that is the minor one.
+    pub const PERSPECTIVE: usize = 5;
+    /// Length, pixels, of one texel along the map's x, and in the next plane along its y, on that surface.
     pub const PERSPECTIVE_TS: usize = 6;
     /// cos of the angle between normal and eye over cos of that between normal and light: what the surface's slope adds.
     pub const PROJECTION: usize = 8;

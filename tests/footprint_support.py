@@ -52,7 +52,7 @@ def synthetic(jacobians, codes=None, depth=None, *, columns=None, maps=1, resolu
     values = np.linalg.svd(j, compute_uv=False) if n else np.empty((0, 2))
     columns = np.hypot(j[:, 0], j[:, 1]) if columns is None else np.asarray(columns, np.float64)
     ones, depth = np.ones(n), np.arange(1.0, n + 1) if depth is None else np.asarray(depth, np.float64)
-    arrays = [j.copy(), values[:, 0].copy(), values[:, 1].copy(), columns.copy(), ones]
+    arrays = [j.copy(), values[:, 0].copy(), values.prod(axis=1), columns.copy(), ones]
     for array in arrays:
         array[codes < 0] = np.nan
     size = (n, 1) if size is None else size

@@ -39,7 +39,7 @@ def footprint(major, codes=None, depth=None):
     jacobian = np.where(np.eye(2, dtype=bool), major[..., None, None], np.float32(0))
     pair = np.stack([major, major], axis=-1)
     ones = np.where(codes >= 0, 1, np.nan).astype(np.float32)
-    return Footprint(jacobian, major, major, pair, ones, codes, depth, (64, 64), codes.shape[::-1], 1)
+    return Footprint(jacobian, major, major * major, pair, ones, codes, depth, (64, 64), codes.shape[::-1], 1)
 
 
 def view(height=6, width=8):

@@ -15,7 +15,7 @@ use crate::image::{Footprint, Surfaces};
 use crate::memory::{copied, unwritten, written};
 use crate::parameterization::{Held, Parameterization};
 use crate::progress::Progress;
-use crate::scene::{Camera, Light};
+use crate::scene::{Camera, EDGE_ON, Light, unit};
 use crate::simd::dispatch;
 
 /// Pixels that are treated at once: 12 KiB of numbers, a third of the smallest first cache in use.
@@ -73,6 +73,12 @@ pub fn footprint_at(
     resolution: [u32; 2],
     size: [u32; 2],
 ) -> Result<Vec<(i16, Texel)>> {
+    if points.len() != normals.len() {
+        let fix = "give each point its normal";
+        return Err(Error::argument("normals", format!("{} of them", points.len()), normals.len(), fix));
+    }
+    check_sides("size", size)?;
+    check_sides("resolution", resolution)?;
     // Relative to the eye, where the digits are needed.
     let origin = camera.eye();
     let local = local_maps(p, origin)?;
@@ -81,15 +87,15 @@ pub fn footprint_at(
     let at = |(&p_world, &n): (&[f64; 3], &[f64; 3])| {
         let (p_world, n) = (DVec3::from_array(p_world), DVec3::from_array(n));
         let (p_local, depth) = (p_world - origin, camera.depth_of(p_world));
-        if !(depth > 0.0 && n.length_squared() > 0.0 && n.is_finite()) {
+        let Some(n) = unit(n).filter(|n| n.is_finite() && depth > 0.0) else {
             return (Footprint::NOTHING, Texel::default());
-        }
+        };
         if !light.illuminates(p_world, n) {
             return (Footprint::AVERTED, Texel::default());
         }
         match local.choose(p_local, depth) {
             Some(k) => match texel_in_image(&maps[k], &eye, p_local, n) {
-                texel if texel.major.is_finite() => (k as i16, texel),
+                texel if texel.is_finite() => (k as i16, texel),
                 _ => (Footprint::NO_MAP, Texel::default()),
             },
             None => (Footprint::NO_MAP, Texel::default()),
@@ -105,6 +111,14 @@ pub(super) fn local_maps(p: &Parameterization, origin: DVec3) -> Result<Paramete
         return Err(Error::argument("parameterization", expected, p.partitions.len(), "let a technique make it"));
     }
     p.relative_to(origin)
+}
+
+/// A map has texels, an image pixels.
+fn check_sides(name: &'static str, [width, height]: [u32; 2]) -> Result<()> {
+    if width > 0 && height > 0 {
+        return Ok(());
+    }
+    Err(Error::argument(name, "sides of at least 1", format!("{width} x {height}"), "choose another size"))
 }
 
 /// An image has pixels, and each of them its records.
@@ -154,16 +168,25 @@ struct Found {
     planes: [[f32; RUN]; Footprint::PLANES],
     ndc: [[f64; RUN]; 3],
     w: [f64; RUN],
+    /// 0 where all of the above are finite.
+    sound: [f32; RUN],
 }
 
 impl Found {
-    const NONE: Self = Self { planes: [[f32::NAN; RUN]; Footprint::PLANES], ndc: [[0.0; RUN]; 3], w: [0.0; RUN] };
+    const NONE: Self =
+        Self { planes: [[f32::NAN; RUN]; Footprint::PLANES], ndc: [[0.0; RUN]; 3], w: [0.0; RUN], sound: [0.0; RUN] };
 
     /// Takes over what another found of a pixel.
     fn take(&mut self, from: &Self, i: usize) {
         for (to, from) in self.planes.iter_mut().zip(&from.planes) {
             to[i] = from[i];
         }
+        self.sound[i] = from.sound[i];
+    }
+
+    /// Whether a texel of the map has a size there.
+    fn is_finite(&self, i: usize) -> bool {
+        self.sound[i] == 0.0
     }
 
     fn forget(&mut self, i: usize) {
@@ -200,10 +223,14 @@ fn texels_body(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) {
         let t = texel_in_image(&map, &eye, p, n);
         let [a, b, c, d] = t.jacobian;
         let [along_t, along_s] = t.perspective_ts;
-        let values = [a, b, c, d, t.major, t.minor, along_t, along_s, t.projection, t.depth];
+        let values = [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection, t.depth];
+        let mut sum = 0.0;
         for (plane, value) in found.planes.iter_mut().zip(values) {
             plane[i] = value as f32;
+            // Zero of what is finite, NaN of what is not.
+            sum += plane[i] * 0.0;
         }
+        found.sound[i] = sum;
         for k in 0..3 {
             found.ndc[k][i] = t.ndc[k];
         }
@@ -220,6 +247,7 @@ impl<'a> Rows<'a> {
         resolution: [u32; 2],
     ) -> Result<Self> {
         check_surfaces(surfaces)?;
+        check_sides("resolution", resolution)?;
         let local = local_maps(p, surfaces.origin)?;
         let maps = local.partitions.iter().map(|m| TexelMap::new(m, resolution)).collect();
         Ok(Self { surfaces, camera, light, eye: Eye::new(camera, surfaces.origin, surfaces.size), maps, local })
@@ -256,7 +284,7 @@ impl<'a> Rows<'a> {
             // What [`Light::illuminates`] says, for all at once.
             let l = -light.direction();
             for i in 0..count {
-                let facing = run.n[0][i] * l.x + run.n[1][i] * l.y + run.n[2][i] * l.z > 0.0;
+                let facing = run.n[0][i] * l.x + run.n[1][i] * l.y + run.n[2][i] * l.z > EDGE_ON;
                 let seen = self.surfaces.triangle[first + i] >= 0;
                 let lit = if facing { PENDING } else { Footprint::AVERTED };
                 state[i] = if seen { lit } else { Footprint::NOTHING };
@@ -278,7 +306,8 @@ impl<'a> Rows<'a> {
         texels(map, &self.eye, run, found);
         for (i, state) in state.iter_mut().enumerate() {
             if *state == PENDING {
-                *state = if self.holds(0, map, run, found, i) == Held::Outside { Footprint::NO_MAP } else { 0 };
+                let held = self.holds(0, map, run, found, i) != Held::Outside && found.is_finite(i);
+                *state = if held { 0 } else { Footprint::NO_MAP };
             }
             if *state < 0 {
                 found.forget(i);
@@ -295,7 +324,7 @@ impl<'a> Rows<'a> {
         pending.iter().for_each(|&i| state[i] = Footprint::NO_MAP);
         for (k, map) in self.maps.iter().enumerate() {
             if open.is_empty() {
-                return;
+                break;
             }
             if open.iter().all(|&(_, first)| first > k) {
                 continue;
@@ -310,12 +339,18 @@ impl<'a> Rows<'a> {
                 held != Held::Within
             });
         }
+        for i in pending {
+            if state[i] >= 0 && !found.is_finite(i) {
+                state[i] = Footprint::NO_MAP;
+                found.forget(i);
+            }
+        }
     }
 
     /// How a map holds a receiver: as [`crate::Partition::holds`]; not at all where it is singular.
     fn holds(&self, k: usize, map: &TexelMap, run: &Run, found: &Found, i: usize) -> Held {
         let at = Texel { ndc: [0, 1, 2].map(|axis| found.ndc[axis][i]), w: found.w[i], ..Texel::default() };
-        if !found.planes[Footprint::MAJOR][i].is_finite() || !self.local.partitions[k].region.contains(run.point(i)) {
+        if !self.local.partitions[k].region.contains(run.point(i)) {
             return Held::Outside;
         }
         Held::of(map.ndc(&at), at.w)

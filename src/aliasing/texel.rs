@@ -108,6 +108,22 @@ impl TexelMap {
     }
 }
 
+impl Texel {
+    /// Whether it has a size.
+    pub fn is_finite(&self) -> bool {
+        let numbers = [
+            self.major,
+            self.minor,
+            self.projection,
+            self.perspective,
+            self.perspective_ts[0],
+            self.perspective_ts[1],
+            self.depth,
+        ];
+        numbers.iter().chain(&self.jacobian).all(|x| x.is_finite())
+    }
+}
+
 /// The texel at a point `p` of a surface with normal `n` (of any length), both in the space of map and eye.
 #[inline(always)]
 pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
@@ -147,23 +163,30 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
     let e = from_eye * per_distance;
     let (facing, per_facing) = (ray.dot(n), 1.0 / ray.dot(n));
     let d = ray * (per_ray * -f64::copysign(1.0, facing));
-    // Eye and light on opposite sides: any plane that holds the ray halves their angle; that across it is E.2's choice.
+    // The plane across h reflects what lies across the light to what lies across the eye: w - b 2 (b·w) / (b·b) with b = e + d.
+    // The reflection keeps lengths however few digits of b are left where light runs against the view; there it is none.
     let back = e + d;
-    let opposed = if back.length_squared() > f64::EPSILON { 1.0 } else { 0.0 };
-    let h = back * -opposed - e * (1.0 - opposed);
+    let squared = back.length_squared();
+    let twice = if squared > f64::EPSILON { 2.0 / squared } else { 0.0 };
+    let reflected = |step: DVec3| step - back * (twice * back.dot(step));
+    let across = |step: DVec3| {
+        let [x, y] = to_pixels(reflected(step));
+        length([x, y]) * per_ray
+    };
+    let perspective_ts = [across(g_y.cross(d)), across(d.cross(g_x))];
 
     // The cross product of the pixel's gradients is along e, that of the texel's along d: areas come without the differences
     // of a determinant, and the smaller singular value keeps its digits however long a texel is.
     let perspective = (scale[0] * scale[1] * (distance * per_depth) * per_ray).abs();
     let projection = (e.dot(n) * ray_length * per_facing).abs();
-    let ([[a, c], [b, d]], [x, y]) = (columns(n, per_facing), columns(h, 1.0 / ray.dot(h)));
+    let [[a, c], [b, d]] = columns(n, per_facing);
     let on_surface = [a, b, c, d];
     let major = largest_singular_value(on_surface);
     Texel {
         jacobian: on_surface,
         major,
         minor: perspective * projection / major,
-        perspective_ts: [length(x), length(y)],
+        perspective_ts,
         perspective,
         projection,
         ndc,

@@ -74,7 +74,7 @@ pub fn footprint_at<'py>(
     let n = found.len();
     let values = |t: &Texel| {
         let ([a, b, c, d], [along_t, along_s]) = (t.jacobian, t.perspective_ts);
-        [a, b, c, d, t.major, t.minor, along_t, along_s, t.projection]
+        [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection]
     };
     // What has not been measured is NaN, as in images; the depth is known all the same.
     let plane = |k: usize| {

@@ -5,6 +5,10 @@ use glam::{DVec3, DVec4};
 use super::camera::unit;
 use crate::error::{Error, Result};
 
+/// The cosine up to which a surface is edge on to the light: what rounding a unit normal to f32 can make of one across it.
+/// Such walls are dark in truth, and a texel on them would be as long as f32 has digits.
+pub const EDGE_ON: f64 = f32::EPSILON as f64;
+
 /// A light at infinity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionalLight {
@@ -121,11 +125,12 @@ impl Light {
             Self::Point(l) => l.position - p_world,
         }
     }
-    /// Whether light would arrive at a surface if nothing were in the way: its normal (on the side that the eye sees) is turned
-    /// towards the light, and the point lies within cone and range.
+    /// Whether light would arrive at a surface if nothing were in the way: its unit normal (on the side that the eye sees) is
+    /// turned towards the light by more than [`EDGE_ON`], and the point lies within cone and range.
     #[inline]
     pub fn illuminates(&self, p_world: DVec3, normal: DVec3) -> bool {
-        normal.dot(self.to_light(p_world)) > 0.0 && self.reaches(p_world)
+        let to_light = self.to_light(p_world);
+        normal.dot(to_light) > EDGE_ON * to_light.length() && self.reaches(p_world)
     }
     /// Whether light would arrive at a point if nothing were in the way: inside the cone and the range.
     #[inline]

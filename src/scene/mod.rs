@@ -8,6 +8,7 @@ mod mesh;
 mod scene;
 
 pub use camera::Camera;
-pub use light::{DirectionalLight, Light, PointLight, SpotLight};
+pub(crate) use camera::unit;
+pub use light::{DirectionalLight, EDGE_ON, Light, PointLight, SpotLight};
 pub use mesh::Mesh;
 pub use scene::{Instance, Scene};

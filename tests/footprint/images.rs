@@ -9,7 +9,7 @@ use shadowlab::techniques::technique_of;
 use shadowlab::{Error, Parameterization, Progress};
 
 use crate::measured::{
-    DEPTH, MAJOR, MINOR, PERSPECTIVE_TS, PROJECTION, Picture, SINGLE, Sizes, at, differing, gbuffer,
+    DEPTH, MAJOR, PERSPECTIVE, PERSPECTIVE_TS, PROJECTION, Picture, SINGLE, Sizes, at, differing, gbuffer,
 };
 use crate::views::{View, by_hand, directional, points, spots};
 use glam::{DMat4, DVec3};
@@ -78,7 +78,7 @@ fn of_points(v: &View, g: &GBuffer, p: &Parameterization) -> Picture {
     let texels = at(v, p, Sizes { image: g.size, map: MAP }, &places, &normals);
     let numbers = |(code, t): &(i16, Texel)| {
         let ([a, b, c, d], [along_t, along_s]) = (t.jacobian, t.perspective_ts);
-        let all = [a, b, c, d, t.major, t.minor, along_t, along_s, t.projection, t.depth];
+        let all = [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection, t.depth];
         if *code < 0 { [f32::NAN; 10] } else { all.map(|x| x as f32) }
     };
     Picture { numbers: texels.iter().map(numbers).collect(), map: texels.iter().map(|t| t.0).collect() }
@@ -154,7 +154,7 @@ fn one_changed_pixel_is_seen() {
     type Change = fn(&mut Picture, usize);
     let changes: [Change; 8] = [
         |f, i| f.numbers[i][MAJOR] *= 1.001,
-        |f, i| f.numbers[i][MINOR] *= 1.001,
+        |f, i| f.numbers[i][PERSPECTIVE] *= 1.001,
         |f, i| f.numbers[i][PROJECTION] *= 1.001,
         |f, i| f.numbers[i][PERSPECTIVE_TS] *= 1.001,
         |f, i| f.numbers[i][PERSPECTIVE_TS + 1] *= 1.001,
@@ -169,6 +169,6 @@ fn one_changed_pixel_is_seen() {
         assert_eq!(differing(&other, &f, 1e-4), Some(i), "change {k}, the other way");
     }
     let mut other = f.clone();
-    other.numbers[nothing][MINOR] = 0.0;
+    other.numbers[nothing][PERSPECTIVE] = 0.0;
     assert_eq!(differing(&f, &other, 1e-4), Some(nothing));
 }

@@ -131,7 +131,7 @@ pub fn facing(random: &mut Random, [to_eye, to_light]: [DVec3; 2]) -> Option<DVe
 
 /// Where the numbers of a pixel lie in [`Picture`].
 pub const MAJOR: usize = Footprint::MAJOR;
-pub const MINOR: usize = Footprint::MINOR;
+pub const PERSPECTIVE: usize = Footprint::PERSPECTIVE;
 pub const PERSPECTIVE_TS: usize = Footprint::PERSPECTIVE_TS;
 pub const PROJECTION: usize = Footprint::PROJECTION;
 pub const DEPTH: usize = Footprint::DEPTH;

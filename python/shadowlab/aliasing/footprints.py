@@ -44,11 +44,11 @@ class Footprint:
     major : (H, W) float
         Longest extent of a texel in the image, pixels: the larger singular value of the Jacobian. Above 1 texels show
         as stairs: the pixel is undersampled.
-    minor : (H, W) float
-        Extent across that, pixels.
+    perspective : (H, W) float
+        Area of a texel by perspective alone, square pixels: on a surface that halves the angle between eye and light,
+        whose slope adds nothing. A better parameterization can lower it.
     perspective_ts : (H, W, 2) float
-        Lengths of one texel along the map's x (t) and y (s) by perspective alone, pixels: on a surface that halves
-        the angle between eye and light, whose slope adds nothing. A better parameterization can lower it.
+        Lengths of one texel along the map's x (t) and y (s) on that surface, pixels.
     projection : (H, W) float
         What the slope of the surface adds: cos(normal, eye) / cos(normal, light). No parameterization can lower it.
     jacobian : (H, W, 2, 2) float
@@ -74,7 +74,7 @@ class Footprint:
 
     jacobian: NDArray[Any]
     major: NDArray[Any]
-    minor: NDArray[Any]
+    perspective: NDArray[Any]
     perspective_ts: NDArray[Any]
     projection: NDArray[Any]
     map: NDArray[np.int16]
@@ -121,12 +121,12 @@ class Footprint:
     @cached_property
     def area(self) -> Any:
         """(H, W): area of a texel in the image, square pixels: perspective times projection."""
-        return np.multiply(self.major, self.minor)
+        return np.multiply(self.perspective, self.projection)
 
     @cached_property
-    def perspective(self) -> Any:
-        """(H, W): area of a texel by perspective alone, square pixels."""
-        return np.divide(self.area, self.projection)
+    def minor(self) -> Any:
+        """(H, W): extent of a texel across its longest, pixels: the smaller singular value of the Jacobian."""
+        return np.divide(self.area, self.major)
 
     @cached_property
     def perspective_major(self) -> NDArray[Any]:
@@ -135,8 +135,9 @@ class Footprint:
 
     @cached_property
     def texels_per_pixel(self) -> Any:
-        """(H, W): texels in the area of a pixel; many are waste, less than one are too few."""
-        return np.reciprocal(self.area)
+        """(H, W): texels in the area of a pixel; many are waste, less than one too few. Infinite seen edge on."""
+        with np.errstate(divide="ignore"):
+            return np.reciprocal(self.area)
 
     @cached_property
     def m_s(self) -> Any:

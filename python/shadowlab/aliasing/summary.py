@@ -127,18 +127,16 @@ def summary_of(e: Footprint, bands: Any) -> Summary:
     if measured == 0:
         return Summary(0, pixels, e.counts())
     # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
-    major, minor, projection, depth = (
-        np.asarray(a[chosen], np.float64) for a in (e.major, e.minor, e.projection, e.depth)
-    )
+    major, projection, depth = (np.asarray(a[chosen], np.float64) for a in (e.major, e.projection, e.depth))
     (along_t, along_s), of_map = (e.perspective_ts[..., k][chosen] for k in (0, 1)), e.map[chosen]
-    perspective = largest_extent(np.stack([along_t, along_s], axis=-1), major * minor / projection)
+    perspective = largest_extent(np.stack([along_t, along_s], axis=-1), np.asarray(e.perspective[chosen], np.float64))
     values = np.percentile(major, PERCENTILES)
     worst = [
         (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
         for k in range(e.maps)
         if (of_map == k).any()
     ]
-    texels_by_pixels = e.resolution[0] * e.resolution[1] / pixels
+    texels_by_pixels = e.resolution[0] * e.resolution[1] / (e.size[0] * e.size[1])
     edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
     limits = even_limits(depth, int(bands)) if limits is None else limits
     return Summary(

@@ -18,12 +18,11 @@ from . import aliasing
 from .advice_errors import Measure
 from .advice_memory import side_of, taken, too_small
 from .advice_views import View
+from .entries import is_parameterization, labelled
 from .errors import ArgumentError, ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
 from .registry import technique_of
-from .runs import is_parameterization
 from .specs import format_spec
-from .study import labelled
 
 T = TypeVar("T")
 

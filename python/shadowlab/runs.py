@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .aliasing.wrong_pixels import CAUSES, causes_of, depths_of
+from .entries import is_parameterization as is_parameterization
 from .errors import ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
 from .tables import settings_text
@@ -20,12 +21,12 @@ T = TypeVar("T")
 
 COLUMNS = (
     "technique", "settings", "resolution", "maps", "misclassified", "false_shadow", "false_light", "share", "compared",
-    "undecided", "unmatched", "acne", "edge", "leak", "missing", "edge_px", "undersampled", "error_mean", "error_p95",
+    "undecided", "unmatched", *CAUSES.values(), "edge_px", "undersampled", "error_mean", "error_p95",
     "error_max", "perspective_max", "storage_factor", "unused", "fit_us", "render_ms", "mask_ms", "notes", "failure",
 )  # fmt: skip
 COUNTS = (
-    "resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched", "acne",
-    "edge", "leak", "missing",
+    "resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched",
+    *CAUSES.values(),
 )  # fmt: skip
 NUMBERS = (
     "share", "edge_px", "undersampled", "error_mean", "error_p95", "error_max", "perspective_max", "storage_factor",
@@ -221,8 +222,3 @@ def best_of(draw: Callable[[], T]) -> tuple[T, float]:
         if spent > RENDER_BUDGET_S:
             break
     return result, 1e3 * best  # type: ignore[return-value]
-
-
-def is_parameterization(item: Any) -> bool:
-    """Whether it is the result of a technique rather than a technique."""
-    return hasattr(item, "matrices") and hasattr(item, "technique")

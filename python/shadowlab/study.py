@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 
 from .arguments import check_types, renderer_of, resolutions_of, size_of
+from .entries import labelled as labelled
+from .entries import resolved as resolved
 from .errors import ArgumentError
-from .runs import COLUMNS, COUNTS, NUMBERS, ByRun, Draw, Run, is_parameterization, run_one
+from .runs import COLUMNS, COUNTS, NUMBERS, ByRun, Draw, Run, run_one
 from .specs import shown
-from .tables import Steps, settings_text, text_table
+from .tables import Steps, text_table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -264,55 +266,3 @@ def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> 
     start = time.perf_counter()
     mask = trace.shadow_mask(scene, camera, light, size=size)
     return mask, 1e3 * (time.perf_counter() - start)
-
-
-def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
-    """(label, Technique or Parameterization) of all entries, in order; "all" is all that serve the light.
-
-    Raises
-    ------
-    ArgumentError
-        For nothing, two entries under one label, or something that is no technique.
-    """
-    if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
-        techniques = [techniques]
-    if techniques is None or not isinstance(techniques, Iterable):
-        raise ArgumentError(
-            f"techniques: expected names, Technique or Parameterization objects, got {type(techniques).__name__}; "
-            'try ["uniform", "lispsm"]'
-        )
-    if isinstance(techniques, Mapping):
-        entries = [(str(label), resolved(item)) for label, item in techniques.items()]
-    else:
-        from .registry import with_all
-
-        items = with_all(techniques, light)
-        named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
-        names = [item.technique if is_parameterization(item) else item.name for _, item in named]
-        entries = [
-            (text or (name if names.count(name) == 1 else f"{name} ({settings_text(item.settings)})"), item)
-            for (text, item), name in zip(named, names, strict=True)
-        ]
-    if not entries:
-        raise ArgumentError('techniques: expected at least one, got none; try ["uniform", "lispsm"]')
-    labels = [label for label, _ in entries]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise ArgumentError(
-                f"techniques: {label!r} comes twice; give a dict of label: technique to tell them apart"
-            )
-    return entries
-
-
-def resolved(item: Any) -> Any:
-    """The Technique or Parameterization that an entry means."""
-    if isinstance(item, str):
-        from .registry import technique_of
-
-        return technique_of(item)
-    if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
-        return item
-    raise ArgumentError(
-        f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
-        "sl.Parameterization.from_matrix(m) takes a matrix of your own"
-    )

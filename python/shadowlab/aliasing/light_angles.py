@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..arguments import check_types, renderer_of, size_of, whole
+from ..entries import labelled
 from ..errors import ArgumentError, ShadowlabError
 from ..specs import shown
 from ..tables import Steps
@@ -197,7 +198,6 @@ def over_light_angle(
     UnknownNameError
         For a technique, filter or renderer that does not exist.
     """
-    from ..study import labelled
     from ..trace import shadow_mask
 
     lights = lights_at(camera, angles_deg, azimuth_deg)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import whole
+from ..entries import labelled
 from ..errors import ShadowlabError
 from .beam_texels import BeamTexels, beam_texels
 from .footprints import footprint_at, halfway_normals, pair
@@ -76,8 +77,6 @@ def frustum_over_light_angle(
     >>> found.relative("storage_factor_sheared").round(3)["lispsm"].tolist()
     [0.001, 4.396]
     """
-    from ..study import labelled
-
     lights = lights_at(camera, angles_deg, azimuth_deg)
     scene, side, picture = frustum_scene(camera), whole("resolution", resolution), pair(size)
     entries = labelled(techniques, next(iter(lights.values())))

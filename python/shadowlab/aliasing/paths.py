@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..arguments import check_types, renderer_of, size_of, whole
+from ..entries import labelled, resolved
 from ..errors import ArgumentError, ShadowlabError
 from ..specs import shown
 from ..tables import Steps
@@ -127,8 +128,6 @@ def temporal(
     ----------
     Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 (snapping to whole texels).
     """
-    from ..study import labelled, resolved
-
     path = checked_path(cameras)
     lights = checked_lights(light, len(path))
     for camera, of in zip(path, lights, strict=True):

@@ -92,6 +92,80 @@ def test_crossovers(values, pays_from):
     assert row.best == min(values)
 
 
+@pytest.mark.parametrize(
+    ("values", "pays_from", "failed"),
+    [
+        ((0.1, None, 0.3, 0.9), 90, 1),  # better wherever it has a number, and yet it fails at 60
+        ((0.1, 0.2, None, 2.0), 60, 1),
+        ((None, 0.2, 0.3, 0.5), None, 1),
+        ((0.1, 0.5, 2.0, None), 45, 1),  # what fails below changes nothing
+        ((0.0, 2.0, 2.0, 2.0), 90, 0),  # no logarithm to interpolate
+        ((None,) * 4, None, 4),
+    ],
+)
+def test_a_failed_angle_ends_what_pays(values, pays_from, failed):
+    found = made_up([np.nan if v is None else v for v in values]).crossovers("p95")
+    row = found.iloc[0]
+    assert np.isnan(row.pays_from_deg) if pays_from is None else row.pays_from_deg == pytest.approx(pays_from)
+    assert row.failed == failed
+    known = [v for v in values if v is not None]
+    assert (row.best, row.worst) == (min(known), max(known)) if known else np.isnan(row.worst)
+
+
+def test_a_failed_baseline_ends_what_pays_and_none_wrong_is_no_failure():
+    found = made_up((0.1, 0.5, 0.5, 0.5))
+    base = found.table.technique == "uniform"
+    found.table.loc[base & (found.table.angle_deg == 30), "p95"] = np.nan
+    row = found.crossovers("p95").iloc[0]
+    assert (row.pays_from_deg, row.failed) == (60, 1)
+    none = made_up((0.1, 0.5, 0.0, 0.0))
+    none.table.loc[(none.table.technique == "uniform") & (none.table.angle_deg <= 30), "p95"] = 0.0
+    row = none.crossovers("p95").iloc[0]
+    assert (row.pays_from_deg, row.worst, row.failed) == (30, 1.0, 0)
+
+
+class Receivers:
+    """Uniform maps of a technique that looks at receivers, and keeps what it was given."""
+
+    name, settings, needs_samples = "receivers", {}, True
+
+    def __init__(self):
+        self.given = []
+
+    def parameterize(self, scene, camera, light, *, resolution, samples):
+        self.given.append(samples)
+        return sl.technique("z_partition:count=2").parameterize(scene, camera, light, resolution=resolution)
+
+
+def test_receivers_are_the_pixels_that_are_judged():
+    scene, item = sl.library.scene("robots"), Receivers()
+    found = over_light_angle(
+        scene, scene.camera, [70], {"r": item}, resolution=64, size=(32, 18), renderer="cpu", progress=False
+    ).table
+    assert (found.failure == "").all()
+    assert len(item.given) == 2
+    assert all(samples.triangle.shape == (18, 32) for samples in item.given)
+
+
+@pytest.mark.parametrize("made_for", [32, 1024])
+def test_given_maps_share_the_memory_too(made_for):
+    scene = sl.library.scene("robots")
+    light = light_at_angle(scene.camera, 70)
+    text = "z_partition:count=3"
+    given = sl.technique(text).parameterize(scene, scene.camera, light, resolution=made_for)
+    found = over_light_angle(
+        scene, scene.camera, [70], {"own": text, "given": given}, resolution=100, size=(80, 45), renderer="cpu",
+        progress=False,
+    ).table.set_index("technique")  # fmt: skip
+    # The largest whole side with 3 n^2 <= 100^2.
+    assert found.resolution.tolist() == [57, 57]
+    study = sl.compare(
+        scene, scene.camera, light, {"given": given}, resolution=57, size=(80, 45), renderer="cpu", progress=False
+    ).table.iloc[0]
+    row = found.loc["given"]
+    assert (row.misclassified, row.p95) == (study.misclassified, study.error_p95)
+
+
 def test_relative_is_a_row_an_angle_and_the_baseline_is_one():
     wide = made_up((0.1, 0.5, 2.0, 4.0), angles=(10, 90, 30, 60)).relative("p95")
     assert wide.index.tolist() == [90, 60, 30, 10]

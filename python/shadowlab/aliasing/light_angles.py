@@ -14,6 +14,7 @@ over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 (s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -68,6 +69,10 @@ class LightAngles:
         ------
         ArgumentError
             For a column or technique that the table does not have.
+
+        Notes
+        -----
+        1 where neither has any, as of two without a wrong pixel; NaN where either has no number.
         """
         if y not in self.table.columns or not np.issubdtype(self.table[y].to_numpy().dtype, np.number):
             numbers = ", ".join(
@@ -79,7 +84,8 @@ class LightAngles:
             raise ArgumentError(f"baseline: expected one of {', '.join(order)}, got {shown(baseline)}; compare it, too")
         values = self.table.set_index(["angle_deg", "technique"])[y].astype(np.float64).unstack()  # noqa: PD010
         wide: pd.DataFrame = values[order].sort_index(ascending=False)
-        return wide.div(wide[baseline], axis=0)
+        ratios: pd.DataFrame = wide.div(wide[baseline], axis=0)
+        return ratios.mask(wide.eq(0.0) & wide[baseline].eq(0.0).to_numpy()[:, None], 1.0)
 
     def crossovers(self, y: str = "storage_factor", *, baseline: str = "uniform") -> pd.DataFrame:
         """From which angle on each technique pays, and how much it hurts where it does not.
@@ -94,7 +100,8 @@ class LightAngles:
         DataFrame
             technique; pays_from_deg, above which it is better than the baseline at every angle of the table, the
             logarithm of the ratio interpolated (the least angle where it always is, NaN where it is not even at the
-            largest); worst, the largest ratio, and worst_at_deg; best and best_at_deg.
+            largest); worst, the largest ratio, and worst_at_deg; best and best_at_deg; failed, at how many angles the
+            technique or the baseline has no number. Such an angle ends what pays: pays_from_deg is the angle above it.
 
         Raises
         ------
@@ -106,15 +113,19 @@ class LightAngles:
         wide = self.relative(y, baseline=baseline)
         rows = []
         for name in wide.columns:
-            ratios = wide[name].dropna()
-            if name == baseline or not len(ratios):
+            if name == baseline:
                 continue
-            angles, values = ratios.index.to_numpy(np.float64), ratios.to_numpy(np.float64)
+            angles, values = wide.index.to_numpy(np.float64), wide[name].to_numpy(np.float64)
+            known = ~np.isnan(values)
             row = {"technique": name, "pays_from_deg": pays_from(angles, values)}
-            row |= {"worst": values.max(), "worst_at_deg": angles[values.argmax()]}
-            rows.append(row | {"best": values.min(), "best_at_deg": angles[values.argmin()]})
-        columns = ["technique", "pays_from_deg", "worst", "worst_at_deg", "best", "best_at_deg"]
-        return pd.DataFrame(rows, columns=columns)
+            if known.any():
+                worst, best = int(np.nanargmax(values)), int(np.nanargmin(values))
+                row |= {"worst": values[worst], "worst_at_deg": angles[worst]}
+                row |= {"best": values[best], "best_at_deg": angles[best]}
+            rows.append(row | {"failed": int(np.count_nonzero(~known))})
+        numbers = ["pays_from_deg", "worst", "worst_at_deg", "best", "best_at_deg"]
+        table = pd.DataFrame(rows, columns=["technique", *numbers, "failed"])
+        return table.astype({**dict.fromkeys(numbers, "float64"), "failed": "int64"})
 
     def __repr__(self) -> str:
         return f"LightAngles\n{self.table.to_string(index=False, float_format=lambda v: f'{v:.4g}')}"
@@ -177,8 +188,8 @@ def over_light_angle(
     azimuth_deg : float
         As in `light_at_angle`.
     resolution : int
-        Texels along each side of a single map. Of k maps each has 1 / sqrt(k) of that, so that together they have as
-        many.
+        Texels along each side of a single map. Of k maps each has 1 / sqrt(k) of that, rounded down, so that together
+        they have no more; those of a Parameterization that is given, too, whatever it was made for.
     size, renderer, bias, filter, progress
         As for `sl.compare`.
     truth : bool
@@ -214,14 +225,12 @@ def over_light_angle(
                 step(f"{label} at {angle:g} degrees")
                 row: dict[str, Any] = {"technique": label, "angle_deg": angle, "failure": ""}
                 try:
-                    p = at_equal_memory(item, scene, camera, light, side)
-                    e = footprint(gbuffer, camera, light, p)
-                    row |= {"maps": e.maps, "resolution": p.resolution, "notes": "; ".join(p.notes), **seen(e)}
+                    p, texels = at_equal_memory(item, scene, camera, light, side, gbuffer)
+                    e = footprint(gbuffer, camera, light, p, resolution=texels)
+                    row |= {"maps": e.maps, "resolution": texels, "notes": "; ".join(p.notes), **seen(e)}
                     if traced is not None:
-                        mask = look_up(
-                            draw.shadow_map(scene, p), gbuffer, camera, light, p, bias=bias, filter=filter
-                        )  # fmt: skip
-                        row |= wrong(mask, traced)
+                        maps = draw.shadow_map(scene, p, resolution=texels)
+                        row |= wrong(look_up(maps, gbuffer, camera, light, p, bias=bias, filter=filter), traced)
                 except ShadowlabError as error:
                     row["failure"] = str(error)
                 rows.append(row)
@@ -230,27 +239,40 @@ def over_light_angle(
 
 
 def pays_from(angles: NDArray[np.float64], ratios: NDArray[np.float64]) -> float:
-    """The angle above which all ratios are below 1; angles fall, and NaN is for none."""
-    hurts = np.flatnonzero(ratios > 1 - SAME)
-    if not len(hurts):
+    """The angle above which all ratios are there and below 1; angles fall, and NaN is for none."""
+    ends = np.flatnonzero(np.isnan(ratios) | (ratios > 1 - SAME))
+    if not len(ends):
         return float(angles[-1])
-    first = int(hurts[0])
+    first = int(ends[0])
     if first == 0:
         return float("nan")
+    if np.isnan(ratios[first]) or ratios[first - 1] == 0:
+        # Nothing to interpolate to: what is known is the angle above.
+        return float(angles[first - 1])
     above, at = np.log(ratios[first - 1]), np.log(max(ratios[first], 1.0))
     return float(angles[first] + (angles[first - 1] - angles[first]) * at / (at - above))
 
 
-def made(item: Any, scene: Any, camera: Any, light: Any, resolution: int) -> Any:
-    """The maps of a technique; maps that are given stay."""
-    return item.parameterize(scene, camera, light, resolution=resolution) if hasattr(item, "parameterize") else item
+def made(item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None) -> Any:
+    """The maps of a technique, of the pixels where it looks at receivers; maps that are given stay."""
+    if not hasattr(item, "parameterize"):
+        return item
+    samples = {"samples": gbuffer} if gbuffer is not None and getattr(item, "needs_samples", False) else {}
+    return item.parameterize(scene, camera, light, resolution=resolution, **samples)
 
 
-def at_equal_memory(item: Any, scene: Any, camera: Any, light: Any, resolution: int) -> Any:
-    """The maps of a technique, which together have no more texels than one of this resolution."""
-    p = made(item, scene, camera, light, resolution)
-    count = len(p.partitions)
-    return p if count == 1 else made(item, scene, camera, light, max(1, int(resolution / count**0.5)))
+def at_equal_memory(
+    item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None
+) -> tuple[Any, int]:
+    """The maps of a technique, and texels of their sides: together no more than one map of this resolution has."""
+    p = made(item, scene, camera, light, resolution, gbuffer)
+    maps, side = len(p.partitions), resolution
+    while (fits := max(1, math.isqrt(resolution * resolution // maps))) < side:
+        side = fits
+        p = made(item, scene, camera, light, side, gbuffer)
+        # With other texels there may be more maps.
+        maps = max(maps, len(p.partitions))
+    return p, side
 
 
 def seen(e: Footprint) -> dict[str, Any]:

@@ -24,6 +24,7 @@ pub mod rays;
 pub mod render;
 pub mod scene;
 mod simd;
+pub mod study;
 pub mod techniques;
 pub mod trace;
 

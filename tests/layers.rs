@@ -30,6 +30,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "render",
         &["aliasing", "error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"],
     ),
+    (
+        "study",
+        &["aliasing", "error", "geometry", "image", "parameterization", "progress", "rays", "render", "scene", "trace"],
+    ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
     ("techniques", &["error", "focus", "geometry", "image", "parameterization", "rays", "scene"]),
@@ -46,6 +50,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "rays",
             "render",
             "scene",
+            "study",
             "techniques",
             "trace",
         ],

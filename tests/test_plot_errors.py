@@ -305,7 +305,7 @@ def test_the_cause_map_counts(ax):
     codes[0, :3], codes[1], codes[2, 0] = 2, -1, 4
     plot.cause_map(view(), SUN, RIGHT, codes, ax)
     np.testing.assert_array_equal(ax.images[0].get_array(), plot.cause_picture(view(), SUN, RIGHT, codes))
-    assert legend(ax) == ["acne: 0 px", "edge: 3 px", "leak: 0 px", "missing: 1 px", "not compared"]
+    assert legend(ax) == ["acne: 0 px", "edge: 3 px", "leak: 0 px", "missing: 1 px", "other: 0 px", "not compared"]
 
 
 def test_drift_has_rms_and_largest_of_each_label(ax):

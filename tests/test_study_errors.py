@@ -108,7 +108,7 @@ def test_the_verdict_names_causes_that_are_many_and_the_map_that_would_do():
         "A texel of lispsm at 512² is up to 3 px long in 95 % of the picture; one pixel would take 1,536² texels."
     ]
     (first, _) = error_sentences(row(leak=400))
-    assert first.startswith("Of the wrong pixels of lispsm at 512², 40.0 % are leaks of the bias")
+    assert first.startswith("Of the wrong pixels of lispsm at 512², 40.0 % are leaks")
     assert "shadow themselves" in error_sentences(row(acne=900))[0]
     assert len(error_sentences(row(acne=20, misclassified=25))) == 1, "few pixels are no reason"
     assert error_sentences(row(error_p95=0.7)) == [

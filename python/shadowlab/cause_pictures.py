@@ -24,12 +24,14 @@ CAUSES = {
     2: ("edge", (219, 143, 186)),
     3: ("leak", FALSE_LIGHT_RGB),
     4: ("missing", (0, 0, 0)),
+    5: ("other", (0, 158, 115)),
 }
 MEANINGS = {
     "acne": "acne: a surface shadows itself",
     "edge": "edge: a silhouette displaced",
     "leak": "leak: bias passes the caster",
     "missing": "missing: no caster in the map",
+    "other": "other: the map is wrong",
 }
 NOT_COMPARED = -1
 # Greys of the eye view beneath: all colours are darker. What is not compared is white, hatched.
@@ -48,7 +50,7 @@ def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, wid
     truth : (H, W) int8
         From `sl.trace.shadow_mask`; it shades the grey view.
     cause_image : (H, W) int
-        Of each pixel 0 where it is right, 1 acne, 2 edge, 3 leak, 4 missing, -1 where it is not compared.
+        Of each pixel 0 where it is right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 where it is not compared.
     width : int
         Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
 
@@ -66,7 +68,7 @@ def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, wid
             )
     unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSES])
     if unknown.size:
-        raise ArgumentError(f"cause_image: expected codes -1, 0, 1, 2, 3 and 4, got {shown(unknown[:4].tolist())}")
+        raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
     if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or width < 1:
         raise ArgumentError(f"width: expected a whole number of pixels, at least 1, got {shown(width)}")
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)

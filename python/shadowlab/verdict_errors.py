@@ -12,10 +12,11 @@ from .verdict_words import digits, maps_of, missing, place, px_text, share_text
 MUCH = 0.3
 # With fewer wrong pixels than this a share of them says little.
 FEW = 100
-REMEDIES = {
-    "acne": "are surfaces that shadow themselves: more bias, slope first, would take them away",
-    "leak": "are leaks of the bias, which carries receivers past their casters: less bias or a finer map would help",
+REMARKS = {
+    "acne": "are acne, surfaces that shadow themselves: more bias takes them away, and brings leaks",
+    "leak": "are leaks, dark without the bias: less bias takes them away, and brings acne",
     "missing": "have casters that the map does not hold: thinner than a texel, or cut off by its depths",
+    "other": "are none of a shadow map's kinds: the map holds what the light does not meet. Is it made for this light?",
 }
 
 
@@ -29,9 +30,9 @@ def _causes(row: Mapping[str, Any]) -> list[str]:
     wrong = row.get("misclassified")
     if wrong is None or missing(wrong) or int(wrong) < FEW:
         return []
-    shares = {name: int(row[name]) / int(wrong) for name in REMEDIES if not missing(row.get(name))}
+    shares = {name: int(row[name]) / int(wrong) for name in REMARKS if not missing(row.get(name))}
     much = [name for name in shares if shares[name] >= MUCH]
-    return [f"Of the wrong pixels of {place(row)}, {share_text(shares[name])} {REMEDIES[name]}." for name in much]
+    return [f"Of the wrong pixels of {place(row)}, {share_text(shares[name])} {REMARKS[name]}." for name in much]
 
 
 def _texels(row: Mapping[str, Any]) -> list[str]:

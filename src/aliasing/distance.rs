@@ -5,18 +5,24 @@
 
 use rayon::prelude::*;
 
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+
 /// No pixel of the set in this column, or in the image.
 const NONE: i64 = i64::MAX;
 
 /// The distance in pixels from the centre of each pixel to that of the nearest one in `set`; infinity where the set is empty.
 ///
+/// # Errors
+/// [`crate::Error::Interrupted`].
+///
 /// # Panics
 /// Where `set` is not `size[0] * size[1]` long.
-pub fn distances(set: &[bool], size: [u32; 2]) -> Vec<f32> {
+pub fn distances(set: &[bool], size: [u32; 2], progress: &Progress) -> Result<Vec<f32>> {
     let [width, height] = size.map(|n| n as usize);
     assert_eq!(set.len(), width * height);
     if set.is_empty() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     // Along columns: distance to the nearest pixel above or below, by a sweep each way over whole rows.
     let mut along: Vec<i64> = vec![NONE; set.len()];
@@ -34,8 +40,12 @@ pub fn distances(set: &[bool], size: [u32; 2]) -> Vec<f32> {
     sweep(&mut (0..height));
     sweep(&mut (0..height).rev());
     let mut result = vec![f32::INFINITY; set.len()];
-    result.par_chunks_mut(width).zip(along.par_chunks(width)).for_each(|(row, along)| lower_envelope(along, row));
-    result
+    result.par_chunks_mut(width).zip(along.par_chunks(width)).try_for_each(|(row, along)| {
+        progress.check()?;
+        lower_envelope(along, row);
+        Ok::<_, Error>(())
+    })?;
+    Ok(result)
 }
 
 /// For each x the root of the least `along[v]² + (x - v)²`.
@@ -95,13 +105,13 @@ mod tests {
             let mut state = seed | 1;
             let mut next = || { state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407); state >> 33 };
             let set: Vec<bool> = (0..width * height).map(|_| next() % 40 < share).collect();
-            prop_assert_eq!(distances(&set, [width, height]), by_trying_all(&set, [width, height]));
+            prop_assert_eq!(distances(&set, [width, height], &Progress::new()).unwrap(), by_trying_all(&set, [width, height]));
         }
     }
 
     #[test]
     fn an_empty_set_is_infinitely_far() {
-        assert_eq!(distances(&[false; 6], [3, 2]), [f32::INFINITY; 6]);
-        assert!(distances(&[], [0, 4]).is_empty());
+        assert_eq!(distances(&[false; 6], [3, 2], &Progress::new()).unwrap(), [f32::INFINITY; 6]);
+        assert!(distances(&[], [0, 4], &Progress::new()).unwrap().is_empty());
     }
 }

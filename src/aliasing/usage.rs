@@ -13,6 +13,9 @@ use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light};
 
+/// Pixels between two looks at whether to stop: well below a millisecond of work.
+const AT_ONCE: usize = 4096;
+
 /// Where each pixel's receiver lies in its map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Located {
@@ -70,8 +73,14 @@ pub fn locate(
 /// nearest centres. Beyond the map's edge it reads the texel there.
 ///
 /// # Errors
-/// [`Error::InvalidArgument`] for more texels than fit into memory, or no taps.
-pub fn reads(located: &Located, layers: usize, resolution: [u32; 2], taps: u32) -> Result<Vec<u32>> {
+/// [`Error::InvalidArgument`] for more texels than fit into memory, or no taps; [`Error::Interrupted`].
+pub fn reads(
+    located: &Located,
+    layers: usize,
+    resolution: [u32; 2],
+    taps: u32,
+    progress: &Progress,
+) -> Result<Vec<u32>> {
     if !(1..=64).contains(&taps) {
         return Err(Error::argument("taps", "1 to 64 texels along each side", taps, "1 is the nearest texel"));
     }
@@ -84,17 +93,22 @@ pub fn reads(located: &Located, layers: usize, resolution: [u32; 2], taps: u32) 
     })?;
     counts.resize_with(texels, AtomicU32::default);
     let shift = 0.5 * f64::from(taps - 1);
-    located.texel.par_iter().zip(&located.map).filter(|(_, map)| **map >= 0).for_each(|(texel, map)| {
+    let held = |x: i64, side: usize| x.clamp(0, side as i64 - 1) as usize;
+    let read = |(texel, map): (&[f64; 2], &i16)| {
         // Casts saturate.
         let first = texel.map(|x| (x - shift).floor() as i64);
-        let held = |x: i64, side: usize| x.clamp(0, side as i64 - 1) as usize;
         for j in 0..i64::from(taps) {
             let row = (*map as usize * height + held(first[1] + j, height)) * width;
             for i in 0..i64::from(taps) {
                 counts[row + held(first[0] + i, width)].fetch_add(1, Ordering::Relaxed);
             }
         }
-    });
+    };
+    located.texel.par_chunks(AT_ONCE).zip(located.map.par_chunks(AT_ONCE)).try_for_each(|(texel, map)| {
+        progress.check()?;
+        texel.iter().zip(map).filter(|(_, map)| **map >= 0).for_each(read);
+        Ok::<_, Error>(())
+    })?;
     Ok(counts.into_iter().map(AtomicU32::into_inner).collect())
 }
 
@@ -108,15 +122,15 @@ mod tests {
             texel: vec![[0.2, 0.9], [3.9, 1.0], [f64::NAN; 2], [4.0, 2.0], [1.5, 1.5]],
             map: vec![0, 1, Footprint::NO_MAP, 0, 0],
         };
-        let nearest = reads(&located, 2, [4, 2], 1).unwrap();
+        let nearest = reads(&located, 2, [4, 2], 1, &Progress::new()).unwrap();
         let mut expected = vec![0; 16];
         // (0, 0) of the first map; (3, 1) of the second; the far corner held to (3, 1); (1, 1).
         [0, 8 + 7, 7, 5].into_iter().for_each(|i| expected[i] += 1);
         assert_eq!(nearest, expected);
-        let four = reads(&located, 2, [4, 2], 2).unwrap();
+        let four = reads(&located, 2, [4, 2], 2, &Progress::new()).unwrap();
         assert_eq!(four.iter().sum::<u32>(), 16, "four texels each, at the edge some twice");
         // 1.5 is a centre: itself with all of the weight, and its neighbours to the right and below.
         assert!(four[5] >= 1 && four[6] >= 1);
-        assert!(reads(&located, 2, [4, 2], 0).is_err());
+        assert!(reads(&located, 2, [4, 2], 0, &Progress::new()).is_err());
     }
 }

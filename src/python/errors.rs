@@ -1,26 +1,20 @@
 //! Lookups into maps that are there, where they lie, and why pixels are wrong.
 
-use glam::DVec3;
 use numpy::{PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, array, image, run_watched, size2};
+use super::convert::{argument_error, array, image, run_watched, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::{bias, filter_of};
 use super::scene::{PyScene, scene};
-use crate::aliasing::causes::{Blocker, Probe, cause, cause_of, displacement};
 use crate::aliasing::usage;
-use crate::image::Surfaces;
-use crate::progress::Progress;
 use crate::render::cpu::look_up as core_look_up;
-use crate::render::cpu::lookup::Lookups;
 use crate::render::{Bias, MaskSettings};
 use crate::scene::Light;
-use crate::trace::{FirstLit, Hit};
+use crate::study::{Wrong, causes as core_causes};
 
 /// Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16.
 #[pyfunction]
@@ -67,7 +61,7 @@ pub fn reads<'py>(
     let counts = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| {
             let located = usage::locate(surfaces, camera, &light, p, resolution, progress)?;
-            usage::reads(&located, layers, resolution, taps)
+            usage::reads(&located, layers, resolution, taps, progress)
         })
     })?;
     let [w, h] = resolution.map(|n| n as usize);
@@ -132,19 +126,13 @@ pub fn causes<'py>(
         let truth = array::<i8>(truth, "truth", &[Some(h), Some(w)])?;
         let (differences, truth) = (differences.as_slice()?, truth.as_slice()?);
         let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
-        let lookups = &Lookups::new(p, &light, surfaces.origin, &settings).or_raise(py)?;
         let (causes, distance) = run_watched(py, None, |progress| {
-            let wrong: Vec<usize> = (0..differences.len()).filter(|&i| differences[i] > 0).collect();
-            let blockers = blockers(scene, surfaces, &light, &wrong, progress)?;
-            let mut causes: Vec<i8> =
-                differences.iter().map(|&d| cause_of(d.min(0), &Probe::default(), None)).collect();
-            let found: Vec<i8> = wrong
-                .par_iter()
-                .zip(&blockers)
-                .map(|(&i, blocker)| one_cause(lookups, maps, surfaces, camera, differences[i], i, *blocker))
-                .collect();
-            wrong.iter().zip(found).for_each(|(&i, cause)| causes[i] = cause);
-            Ok((causes, displacement(surfaces, &light, differences, truth)))
+            let tracer = &scene.tracer(progress)?;
+            let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);
+            let parameterization = p;
+            let of =
+                Wrong { scene, tracer, surfaces, camera, light, maps, parameterization, settings, differences, truth };
+            core_causes(&of, progress)
         })?;
         Ok((image(py, causes, [h, w])?, image(py, distance, [h, w])?))
     })
@@ -167,47 +155,4 @@ fn layers<'py>(maps: &Bound<'py, PyAny>, count: usize) -> PyResult<(numpy::PyRea
             Err(argument_error(maps.py(), "maps", "at least one texel", format!("shape {:?}", shape), fix))
         }
     }
-}
-
-/// What the light meets first on its way to each of some pixels: how far before it, and where, relative to the surfaces'
-/// origin; nothing where that is the receiver itself.
-fn blockers(
-    scene: &PyScene,
-    surfaces: &Surfaces,
-    light: &Light,
-    pixels: &[usize],
-    progress: &Progress,
-) -> crate::Result<Vec<Option<(f64, DVec3)>>> {
-    let world = |&i: &usize| surfaces.origin + surfaces.receiver(i).unwrap_or_default().0;
-    let points: Vec<DVec3> = pixels.iter().map(world).collect();
-    let found = scene.tracer(progress)?.first_from_light(light, &points, progress)?;
-    let blocker = |(&i, first): (&usize, &FirstLit)| {
-        let Hit { triangle, instance, .. } = first.hit;
-        // What a G-buffer calls a triangle is the row of the face array it was made from.
-        let row = || scene.scene.mesh_of(instance as usize).source_face(triangle as usize) as i32;
-        let is_other = || (instance, row()) != (surfaces.instance[i], surfaces.triangle[i]);
-        (triangle >= 0 && first.before > 0.0 && is_other()).then(|| (first.before, first.at - surfaces.origin))
-    };
-    Ok(pixels.iter().zip(&found).map(blocker).collect())
-}
-
-/// The cause of one wrong pixel.
-fn one_cause(
-    lookups: &Lookups,
-    maps: &[f32],
-    surfaces: &Surfaces,
-    camera: &crate::Camera,
-    error: i8,
-    pixel: usize,
-    blocker: Option<(f64, DVec3)>,
-) -> i8 {
-    let Some((p_local, normal)) = surfaces.receiver(pixel) else { return cause::EDGE };
-    let chosen = lookups.choose(p_local, camera.depth_of(surfaces.origin + p_local));
-    let Some(k) = chosen else {
-        return cause_of(error, &Probe::default(), blocker.map(|b| Blocker { distance: b.0, is_in_map: false }));
-    };
-    let texels = lookups.texels();
-    let probe = lookups.map(k).probe(&maps[k * texels..(k + 1) * texels], p_local, normal);
-    let blocker = blocker.map(|(distance, at)| Blocker { distance, is_in_map: lookups.map(k).holds_depth(at) });
-    cause_of(error, &probe, blocker)
 }

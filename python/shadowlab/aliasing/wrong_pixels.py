@@ -18,12 +18,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # The causes by their codes in `Causes.image`, and what they mean.
-CAUSES = {1: "acne", 2: "edge", 3: "leak", 4: "missing"}
+CAUSES = {1: "acne", 2: "edge", 3: "leak", 4: "missing", 5: "other"}
 MEANINGS = {
-    "acne": "a surface shadows itself",
+    "acne": "a surface shadows itself, or in a crease a lit one its neighbour",
     "edge": "a silhouette is drawn where it is not",
-    "leak": "bias carries the receiver past its caster: peter-panning, light through thin walls",
+    "leak": "without bias it would be dark: peter-panning, light through thin walls",
     "missing": "the caster is not in the map: cut off, beyond it, or thinner than a texel",
+    "other": "the map holds what the light does not meet",
 }
 
 
@@ -34,7 +35,7 @@ class Causes:
     Attributes
     ----------
     image : (H, W) int8
-        0 right, 1 acne, 2 edge, 3 leak, 4 missing, -1 not compared.
+        0 right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 not compared.
     distance : (H, W) float32
         From each wrong pixel to the nearest one whose truth is what the map says, pixels: how far a shadow's edge has
         moved. Infinite where the image has none, NaN where the pixel is right. Among surfaces that face the light.
@@ -61,7 +62,7 @@ class Causes:
 
     @property
     def acne(self) -> int:
-        """Pixels of surfaces that shadow themselves: texels hold what is within a texel of the receiver's plane."""
+        """Pixels that would be lit if no surface shadowed itself, and creases whose lit sides shadow each other."""
         return self.counts["acne"]
 
     @property
@@ -71,13 +72,18 @@ class Causes:
 
     @property
     def leak(self) -> int:
-        """Lit pixels that the bias carries past their caster."""
+        """Lit pixels that would be dark without bias."""
         return self.counts["leak"]
 
     @property
     def missing(self) -> int:
         """Lit pixels whose caster is not in the map."""
         return self.counts["missing"]
+
+    @property
+    def other(self) -> int:
+        """Pixels for which the map holds what the light does not meet: of a map that is wrong."""
+        return self.counts["other"]
 
     @property
     def edge_distance(self) -> dict[str, float] | None:
@@ -88,7 +94,7 @@ class Causes:
         return {"mean": float(moved.mean()), "p95": float(np.percentile(moved, 95)), "max": float(moved.max())}
 
     def by_depth(self, bands: Any = 6) -> pd.DataFrame:
-        """One row a band of camera depth: near, far (world units), compared, wrong, acne, edge, leak, missing (pixels).
+        """One row a band of camera depth: near, far (world units), compared, wrong, and the causes (pixels).
 
         Parameters
         ----------
@@ -142,10 +148,12 @@ def causes(
 ) -> Causes:
     """Why the pixels of a shadow mask are wrong.
 
-    A pixel in false shadow is *acne* where what its texel holds lies within the size of a texel of the receiver's own
-    plane, else a displaced *edge*. A pixel in false light is a *leak* where the bias carries it past the blocker that
-    is nearest to the light, *missing* where that blocker lies outside of the map's depths or no texel around holds a
-    caster, else an edge.
+    A pixel in false shadow is *acne* where it would be lit if the texels it reads that hold the receiver itself
+    were: those within the size of a texel of its own plane. Else it is a displaced *edge* where a pixel in true
+    shadow lies within the reach of its texel in the picture; else acne, too, where the map is right (a crease,
+    whose lit sides shadow each other), or *other*. A pixel in false light is *missing* its caster where that lies
+    outside of the map's depths; a *leak* where it would be dark without bias; an edge where a texel around holds a
+    caster and a pixel in true light is within reach; else missing, too: thinner than a texel.
 
     Parameters
     ----------

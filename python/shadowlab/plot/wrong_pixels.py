@@ -12,9 +12,9 @@ from ..errors import ArgumentError
 from .axes import _axes, _picture, legend_below, plain, say, short_label
 from .checks import columns_of, numbers_of
 
-HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx"}
+HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx", "other": "\\\\\\"}
 # Lines of the hatching, on its own colour: paler on dark ones.
-HATCH_COLOURS = {"acne": "white", "edge": "#7A3560", "leak": "#CFE6F5", "missing": "#BBBBBB"}
+HATCH_COLOURS = {"acne": "white", "edge": "#7A3560", "leak": "#CFE6F5", "missing": "#BBBBBB", "other": "white"}
 
 
 def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
@@ -23,7 +23,7 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     Parameters
     ----------
     table : pandas.DataFrame
-        Column technique, and of acne, edge, leak and missing (pixels) those that were counted; one that is absent
+        Column technique, and of the causes (acne, edge...; pixels) those that were counted; one that is absent
         counts as none. Rows from the top.
     ax : matplotlib axes, optional
         Made where none are given.
@@ -142,5 +142,5 @@ def cause_map(
         handles.append(Patch(facecolor="white", edgecolor=grey, hatch="////", linewidth=0.5, label="not compared"))
     if (codes == NOT_COMPARED).all():
         say(ax, "no pixel is compared")
-    legend_below(ax, handles, ncols=len(handles), handlelength=1.2, handletextpad=0.5)
+    legend_below(ax, handles, ncols=3, handlelength=1.2, handletextpad=0.5)
     return ax

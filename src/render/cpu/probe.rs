@@ -1,13 +1,13 @@
-//! What a map holds around a receiver, in world units along the light's ray: see `aliasing::causes`.
+//! What a map holds around a receiver, in world units along the light's ray, with and without bias: see `aliasing::causes`.
 //!
 //! The gap of a texel is exact: the ray through the texel's centre meets the receiver's plane in one point (three linear
 //! equations), and the stored depth lies on that ray at a distance that solves a linear equation again, since clip z and w are
 //! affine along it.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use super::lookup::{Comparison, MapLookup};
-use crate::aliasing::causes::Probe;
+use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
 use crate::render::Filter;
 
@@ -15,44 +15,42 @@ use crate::render::Filter;
 const AROUND: i64 = 1;
 
 impl MapLookup {
-    /// What the map, rows from the top, holds around a receiver at `p` relative to the origin with a unit normal.
+    /// What the map, rows from the top, holds around a receiver at `p` relative to the origin with a unit normal. How far
+    /// silhouettes reach in the image is for the caller to fill in.
     pub fn probe(&self, map: &[f32], p: DVec3, normal: DVec3) -> Probe {
-        let [row_x, row_y, row_z, row_w] = self.rows;
-        let p4 = p.extend(1.0);
-        let w = row_w.dot(p4);
-        let ndc = self.post_warp.apply(DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w, w);
-        // Written so that a NaN is outside. Before the near plane casters may be missing; beyond the far plane none is.
-        if !(w > 0.0 && ndc.z >= 0.0 && ndc.x.abs() <= 1.0 && ndc.y.abs() <= 1.0) {
-            return Probe { gap: f64::NEG_INFINITY, gap_around: f64::NEG_INFINITY, ..Probe::default() };
-        }
+        let nothing = Probe { gap_around: f64::NEG_INFINITY, ..Probe::default() };
+        let Some(ndc) = self.ndc_within(p) else { return nothing };
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         let p_texel = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
-        let to_light = self.way_to_light(p);
-        let carry = match self.compare_at(p, normal) {
-            Comparison::At { z, .. } => self.way_to_depth(p, to_light, z).max(0.0),
-            // The bias moves it past the light or the near plane.
-            Comparison::Lit => f64::INFINITY,
+        // A bias that moves it past the light or the near plane lights it whatever the map holds.
+        let biased = match self.compare_at(p, normal) {
+            Comparison::At { z, .. } => z,
+            Comparison::Lit => 0.0,
         };
-        let mut probe = Probe {
-            is_held: true,
-            texel: self.texel_size(p, to_light),
-            carry,
-            gap: f64::NEG_INFINITY,
-            gap_around: f64::NEG_INFINITY,
+        let mut probe = Probe { is_held: true, texel: self.texel_size(p, ndc), ..nothing };
+        let (side, corner) = match self.filter {
+            Filter::Nearest => (1, p_texel.floor()),
+            Filter::Pcf2x2 => (2, (p_texel - 0.5).floor()),
         };
-        let (read, corner) = match self.filter {
-            Filter::Nearest => (0..=0, p_texel.floor()),
-            Filter::Pcf2x2 => (0..=1, (p_texel - 0.5).floor()),
-        };
+        // Weights of the four nearest centres; all of it where one is read.
+        let f = if side == 1 { DVec2::ZERO } else { p_texel - 0.5 - corner };
+        let weight = |i: i64, j: i64| [1.0 - f.x, f.x][i as usize] * [1.0 - f.y, f.y][j as usize];
         let middle = p_texel.floor();
         let first = corner.min(middle - AROUND as f64);
-        let last = (corner + *read.end() as f64).max(middle + AROUND as f64);
-        for j in first.y as i64..=last.y as i64 {
-            for i in first.x as i64..=last.x as i64 {
-                let gap = self.gap(map, p, normal, [i, j]);
+        let last = (corner + (side - 1) as f64).max(middle + AROUND as f64);
+        for y in first.y as i64..=last.y as i64 {
+            for x in first.x as i64..=last.x as i64 {
+                let stored = self.stored(map, [x, y]);
+                let (gap, at) = self.gap(stored, p, normal, [x, y]);
                 probe.gap_around = probe.gap_around.max(gap);
-                if read.contains(&(i - corner.x as i64)) && read.contains(&(j - corner.y as i64)) {
-                    probe.gap = probe.gap.max(gap);
+                let (i, j) = (x - corner.x as i64, y - corner.y as i64);
+                if !(0..side).contains(&i) || !(0..side).contains(&j) {
+                    continue;
+                }
+                let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
+                probe.taps[(j * 2 + i) as usize] = Tap { weight: weight(i, j), gap, is_dark, is_dark_unbiased };
+                if is_dark && probe.darkest.is_none_or(|(_, largest)| gap > largest) {
+                    probe.darkest = Some((at, gap));
                 }
             }
         }
@@ -64,6 +62,16 @@ impl MapLookup {
         let p4 = p.extend(1.0);
         let (z, w) = (self.rows[2].dot(p4), self.rows[3].dot(p4));
         w > 0.0 && z >= 0.0 && z <= w
+    }
+
+    /// NDC of a point that the map holds with all that may shade it: before the near plane casters may be missing, beyond the
+    /// far plane none is.
+    fn ndc_within(&self, p: DVec3) -> Option<DVec3> {
+        let [row_x, row_y, row_z, row_w] = self.rows;
+        let p4 = p.extend(1.0);
+        let w = row_w.dot(p4);
+        let ndc = self.post_warp.apply(DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w, w);
+        (w > 0.0 && ndc.z >= 0.0 && ndc.x.abs() <= 1.0 && ndc.y.abs() <= 1.0).then_some(ndc)
     }
 
     /// To the light: a unit vector.
@@ -80,12 +88,9 @@ impl MapLookup {
     }
 
     /// World size of a texel across the ray, its longer side; 0 where the map is singular.
-    fn texel_size(&self, p: DVec3, to_light: DVec3) -> f64 {
-        let step = |texel: [f64; 2]| self.on_plane(p, to_light, texel).map_or(0.0, |q| (q - p).length());
-        let [row_x, row_y, _, row_w] = self.rows;
-        let p4 = p.extend(1.0);
-        let w = row_w.dot(p4);
-        let ndc = self.post_warp.apply(DVec3::new(row_x.dot(p4), row_y.dot(p4), 0.0) / w, w);
+    fn texel_size(&self, p: DVec3, ndc: DVec3) -> f64 {
+        let across = self.way_to_light(p);
+        let step = |ndc: [f64; 2]| self.on_plane(p, across, ndc).map_or(0.0, |q| (q - p).length());
         let (dx, dy) = (2.0 / f64::from(self.size[0]), 2.0 / f64::from(self.size[1]));
         step([ndc.x + dx, ndc.y]).max(step([ndc.x, ndc.y + dy]))
     }
@@ -98,29 +103,29 @@ impl MapLookup {
         let along = match self.post_warp {
             PostWarp::None => row_y - y * row_w,
             // y = scale ln w + offset is known, so w is.
-            PostWarp::Log { scale, offset } => {
-                let w = ((y - offset) / scale).exp();
-                row_w - glam::DVec4::W * w
-            }
+            PostWarp::Log { scale, offset } => row_w - DVec4::W * ((y - offset) / scale).exp(),
         };
         let m = DMat3::from_cols(across.truncate(), along.truncate(), normal).transpose();
         let q = m.inverse() * DVec3::new(-across.w, -along.w, normal.dot(p));
         q.is_finite().then_some(q)
     }
 
-    /// How far from the receiver's plane towards the light lies what a texel holds; minus infinity for nothing.
-    fn gap(&self, map: &[f32], p: DVec3, normal: DVec3, [i, j]: [i64; 2]) -> f64 {
+    /// The depth of a texel; beyond the edge that of the nearest one.
+    fn stored(&self, map: &[f32], [i, j]: [i64; 2]) -> f64 {
         let [width, height] = self.size.map(i64::from);
-        let (i, j) = (i.clamp(0, width - 1), j.clamp(0, height - 1));
-        let stored = f64::from(map[(j * width + i) as usize]);
-        if stored >= 1.0 {
-            return f64::NEG_INFINITY;
-        }
-        let (x, y) = (2.0 * (i as f64 + 0.5) / width as f64 - 1.0, 1.0 - 2.0 * (j as f64 + 0.5) / height as f64);
-        match self.on_plane(p, normal, [x, y]) {
-            Some(q) => self.way_to_depth(q, self.way_to_light(q), stored),
+        f64::from(map[(j.clamp(0, height - 1) * width + i.clamp(0, width - 1)) as usize])
+    }
+
+    /// How far from the receiver's plane towards the light lies what a texel holds, minus infinity for nothing; and where the
+    /// ray of the texel's centre meets the plane.
+    fn gap(&self, stored: f64, p: DVec3, normal: DVec3, [i, j]: [i64; 2]) -> (f64, DVec3) {
+        let [width, height] = self.size.map(f64::from);
+        let ndc = [2.0 * (i as f64 + 0.5) / width - 1.0, 1.0 - 2.0 * (j as f64 + 0.5) / height];
+        match self.on_plane(p, normal, ndc) {
+            Some(q) if stored < 1.0 => (self.way_to_depth(q, self.way_to_light(q), stored), q),
+            Some(q) => (f64::NEG_INFINITY, q),
             // A plane seen edge on from the light: its depth there is any.
-            None => f64::NEG_INFINITY,
+            None => (f64::NEG_INFINITY, p),
         }
     }
 }

@@ -131,7 +131,7 @@ def test_what_is_called_a_leak_is_dark_without_the_bias(name, filter):
     scene = sl.library.scene(name)
     view = View(scene, scene.camera, scene.light)
     for bias in (None, sl.Bias(world=0.2)):
-        found, errors, p = view.causes("lispsm", resolution=512, bias=bias, filter=filter)
+        found, _, p = view.causes("lispsm", resolution=512, bias=bias, filter=filter)
         unbiased = mask_through(view, p, sl.Bias.none(), filter) >= 0.5
         assert found.leak > 20
         assert not unbiased[found.image == LEAK].any()

@@ -1,7 +1,7 @@
 """What a texel of the shadow map looks like in the image, at every pixel.
 
-Source: theory.md E.2 (E.5, E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, and the Jacobian
-of Chong and Gortler 2007. See `Footprint` for what each number means.
+Source: theory.md E.2 (E.5, E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, and the
+Jacobian of Chong and Gortler 2007. See `Footprint` for what each number means.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferUsages, Color, CommandEncoder,
     ComputePassDescriptor, ComputePipeline, LoadOp, Operations, RenderPassColorAttachment, RenderPassDescriptor,
@@ -15,7 +16,7 @@ use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
-use super::surface::{EyeSpace, Lookup, Map, View, slots_by_group};
+use super::surface::{EyeSpace, Lookup, Map, Placement, View, slots_by_group};
 use crate::error::Result;
 use crate::image::{GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};
@@ -63,7 +64,11 @@ impl Session<'_> {
         let draws = list.push_pass(scene, &on_device, &camera.clip_from_world(), guard);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
-        let placements = space.placements(scene, &on_device, &list.instances);
+        let mut placements = space.placements(scene, &on_device, &list.instances);
+        if placements.is_empty() {
+            // No pixel asks for it, but a binding holds at least one.
+            placements.push(Placement::zeroed());
+        }
         let placements = self.upload(in_use, "the placements of all visible instances (bytes)", &placements)?;
         self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
         let exact = self.upload_exact(in_use, &draws.exact)?;

@@ -159,8 +159,8 @@ impl Renderer for GpuRenderer {
         self.gpu.check_texture("a shadow mask", size, 1)?;
         self.gpu.check_texture("a shadow map", resolution, 1)?;
         let space = EyeSpace::new(scene, camera);
-        let lookup = space.lookup(light, settings, p)?;
-        let maps = space.maps(p);
+        let (choice, lookup) = (space.choice(light, p), space.lookup(settings)?);
+        let maps = space.maps(p)?;
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let pixels = size[0] as usize * size[1] as usize;
         let mut mask = ShadowMask { size, data: vec![0.0; pixels], partition: vec![ShadowMask::NO_MAP; pixels] };
@@ -174,7 +174,7 @@ impl Renderer for GpuRenderer {
                 let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, clips, resolution)?;
                 let lookup = lookup.part(first..first + clips.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
-                session.read_mask(recorded, &mut in_use, &drawn, &lookup, &maps, &depth_maps, &mut mask)?;
+                session.read_mask(recorded, &mut in_use, &drawn, (&choice, &lookup), &maps, &depth_maps, &mut mask)?;
                 in_use.release(&mut session.state.pool);
             }
             in_use.release(&mut session.state.pool);

@@ -10,13 +10,14 @@ use wgpu::{
     StoreOp, Texture, TextureViewDescriptor, TextureViewDimension,
 };
 
+use super::choose::{Choice, Lookup, Map};
 use super::draw_list::DrawList;
 use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
-use super::surface::{EyeSpace, Lookup, Map, Placement, View, slots_by_group};
+use super::surface::{EyeSpace, Placement, View, slots_by_group};
 use crate::error::Result;
 use crate::image::{GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};
@@ -154,20 +155,20 @@ impl Session<'_> {
         encoder: CommandEncoder,
         in_use: &mut InUse,
         drawn: &Drawn,
-        lookup: &Lookup,
+        (choice, lookup): (&Choice, &Lookup),
         maps: &[Map],
         depth_maps: &Texture,
         into: &mut ShadowMask,
     ) -> Result<()> {
         let pipeline = &self.pipelines.surface(self.gpu)?.mask;
+        let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
         let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
-        let maps = self.upload(in_use, "the records of all maps (bytes)", maps)?;
         let depth_maps = depth_maps.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let resources =
-            [lookup.as_entire_binding(), maps.as_entire_binding(), BindingResource::TextureView(&depth_maps)];
+        let [choice, maps, lookup] = [&choice, &maps, &lookup].map(Buffer::as_entire_binding);
+        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps)];
         self.in_bands(encoder, drawn, pipeline, &resources, MASK_WORDS, |pixels, bytes| {
             let (values, maps) = bytes.split_at(bytes.len() / MASK_WORDS);
             let values = bytemuck::cast_slice::<u8, f32>(values).iter().zip(bytemuck::cast_slice::<u8, i32>(maps));
@@ -180,6 +181,15 @@ impl Session<'_> {
                 }
             }
         })
+    }
+
+    /// What choose.wgsl reads, on the device.
+    fn upload_choice(&mut self, in_use: &mut InUse, choice: &Choice, maps: &[Map]) -> Result<(Buffer, Buffer)> {
+        let what = "the records of all maps (bytes)";
+        let choice = self.uniform(in_use, bytemuck::bytes_of(choice))?;
+        let maps = self.upload(in_use, what, maps)?;
+        self.gpu.check_binding(what, maps.size())?;
+        Ok((choice, maps))
     }
 
     /// Runs a shader over the pixels of a view in bands of rows; `resources` and then the result are its group 1. `take` is

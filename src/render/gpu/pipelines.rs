@@ -30,13 +30,14 @@ pub(super) struct Pipelines {
     surface: Option<SurfacePipelines>,
 }
 
-/// What G-buffers and masks take.
+/// What G-buffers, masks and footprints take.
 pub(super) struct SurfacePipelines {
     pub ids: IdsPipeline,
     /// Of triangles that the host has projected.
     pub ids_exact: RenderPipeline,
     pub gbuffer: ComputePipeline,
     pub mask: ComputePipeline,
+    pub footprint: ComputePipeline,
 }
 
 /// How the ids of a pass come about.
@@ -58,12 +59,17 @@ impl Pipelines {
             ids_exact: ids_exact_pipeline(device),
             gbuffer: compute_pipeline(device, "gbuffer", &[SURFACE, include_str!("shaders/gbuffer.wgsl")]),
             mask: compute_pipeline(device, "shadow_mask", &[SURFACE, CHOOSE, include_str!("shaders/lookup.wgsl")]),
+            footprint: compute_pipeline(
+                device,
+                "footprint",
+                &[SURFACE, CHOOSE, include_str!("shaders/footprint.wgsl")],
+            ),
         });
         gpu.check()?;
         Ok(Self { depth, surface })
     }
 
-    /// What G-buffers and masks take.
+    /// What G-buffers, masks and footprints take.
     ///
     /// # Errors
     /// [`Error::Device`] on a device that has no compute shaders.

@@ -1,4 +1,5 @@
-//! What is recorded and read for a view: the ids of its pixels, and what gbuffer.wgsl and lookup.wgsl make of them.
+//! What is recorded and read for a view: the ids of its pixels, and what gbuffer.wgsl, lookup.wgsl and footprint.wgsl make of
+//! them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
 use super::surface::{EyeSpace, Placement, View, slots_by_group};
 use crate::error::Result;
-use crate::image::{GBuffer, ShadowMask};
+use crate::image::{Footprint, GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};
 
 /// Bytes of results that one submission computes; more come in bands of rows. A quarter of the smallest binding of any
@@ -29,7 +30,9 @@ const BAND_BYTES: u64 = 32 << 20;
 const GBUFFER_WORDS: usize = 9;
 /// Words a pixel in the result of lookup.wgsl.
 const MASK_WORDS: usize = 2;
-/// In place of a map's index there: the pixel asks a map of another batch.
+/// Words a pixel in the result of footprint.wgsl.
+const FOOTPRINT_WORDS: usize = Footprint::PLANES + 1;
+/// In place of a map's index in the result of lookup.wgsl: the pixel asks a map of another batch.
 const OTHER_BATCH: i32 = -2;
 
 const RESULT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
@@ -180,6 +183,31 @@ impl Session<'_> {
                     *partition = map as i16;
                 }
             }
+        })
+    }
+
+    /// Reads the footprint of a drawn view; `encoder` holds the commands that draw it.
+    pub fn read_footprint(
+        &mut self,
+        encoder: CommandEncoder,
+        in_use: &mut InUse,
+        drawn: &Drawn,
+        choice: &Choice,
+        maps: &[Map],
+        into: &mut Footprint,
+    ) -> Result<()> {
+        let pipeline = &self.pipelines.surface(self.gpu)?.footprint;
+        let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
+        let resources = [&choice, &maps].map(Buffer::as_entire_binding);
+        self.in_bands(encoder, drawn, pipeline, &resources, FOOTPRINT_WORDS, |pixels, bytes| {
+            let n = pixels.len();
+            let words: &[u32] = bytemuck::cast_slice(bytes);
+            let (planes, maps) = words.split_at(Footprint::PLANES * n);
+            for (to, from) in into.planes.chunks_mut(into.map.len()).zip(planes.chunks(n)) {
+                to[pixels.clone()].copy_from_slice(bytemuck::cast_slice(from));
+            }
+            // The shader's codes are those of the image, in 32 bits.
+            into.map[pixels].iter_mut().zip(maps).for_each(|(to, &map)| *to = map as i16);
         })
     }
 

@@ -2,8 +2,8 @@
 // Parameterization::choose; surface.wgsl comes before this text.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit.
-// Group 1: 0 the light and how maps are chosen, 1 one record a map. Part of lookup.wgsl, which numbers its
-// resources from 2.
+// Group 1: 0 the light and how maps are chosen, 1 one record a map. Part of lookup.wgsl and footprint.wgsl, which number
+// their own resources from 2.
 
 struct Choice {
     // The light's centre: (unit vector to the light, 0) or (position, 1).
@@ -25,9 +25,23 @@ struct Map {
     row_w: vec4f,
     // Functionals that are not negative on the rays this map serves; zero for none.
     region: array<vec4f, 8>,
+    // How the texel's coordinates change about a point: see footprint.wgsl.
+    gradient_x: Gradient,
+    gradient_y: Gradient,
+    ray: vec4f,
+    texel: vec3f,
     // The last camera depth this map serves.
     depth_end: f32,
     regions: u32,
+    // 0: none. 1: NDC y is log_scale ln w + log_offset, w that of the row here, its power of two included.
+    post_warp: u32,
+    log_scale: f32,
+    log_offset: f32,
+}
+
+struct Gradient {
+    at_eye: vec3f,
+    turn: vec3f,
 }
 
 @group(1) @binding(0) var<uniform> choice: Choice;
@@ -69,7 +83,10 @@ fn holds(k: u32, p: vec3f) -> i32 {
     if !(w > 0.0) {
         return OUTSIDE;
     }
-    let ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
+    var ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
+    if maps[k].post_warp == 1 {
+        ndc.y = maps[k].log_scale * log(w) + maps[k].log_offset;
+    }
     if !(abs(ndc.x) <= 1.0 && abs(ndc.y) <= 1.0) {
         return OUTSIDE;
     }

@@ -4,7 +4,7 @@
 // precision is relative to the eye and its range is never left.
 // Group 0: 0 view, 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
 // vertex indices.
-// Part of gbuffer.wgsl and lookup.wgsl, which see to one pixel an invocation.
+// Part of gbuffer.wgsl, lookup.wgsl and footprint.wgsl, which see to one pixel an invocation.
 
 struct View {
     // Where the ray through NDC (x, y) meets camera depth 1: forward + x * right + y * up.

@@ -1,4 +1,5 @@
-//! Kernels of the gpu renderer, the way back to the host included: depth maps at three resolutions, G-buffer, mask.
+//! Kernels of the gpu renderer, the way back to the host included: depth maps at three resolutions, G-buffer, mask, footprint;
+//! beside the last one the G-buffer and aliasing's kernel on the processor.
 //!
 //! Scene: rolling ground of 400 x 400 quads with 12 tori over it, 440,000 triangles in one mesh and one instance.
 
@@ -6,6 +7,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
+use shadowlab::aliasing::footprint::footprint;
 use shadowlab::parameterization::Partition;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, gpu::GpuRenderer};
 use shadowlab::scene::DirectionalLight;
@@ -79,6 +81,16 @@ fn bench(c: &mut Criterion) {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress).unwrap()));
         });
     }
+    let resolution = [2048; 2];
+    group.bench_function("footprint/1024", |b| {
+        b.iter(|| black_box(renderer.footprint(&scene, &camera, &light, &p, resolution, size, &progress).unwrap()));
+    });
+    group.bench_function("footprint/on the processor/1024", |b| {
+        b.iter(|| {
+            let g = renderer.gbuffer(&scene, &camera, size, &progress).unwrap();
+            black_box(footprint(&g.surfaces(), &camera, &light, &p, resolution, &progress).unwrap())
+        });
+    });
     group.finish();
 }
 

@@ -11,8 +11,8 @@ use common::{renderer, single_map};
 use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
-use shadowlab::scene::library;
-use shadowlab::{Mesh, Progress, Scene, techniques};
+use shadowlab::scene::{DirectionalLight, library};
+use shadowlab::{Camera, Light, Mesh, Progress, Scene, techniques};
 
 #[test]
 fn depth_maps_agree_on_every_library_scene() {
@@ -106,6 +106,23 @@ fn gbuffers_agree_on_every_library_scene() {
         assert!(beside as f64 <= OTHER_TRIANGLE_SHARE * a.depth.len() as f64, "{name}: {beside} other triangles");
         assert!(bent as f64 <= NORMAL_SHARE * a.depth.len() as f64, "{name}: {bent} bent normals");
     }
+}
+
+#[test]
+fn a_view_of_nothing_is_empty() {
+    let Some(gpu) = renderer() else { return };
+    let (scene, _, _) = small_map();
+    let camera = Camera::look_at(DVec3::Z, 2.0 * DVec3::Z, DVec3::Y, 1.0, 1.0, 0.1, 10.0).unwrap();
+    let light = Light::Directional(DirectionalLight::new(DVec3::NEG_Z).unwrap());
+    let settings = MaskSettings { resolution: [16; 2], size: [8, 6], bias: Bias::default(), filter: Filter::Nearest };
+    let drawn = |r: &dyn Renderer| {
+        let (p, progress) = (single_map(DMat4::IDENTITY), Progress::new());
+        let gbuffer = r.gbuffer(&scene, &camera, [8, 6], &progress).unwrap();
+        (gbuffer, r.shadow_mask(&scene, &camera, &light, &p, &settings, &progress).unwrap())
+    };
+    let ((a, mask), (b, _)) = (drawn(&gpu), drawn(&CpuRenderer::new()));
+    assert_eq!(a, b);
+    assert!(a.triangle == [-1; 48] && mask.data.iter().all(|x| x.is_nan()));
 }
 
 #[test]

@@ -18,6 +18,11 @@ pub(super) const IDS: TextureFormat = TextureFormat::Rg32Uint;
 /// Pixels along each side of a workgroup; `@workgroup_size` in the shaders.
 pub(super) const WORKGROUP: u32 = 8;
 
+/// What a pixel shows.
+const SURFACE: &str = include_str!("shaders/surface.wgsl");
+/// Which map serves it.
+const CHOOSE: &str = include_str!("shaders/choose.wgsl");
+
 /// What is compiled when the renderer is made.
 pub(super) struct Pipelines {
     /// Depth alone.
@@ -25,13 +30,14 @@ pub(super) struct Pipelines {
     surface: Option<SurfacePipelines>,
 }
 
-/// What G-buffers and masks take.
+/// What G-buffers, masks and footprints take.
 pub(super) struct SurfacePipelines {
     pub ids: IdsPipeline,
     /// Of triangles that the host has projected.
     pub ids_exact: RenderPipeline,
     pub gbuffer: ComputePipeline,
     pub mask: ComputePipeline,
+    pub footprint: ComputePipeline,
 }
 
 /// How the ids of a pass come about.
@@ -51,14 +57,19 @@ impl Pipelines {
         let surface = gpu.has_compute.then(|| SurfacePipelines {
             ids: ids_pipeline(device),
             ids_exact: ids_exact_pipeline(device),
-            gbuffer: compute_pipeline(device, "gbuffer", include_str!("shaders/gbuffer.wgsl")),
-            mask: compute_pipeline(device, "shadow_mask", include_str!("shaders/lookup.wgsl")),
+            gbuffer: compute_pipeline(device, "gbuffer", &[SURFACE, include_str!("shaders/gbuffer.wgsl")]),
+            mask: compute_pipeline(device, "shadow_mask", &[SURFACE, CHOOSE, include_str!("shaders/lookup.wgsl")]),
+            footprint: compute_pipeline(
+                device,
+                "footprint",
+                &[SURFACE, CHOOSE, include_str!("shaders/footprint.wgsl")],
+            ),
         });
         gpu.check()?;
         Ok(Self { depth, surface })
     }
 
-    /// What G-buffers and masks take.
+    /// What G-buffers, masks and footprints take.
     ///
     /// # Errors
     /// [`Error::Device`] on a device that has no compute shaders.
@@ -150,9 +161,9 @@ fn render_pipeline(
     })
 }
 
-/// A pipeline of the entry point `name` in a text that follows surface.wgsl.
-fn compute_pipeline(device: &Device, name: &str, source: &str) -> ComputePipeline {
-    let module = module(device, name, format!("{}\n{source}", include_str!("shaders/surface.wgsl")));
+/// A pipeline of the entry point `name` in texts that follow each other.
+fn compute_pipeline(device: &Device, name: &str, sources: &[&str]) -> ComputePipeline {
+    let module = module(device, name, sources.join("\n"));
     device.create_compute_pipeline(&ComputePipelineDescriptor {
         label: Some(name),
         layout: None,

@@ -11,7 +11,6 @@ use super::passes::{InUse, Session, State};
 use super::pipelines::Pipelines;
 use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
-use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::parameterization::{Parameterization, PostWarp};
@@ -139,8 +138,23 @@ impl Renderer for GpuRenderer {
         progress: &Progress,
     ) -> Result<Footprint> {
         check_size("resolution", resolution)?;
-        let gbuffer = self.gbuffer(scene, camera, size, progress)?;
-        footprint(&gbuffer.surfaces(), camera, light, p, resolution, progress)
+        check_size("size", size)?;
+        check_maps(p)?;
+        check_extent(scene)?;
+        self.gpu.check_texture("a footprint", size, 1)?;
+        let space = EyeSpace::new(scene, camera);
+        let (choice, maps) = (space.choice(light, p), space.maps(p, resolution)?);
+        let pixels = size[0] as usize * size[1] as usize;
+        let mut footprint = Footprint { size, planes: vec![0.0; Footprint::PLANES * pixels], map: vec![0; pixels] };
+        self.work(progress, |session| {
+            let mut in_use = InUse::default();
+            let mut encoder = self.gpu.encoder("footprint");
+            let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
+            session.read_footprint(encoder, &mut in_use, &drawn, &choice, &maps, &mut footprint)?;
+            in_use.release(&mut session.state.pool);
+            Ok(())
+        })?;
+        Ok(footprint)
     }
 
     fn shadow_mask(
@@ -159,8 +173,8 @@ impl Renderer for GpuRenderer {
         self.gpu.check_texture("a shadow mask", size, 1)?;
         self.gpu.check_texture("a shadow map", resolution, 1)?;
         let space = EyeSpace::new(scene, camera);
-        let lookup = space.lookup(light, settings, p)?;
-        let maps = space.maps(p);
+        let (choice, lookup) = (space.choice(light, p), space.lookup(settings)?);
+        let maps = space.maps(p, resolution)?;
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let pixels = size[0] as usize * size[1] as usize;
         let mut mask = ShadowMask { size, data: vec![0.0; pixels], partition: vec![ShadowMask::NO_MAP; pixels] };
@@ -174,7 +188,7 @@ impl Renderer for GpuRenderer {
                 let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, clips, resolution)?;
                 let lookup = lookup.part(first..first + clips.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
-                session.read_mask(recorded, &mut in_use, &drawn, &lookup, &maps, &depth_maps, &mut mask)?;
+                session.read_mask(recorded, &mut in_use, &drawn, (&choice, &lookup), &maps, &depth_maps, &mut mask)?;
                 in_use.release(&mut session.state.pool);
             }
             in_use.release(&mut session.state.pool);
@@ -201,16 +215,22 @@ impl Session<'_> {
     }
 }
 
-/// A parameterization has maps, and each has a finite matrix.
+/// A parameterization has maps that can be drawn: [`check_maps`], and all are projective.
 fn check_partitions(p: &Parameterization) -> Result<()> {
-    if p.partitions.is_empty() {
-        return Err(Error::argument("partitions", "at least one", "none", "parameterize again"));
-    }
-    check_count(p)?;
+    check_maps(p)?;
     if p.partitions.iter().any(|p| p.post_warp != PostWarp::None) {
         let fix = "draw it with the cpu renderer, which is exact";
         return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));
     }
+    Ok(())
+}
+
+/// A parameterization has maps, and each has a finite matrix.
+fn check_maps(p: &Parameterization) -> Result<()> {
+    if p.partitions.is_empty() {
+        return Err(Error::argument("partitions", "at least one", "none", "parameterize again"));
+    }
+    check_count(p)?;
     if p.partitions.iter().any(|p| !p.shadow_clip_from_world.is_finite()) {
         let fix = "check where the matrix comes from";
         return Err(Error::argument("shadow_clip_from_world", "16 finite numbers", "a NaN or an infinity", fix));

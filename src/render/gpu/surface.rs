@@ -1,24 +1,21 @@
-//! What shaders are told of a view, a light and its maps: the host's side of surface.wgsl, gbuffer.wgsl and lookup.wgsl.
+//! What shaders are told of a view: the host's side of surface.wgsl.
 //!
 //! All matrices are formed in f64 relative to the eye and divided by a power of two before they are rounded.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::draw_list::Draw;
 use super::scene_cache::DeviceScene;
-use crate::error::Result;
-use crate::parameterization::{Parameterization, Region, Selection};
-use crate::render::{Filter, MaskSettings};
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Camera, Scene};
 
 /// The eye's space of surface.wgsl: world axes, origin at the eye, lengths in `unit` world units.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EyeSpace {
-    eye: DVec3,
-    unit: f64,
+    pub eye: DVec3,
+    pub unit: f64,
 }
 
 /// `View` of surface.wgsl.
@@ -51,45 +48,6 @@ pub(super) struct Placement {
     unused: u32,
 }
 
-/// `Lookup` of lookup.wgsl.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Lookup {
-    light: [f32; 4],
-    cone: [f32; 4],
-    range: f32,
-    bias_world: f32,
-    bias_texels: f32,
-    bias_ndc: f32,
-    slope: f32,
-    slope_limit: f32,
-    filter_kind: u32,
-    maps: u32,
-    selection: u32,
-    first_map: u32,
-    end_map: u32,
-    unused: u32,
-}
-
-/// `Map` of lookup.wgsl.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Map {
-    /// Rows of `shadow_clip_from_eye`.
-    rows: [[f32; 4]; 4],
-    region: [[f32; 4]; Region::MOST],
-    depth_end: f32,
-    regions: u32,
-    unused: [u32; 2],
-}
-
-impl Lookup {
-    /// This lookup for a dispatch that sees to the pixels that ask some of the maps.
-    pub fn part(self, maps: Range<usize>) -> Self {
-        Self { first_map: maps.start as u32, end_map: maps.end as u32, ..self }
-    }
-}
-
 impl View {
     /// This view for a dispatch that sees to some rows and slots.
     pub fn part(self, rows: Range<u32>, slots: Range<u32>) -> Self {
@@ -109,7 +67,7 @@ impl EyeSpace {
     }
 
     /// A length of this space.
-    fn length(&self, world: f64) -> f32 {
+    pub fn length(&self, world: f64) -> f32 {
         (world / self.unit) as f32
     }
 
@@ -147,74 +105,6 @@ impl EyeSpace {
         };
         instances.iter().map(placement).collect()
     }
-
-    /// The light, its bias and the filter; the maps at hand are for the caller to fill in.
-    ///
-    /// # Errors
-    /// [`crate::Error::InvalidArgument`] for an unusable bias.
-    pub fn lookup(&self, light: &Light, settings: &MaskSettings, p: &Parameterization) -> Result<Lookup> {
-        let bias = settings.bias.checked()?;
-        let point = light.point();
-        let place = if point.w == 0.0 { point.truncate() } else { (point.truncate() - self.eye) / self.unit };
-        let (cone, range) = match light {
-            Light::Directional(_) => (DVec4::new(0.0, 0.0, 0.0, -2.0), f64::INFINITY),
-            Light::Spot(l) => (l.direction().extend((0.5 * l.cone_angle()).cos()), l.range()),
-            Light::Point(l) => (DVec4::new(0.0, 0.0, 0.0, -2.0), l.range()),
-        };
-        // No infinities in shaders: WGSL need not know them.
-        let finite = |x: f32| x.min(f32::MAX);
-        Ok(Lookup {
-            light: place.extend(point.w).as_vec4().to_array(),
-            cone: cone.as_vec4().to_array(),
-            range: finite(self.length(range)),
-            bias_world: self.length(bias.world).clamp(f32::MIN, f32::MAX),
-            bias_texels: bias.texels as f32,
-            bias_ndc: bias.ndc as f32,
-            slope: bias.slope as f32,
-            slope_limit: finite(bias.slope_limit as f32),
-            filter_kind: match settings.filter {
-                Filter::Nearest => 0,
-                Filter::Pcf2x2 => 1,
-            },
-            maps: p.partitions.len() as u32,
-            selection: match p.selection {
-                Selection::Depth => 0,
-                Selection::Containment => 1,
-            },
-            first_map: 0,
-            end_map: 0,
-            unused: 0,
-        })
-    }
-
-    /// The records of all maps, whose matrices are finite.
-    pub fn maps(&self, p: &Parameterization) -> Vec<Map> {
-        let world_from_eye = DMat4::from_translation(self.eye) * DMat4::from_scale(DVec3::splat(self.unit));
-        let farthest = p.partitions.last().map_or(0.0, |last| last.eye_depth[1]);
-        let map = |partition: &crate::Partition| {
-            let clip_from_eye = partition.shadow_clip_from_world * world_from_eye;
-            // Clip coordinates are homogeneous: a power of two in all of them changes nothing.
-            let scale = power_of_two_below(&clip_from_eye.to_cols_array());
-            let rows = std::array::from_fn(|i| (clip_from_eye.row(i) * scale).as_vec4().to_array());
-            let functionals = partition.region.functionals();
-            let mut region = [[0.0; 4]; Region::MOST];
-            for (f, to) in functionals.iter().zip(&mut region) {
-                let f = world_from_eye.transpose() * *f;
-                *to = (f * power_of_two_below(&f.to_array())).as_vec4().to_array();
-            }
-            // Those that end where the last does have no end: Parameterization::first_map.
-            let end = partition.eye_depth[1];
-            let depth_end = if end >= farthest { f32::MAX } else { self.length(end).clamp(f32::MIN, f32::MAX) };
-            Map { rows, region, depth_end, regions: functionals.len() as u32, unused: [0; 2] }
-        };
-        p.partitions.iter().map(map).collect()
-    }
-}
-
-/// The power of two that brings the largest of some numbers to [1, 2); 1 where all are zero.
-fn power_of_two_below(numbers: &[f64]) -> f64 {
-    let largest = numbers.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if largest > 0.0 { 2f64.powi(-(largest.log2().floor() as i32).clamp(-1000, 1000)) } else { 1.0 }
 }
 
 /// The groups that a list of draws uses, each with its slots; at least one, the first from slot 0.

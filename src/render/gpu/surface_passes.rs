@@ -1,23 +1,26 @@
-//! What is recorded and read for a view: the ids of its pixels, and what gbuffer.wgsl and lookup.wgsl make of them.
+//! What is recorded and read for a view: the ids of its pixels, and what gbuffer.wgsl, lookup.wgsl and footprint.wgsl make of
+//! them.
 
 use std::ops::Range;
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferUsages, Color, CommandEncoder,
     ComputePassDescriptor, ComputePipeline, LoadOp, Operations, RenderPassColorAttachment, RenderPassDescriptor,
     StoreOp, Texture, TextureViewDescriptor, TextureViewDimension,
 };
 
+use super::choose::{Choice, Lookup, Map};
 use super::draw_list::DrawList;
 use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
-use super::surface::{EyeSpace, Lookup, Map, View, slots_by_group};
+use super::surface::{EyeSpace, Placement, View, slots_by_group};
 use crate::error::Result;
-use crate::image::{GBuffer, ShadowMask};
+use crate::image::{Footprint, GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};
 
 /// Bytes of results that one submission computes; more come in bands of rows. A quarter of the smallest binding of any
@@ -27,7 +30,9 @@ const BAND_BYTES: u64 = 32 << 20;
 const GBUFFER_WORDS: usize = 9;
 /// Words a pixel in the result of lookup.wgsl.
 const MASK_WORDS: usize = 2;
-/// In place of a map's index there: the pixel asks a map of another batch.
+/// Words a pixel in the result of footprint.wgsl.
+const FOOTPRINT_WORDS: usize = Footprint::PLANES + 1;
+/// In place of a map's index in the result of lookup.wgsl: the pixel asks a map of another batch.
 const OTHER_BATCH: i32 = -2;
 
 const RESULT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
@@ -63,7 +68,11 @@ impl Session<'_> {
         let draws = list.push_pass(scene, &on_device, &camera.clip_from_world(), guard);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
-        let placements = space.placements(scene, &on_device, &list.instances);
+        let mut placements = space.placements(scene, &on_device, &list.instances);
+        if placements.is_empty() {
+            // No pixel asks for it, but a binding holds at least one.
+            placements.push(Placement::zeroed());
+        }
         let placements = self.upload(in_use, "the placements of all visible instances (bytes)", &placements)?;
         self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
         let exact = self.upload_exact(in_use, &draws.exact)?;
@@ -149,20 +158,20 @@ impl Session<'_> {
         encoder: CommandEncoder,
         in_use: &mut InUse,
         drawn: &Drawn,
-        lookup: &Lookup,
+        (choice, lookup): (&Choice, &Lookup),
         maps: &[Map],
         depth_maps: &Texture,
         into: &mut ShadowMask,
     ) -> Result<()> {
         let pipeline = &self.pipelines.surface(self.gpu)?.mask;
+        let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
         let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
-        let maps = self.upload(in_use, "the records of all maps (bytes)", maps)?;
         let depth_maps = depth_maps.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let resources =
-            [lookup.as_entire_binding(), maps.as_entire_binding(), BindingResource::TextureView(&depth_maps)];
+        let [choice, maps, lookup] = [&choice, &maps, &lookup].map(Buffer::as_entire_binding);
+        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps)];
         self.in_bands(encoder, drawn, pipeline, &resources, MASK_WORDS, |pixels, bytes| {
             let (values, maps) = bytes.split_at(bytes.len() / MASK_WORDS);
             let values = bytemuck::cast_slice::<u8, f32>(values).iter().zip(bytemuck::cast_slice::<u8, i32>(maps));
@@ -175,6 +184,40 @@ impl Session<'_> {
                 }
             }
         })
+    }
+
+    /// Reads the footprint of a drawn view; `encoder` holds the commands that draw it.
+    pub fn read_footprint(
+        &mut self,
+        encoder: CommandEncoder,
+        in_use: &mut InUse,
+        drawn: &Drawn,
+        choice: &Choice,
+        maps: &[Map],
+        into: &mut Footprint,
+    ) -> Result<()> {
+        let pipeline = &self.pipelines.surface(self.gpu)?.footprint;
+        let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
+        let resources = [&choice, &maps].map(Buffer::as_entire_binding);
+        self.in_bands(encoder, drawn, pipeline, &resources, FOOTPRINT_WORDS, |pixels, bytes| {
+            let n = pixels.len();
+            let words: &[u32] = bytemuck::cast_slice(bytes);
+            let (planes, maps) = words.split_at(Footprint::PLANES * n);
+            for (to, from) in into.planes.chunks_mut(into.map.len()).zip(planes.chunks(n)) {
+                to[pixels.clone()].copy_from_slice(bytemuck::cast_slice(from));
+            }
+            // The shader's codes are those of the image, in 32 bits.
+            into.map[pixels].iter_mut().zip(maps).for_each(|(to, &map)| *to = map as i16);
+        })
+    }
+
+    /// What choose.wgsl reads, on the device.
+    fn upload_choice(&mut self, in_use: &mut InUse, choice: &Choice, maps: &[Map]) -> Result<(Buffer, Buffer)> {
+        let what = "the records of all maps (bytes)";
+        let choice = self.uniform(in_use, bytemuck::bytes_of(choice))?;
+        let maps = self.upload(in_use, what, maps)?;
+        self.gpu.check_binding(what, maps.size())?;
+        Ok((choice, maps))
     }
 
     /// Runs a shader over the pixels of a view in bands of rows; `resources` and then the result are its group 1. `take` is

@@ -1,16 +1,12 @@
-// The light that arrives at each pixel through the shadow maps; twin of cpu/lookup.rs; surface.wgsl comes before this text.
+// The light that arrives at each pixel through the shadow maps; twin of cpu/lookup.rs; surface.wgsl and choose.wgsl come
+// before this text.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit. Space "texel": the map in texels, x to the right, y down.
-// Group 1: 0 the light, its bias and the filter, 1 one record a map, 2 the maps of this batch, 3 result: for the n pixels of
-// the rows at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none; a pixel
-// that asks a map of another batch has OTHER_BATCH, and a value that says nothing.
+// Group 1, beside choose.wgsl's: 2 bias, filter and batch, 3 the maps of this batch, 4 result: for the n pixels of the rows
+// at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none; a pixel that
+// asks a map of another batch has OTHER_BATCH, and a value that says nothing.
 
 struct Lookup {
-    // The light's centre: (unit vector to the light, 0) or (position, 1).
-    light: vec4f,
-    // Of a spot: its unit axis, and the cosine of half its cone's angle; -2 without a cone.
-    cone: vec4f,
-    range: f32,
     bias_world: f32,
     bias_texels: f32,
     bias_ndc: f32,
@@ -18,39 +14,16 @@ struct Lookup {
     slope_limit: f32,
     // 0: one comparison with the texel the point falls into. 1: bilinear weights over the four nearest.
     filter_kind: u32,
-    maps: u32,
-    // 0: by camera depth. 1: by containment.
-    selection: u32,
     // The maps of this batch.
     first_map: u32,
     end_map: u32,
-    unused: u32,
 }
 
-struct Map {
-    // Rows of shadow_clip_from_eye.
-    row_x: vec4f,
-    row_y: vec4f,
-    row_z: vec4f,
-    row_w: vec4f,
-    // Functionals that are not negative on the rays this map serves; zero for none.
-    region: array<vec4f, 8>,
-    // The last camera depth this map serves.
-    depth_end: f32,
-    regions: u32,
-}
+@group(1) @binding(2) var<uniform> lookup: Lookup;
+@group(1) @binding(3) var depth_maps: texture_depth_2d_array;
+@group(1) @binding(4) var<storage, read_write> result: array<u32>;
 
-@group(1) @binding(0) var<uniform> lookup: Lookup;
-@group(1) @binding(1) var<storage, read> maps: array<Map>;
-@group(1) @binding(2) var depth_maps: texture_depth_2d_array;
-@group(1) @binding(3) var<storage, read_write> result: array<u32>;
-
-const NO_MAP = 0xffffffffu;
 const OTHER_BATCH = 0xfffffffeu;
-
-// Of a functional of a region, relative to its terms: the roundings of its coefficients, of the point and of the sum, 2^-24
-// each. A point on the border between two maps must not fall between them.
-const REGION_ROUNDING = 16.0 / 16777216.0;
 
 // Larger than any bias that leaves a depth in [0, 1]; stands for infinity, which WGSL need not know.
 const BOUNDLESS = 1e30;
@@ -65,67 +38,9 @@ struct Comparison {
 const LIT = Comparison(vec2f(), 0.0, true);
 
 fn to_light(p: vec3f) -> vec3f {
-    let v = lookup.light.xyz - lookup.light.w * p;
+    let v = choice.light.xyz - choice.light.w * p;
     let size = length(v);
     return select(vec3f(), v / size, size > 0.0);
-}
-
-// Whether light could arrive: the normal is turned towards the light, and the point is within its cone and range.
-fn faces_light(p: vec3f, normal: vec3f) -> bool {
-    let v = lookup.light.xyz - lookup.light.w * p;
-    if !(dot(normal, v) > 0.0) {
-        return false;
-    }
-    if lookup.light.w == 0.0 {
-        return true;
-    }
-    let distance = length(v);
-    return distance <= lookup.range && (lookup.cone.w < -1.0 || dot(-v, lookup.cone.xyz) >= distance * lookup.cone.w);
-}
-
-const OUTSIDE = 0;
-const BEYOND = 1;
-const WITHIN = 2;
-
-// How a map holds a point: Held of parameterization.rs.
-fn holds(k: u32, p: vec3f) -> i32 {
-    let p4 = vec4f(p, 1.0);
-    for (var i = 0u; i < maps[k].regions; i++) {
-        let f = maps[k].region[i];
-        if !(dot(f, p4) >= -REGION_ROUNDING * dot(abs(f), abs(p4))) {
-            return OUTSIDE;
-        }
-    }
-    let w = dot(maps[k].row_w, p4);
-    if !(w > 0.0) {
-        return OUTSIDE;
-    }
-    let ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
-    if !(abs(ndc.x) <= 1.0 && abs(ndc.y) <= 1.0) {
-        return OUTSIDE;
-    }
-    return select(BEYOND, WITHIN, ndc.z <= 1.0);
-}
-
-// The map that serves a receiver, or NO_MAP: Parameterization::choose.
-fn choose(p: vec3f, depth: f32) -> u32 {
-    var k = 0u;
-    if lookup.selection == 0 {
-        while k + 1 < lookup.maps && !(depth <= maps[k].depth_end) {
-            k++;
-        }
-    }
-    var found = NO_MAP;
-    for (; k < lookup.maps; k++) {
-        let held = holds(k, p);
-        if held == WITHIN {
-            return k;
-        }
-        if held == BEYOND && found == NO_MAP {
-            found = k;
-        }
-    }
-    return found;
 }
 
 fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {

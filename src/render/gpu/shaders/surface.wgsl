@@ -4,7 +4,7 @@
 // precision is relative to the eye and its range is never left.
 // Group 0: 0 view, 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
 // vertex indices.
-// Part of gbuffer.wgsl and lookup.wgsl, which see to one pixel an invocation.
+// Part of gbuffer.wgsl, lookup.wgsl and footprint.wgsl, which see to one pixel an invocation.
 
 struct View {
     // Where the ray through NDC (x, y) meets camera depth 1: forward + x * right + y * up.
@@ -67,6 +67,17 @@ fn largest(v: vec3f) -> f32 {
     return max(abs(v.x), max(abs(v.y), abs(v.z)));
 }
 
+// NDC of a pixel's centre.
+fn ndc_of(pixel: vec2u) -> vec2f {
+    let size = vec2f(f32(view.width), f32(view.height));
+    return vec2f(2.0 * f32(pixel.x) + 1.0 - size.x, size.y - 2.0 * f32(pixel.y) - 1.0) / size;
+}
+
+// Where the ray through a place of the image meets camera depth 1.
+fn ray_through(ndc: vec2f) -> vec3f {
+    return view.forward + ndc.x * view.right + ndc.y * view.up;
+}
+
 // Of a pixel that shows the triangle `id.y` of slot `id.x - 1`.
 fn surface(pixel: vec2u, id: vec2u) -> Surface {
     let placement = placements[id.x - 1];
@@ -87,10 +98,7 @@ fn surface(pixel: vec2u, id: vec2u) -> Surface {
     let across = cross(ab * inverse, ac * inverse);
     let area = length(across);
 
-    let size = vec2f(f32(view.width), f32(view.height));
-    let x = (2.0 * f32(pixel.x) + 1.0 - size.x) / size.x;
-    let y = (size.y - 2.0 * f32(pixel.y) - 1.0) / size.y;
-    let ray = view.forward + x * view.right + y * view.up;
+    let ray = ray_through(ndc_of(pixel));
 
     // Camera depths of the corners: a triangle seen edge on is met within them, whatever rounding makes of the quotient.
     let depth_a = dot(a, view.forward);

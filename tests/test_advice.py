@@ -21,12 +21,14 @@ from shadowlab.advice_memory import (
     BYTES_PER_TEXEL,
     LEAST_TEXELS,
     MOST_TEXELS,
-    STEP_TEXELS,
+    UNUSED_FROM,
     bytes_of,
     memory_text,
     side_of,
+    unused,
 )
 from shadowlab.advice_runs import COLUMNS
+from shadowlab.aliasing.wrong_pixels import CAUSES
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 # One pixel of the picture may change sides where a camera is made again from its rounded target.
@@ -50,9 +52,18 @@ def advice(view):
 def test_maps_fit_and_no_larger_ones_do(memory, maps):
     side = side_of(memory, maps)
     assert side * side * maps * BYTES_PER_TEXEL <= memory
-    assert side % STEP_TEXELS == 0
-    larger = max(side + STEP_TEXELS, LEAST_TEXELS)
+    larger = max(side + 1, LEAST_TEXELS)
     assert larger * larger * maps * BYTES_PER_TEXEL > memory or side == MOST_TEXELS
+
+
+@pytest.mark.parametrize("maps", range(1, 17))
+@pytest.mark.parametrize("texels", [256, 1000, 1024, 4096])
+def test_what_is_left_unused_is_less_than_a_per_cent(texels, maps):
+    """Of as much memory as so many maps of this side, or of one of this side and more."""
+    for memory in (BYTES_PER_TEXEL * maps * texels**2, BYTES_PER_TEXEL * maps * texels**2 + 4 * maps * texels):
+        side = side_of(memory, maps)
+        assert 0 <= unused(memory, maps, side) <= 2 / side
+        assert unused(memory, maps, side) < UNUSED_FROM
 
 
 @pytest.mark.parametrize(
@@ -85,6 +96,7 @@ def test_each_candidate_gets_as_much_as_fits(advice):
     for row in advice.table.to_dict("records"):
         assert row["bytes"] == 4 * row["maps"] * row["resolution"] ** 2
         assert row["bytes"] <= row["memory"]
+        assert math.isclose(row["unused"], 1 - row["bytes"] / row["memory"], abs_tol=1e-15)
         assert row["resolution"] == side_of(row["memory"], row["maps"])
     runs = advice.runs
     assert (runs["bytes"] <= runs["memory"]).all()
@@ -93,13 +105,25 @@ def test_each_candidate_gets_as_much_as_fits(advice):
     assert (sides.min() == sides.max()).all()
 
 
+def test_memory_that_whole_texels_leave_unused_is_told(advice):
+    three = SETS[3]
+    row = advice.table.query("memory == 16384 and candidate == @three").iloc[0]
+    # 3 * 36^2 of 4096 texels; two maps of 45^2 leave less.
+    assert (row["resolution"], row["bytes"]) == (36, 3 * 36**2 * 4)
+    assert f"Memory is not quite equal, as sides are whole texels: {three} takes 95 % of 16 KiB" in advice.verdict
+    assert "15.19 KiB (95 %)" in repr(advice)
+    full = advice.table.query("memory == 16384 and candidate == 'uniform'").iloc[0]
+    assert full["unused"] == 0
+    assert "16 KiB (100 %)" not in repr(advice)
+
+
 class Varying:
-    """Two maps of a light from the side, one of a light from above, and one more from 40 texels on."""
+    """Two maps of a light from the side, one of a light from above, and one more up to 46 texels."""
 
     name, settings = "varying", {}
 
     def parameterize(self, scene, camera, light, *, resolution=1024, samples=None):
-        count = (2 if abs(np.asarray(light.direction)[0]) > 0.5 else 1) + (resolution <= 40)
+        count = (2 if abs(np.asarray(light.direction)[0]) > 0.5 else 1) + (resolution <= 46)
         return sl.technique("z_partition", count=count).parameterize(scene, camera, light, resolution=resolution)
 
 
@@ -172,7 +196,7 @@ def test_every_error_is_that_of_the_public_functions(view, name):
         assert row["error"] == by_name[name]
         assert (row["misclassified"], row["compared"]) == (errors.count, errors.compared)
         assert row["storage_factor"] == summary.storage_factor
-        assert row["acne"] + row["edge"] + row["leak"] + row["missing"] == errors.count
+        assert sum(row[cause] for cause in CAUSES.values()) == errors.count
         maps = renderer.shadow_map(scene, p, resolution=n)
         why = sl.aliasing.causes(scene, camera, light, p, mask, truth, gbuffer=gbuffer, maps=maps)
         assert why.counts == {cause: row[cause] for cause in why.counts}

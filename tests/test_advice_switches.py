@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
+import re
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from shadowlab.advice_errors import LATTICE_SCATTER, about_equal, measure_of
+from shadowlab.advice_errors import LATTICE_SCATTER, MEASURES, about_equal, measure_of
 from shadowlab.advice_runs import Outcome
-from shadowlab.advice_tables import standings, stretches, switches
+from shadowlab.advice_tables import changes, standings, stretches, switches
 from shadowlab.advice_views import View
-from shadowlab.advice_words import advice_text
+from shadowlab.advice_words import OF_BIAS, advice_text
+from shadowlab.aliasing.wrong_pixels import CAUSES
 
 MIB = 2**20
 PIXELS = 100_000
@@ -55,8 +58,14 @@ def test_a_switch_lies_between_neighbours_with_both_errors():
     assert (row["error_from"], row["other_from"]) == (0.012, 0.03)
     assert (row["error_to"], row["other_to"]) == (0.01, 0.04)
     assert math.isclose(row["at_from"], math.radians(35))
-    told = "The answer switches at a light angle of about 48°: below it, at 35°, uniform (1.20 %; lispsm 3.00 %); above"
-    assert told in said(outcomes)
+    assert (row["equal_from"], row["equal_to"]) == (None, None)
+    text = said(outcomes)
+    told = (
+        "The answer switches at a light angle between 35° and 60°: at 35° uniform (1.20 %; lispsm 3.00 %), at 60° lis"
+    )
+    assert told in text
+    # No angle is told that was not measured.
+    assert set(re.findall(r"\d+(?=°)", text)) == {"35", "60"}
 
 
 def test_noise_switches_nothing():
@@ -71,8 +80,23 @@ def test_noise_switches_nothing():
 def test_a_real_change_is_found_through_a_tie():
     outcomes = table([10, 40, 70], a=[0.01, 0.0201, 0.05], b=[0.05, 0.0200, 0.01])
     (row,) = switches(outcomes, standings(outcomes, "mean"))
-    assert (row["from"], row["to"], row["winner_from"], row["winner_to"]) == ("at 40", "at 70", "a", "b")
-    assert "below it, at 40°, a (2.01 %, within the noise of b's 2.00 %); above it" in said(outcomes)
+    assert (row["from"], row["to"], row["winner_from"], row["winner_to"]) == ("at 10", "at 70", "a", "b")
+    assert row["equal_from"] == row["equal_to"] == math.radians(40)
+    told = (
+        "between 10° and 70°: at 10° a (1.00 %; b 5.00 %), at 70° b (1.00 %; a 5.00 %); at 40° both do about as well ("
+    )
+    assert f"{told}within the noise)." in said(outcomes)
+    longer = table([10, 30, 50, 70], a=[0.01, 0.0201, 0.02, 0.05], b=[0.05, 0.0200, 0.0201, 0.01])
+    assert "; from 30° to 50° both do about as well (within the noise)." in said(longer)
+
+
+def test_budgets_at_which_both_winners_are_about_equal_are_told():
+    outcomes = table([10], MIB, a=[0.01], b=[0.03]) + table([10], 2 * MIB, a=[0.01], b=[0.0101])
+    outcomes += table([10], 4 * MIB, a=[0.01], b=[0.002])
+    told = (
+        "up to 1 MiB a (1.00 %; b 3.00 %), from 4 MiB on b (0.200 %; a 1.00 %); at 2 MiB both do about as well (within"
+    )
+    assert told in said(outcomes)
 
 
 def test_budgets_switch_over_all_views():
@@ -95,7 +119,7 @@ def test_cameras_are_rows_of_their_own():
             outcomes += [outcome("a", view, a), outcome("b", view, b)]
     rows = switches(outcomes, standings(outcomes, "mean"))
     assert [(r["camera"], r["winner_from"], r["winner_to"]) for r in rows] == [("front", "a", "b"), ("side", "b", "a")]
-    assert "for front: below it" in said(outcomes)
+    assert "between 10° and 70° for front: at 10° a (1" in said(outcomes)
 
 
 def test_a_light_that_climbs_beside_the_view_is_told_by_its_elevation():
@@ -103,7 +127,7 @@ def test_a_light_that_climbs_beside_the_view_is_told_by_its_elevation():
     for up, a, b in ((10, 0.01, 0.04), (50, 0.01, 0.04), (80, 0.04, 0.01)):
         view = seen(f"up {up}", 88, elevation=math.radians(up))
         outcomes += [outcome("a", view, a), outcome("b", view, b)]
-    assert "The answer switches at a light elevation of about 65°: below it, at 50°, a (1.00 %; b" in said(outcomes)
+    assert "The answer switches at a light elevation between 50° and 80°: at 50° a (1.00 %; b" in said(outcomes)
 
 
 errors = st.sampled_from([0.01, 0.0102, 0.013, 0.02])
@@ -114,8 +138,8 @@ points = st.lists(st.dictionaries(st.sampled_from("abc"), st.tuples(errors, st.j
 @settings(max_examples=300)
 def test_stretches_are_as_few_as_can_be(points):
     """Against all ways to give each point a candidate about equal to its best."""
-    found = stretches(points)
     present = [point for point in points if point]
+    found = stretches(present)
     near = [
         {name for name, (e, _) in point.items() if about_equal(e, min(e for e, _ in point.values()), 0.0)}
         for point in present
@@ -123,11 +147,43 @@ def test_stretches_are_as_few_as_can_be(points):
     changes = [sum(x != y for x, y in itertools.pairwise(way)) for way in itertools.product(*near)]
     assert len(found) == (1 + min(changes) if present else 0)
     # Each winner is about best all along its stretch.
-    starts = [start for start, _ in found] + [len(points)]
-    for (start, name), end in zip(found, starts[1:], strict=True):
-        for point in points[start:end]:
-            if point:
-                assert about_equal(point[name][0], min(e for e, _ in point.values()), 0.0)
+    for one in found:
+        for point in present[one.first : one.last + 1]:
+            assert about_equal(point[one.winner][0], min(e for e, _ in point.values()), 0.0)
+    # Together they leave nothing out, and none holds another.
+    edges = [0, *(one.last + 1 for one in found)]
+    assert all(one.first <= edge for one, edge in zip(found, edges, strict=False))
+    assert edges[-1] == len(present)
+    for before, after in itertools.pairwise(found):
+        assert before.first < after.first
+        assert before.last < after.last
+
+
+@given(points, st.integers(0, 2**32), st.sampled_from([0.0, 1e-8]))
+@settings(max_examples=300)
+def test_mirrored_views_give_mirrored_switches(points, seed, variance):
+    """What is about equal is so from either side; no two sums of errors are the same."""
+    scatter = random.Random(seed)
+    points = [{name: (e * (1 + 1e-3 * scatter.random()), variance) for name, (e, _) in p.items()} for p in points]
+    places = [(f"at {i}", float(i)) for i in range(len(points))]
+    rows = changes(points, places, {})
+    turned = changes(points[::-1], places[::-1], {})[::-1]
+    other = {"from": "to", "at_from": "at_to", "equal_from": "equal_to", "winner_from": "winner_to",
+             "error_from": "error_to", "other_from": "other_to"}  # fmt: skip
+    other |= {to: name for name, to in other.items()}
+    assert [{other[name]: value for name, value in row.items()} for row in turned] == rows
+
+
+def test_lights_from_the_other_side_give_the_mirrored_sentence():
+    a, b = [0.01, 0.011, 0.0201, 0.05], [0.05, 0.03, 0.0200, 0.01]
+    first = table([10, 30, 50, 80], a=a, b=b)
+    (row,) = switches(first, standings(first, "mean"))
+    second = table([170, 150, 130, 100], a=a, b=b)
+    (turned,) = switches(second[::-1], standings(second[::-1], "mean"))
+    assert (row["from"], row["to"]) == ("at 30", "at 80")
+    assert (turned["from"], turned["to"]) == ("at 100", "at 150")
+    assert math.isclose(row["equal_from"], math.pi - turned["equal_to"])
+    assert (row["winner_from"], row["winner_to"]) == (turned["winner_to"], turned["winner_from"]) == ("a", "b")
 
 
 def test_the_noise_is_that_of_counts_and_of_the_lattice():
@@ -135,7 +191,14 @@ def test_the_noise_is_that_of_counts_and_of_the_lattice():
     few, many = measure.variance(0.01, 1000), measure.variance(0.01, 10**9)
     assert few > many > 0
     assert math.isclose(many, (LATTICE_SCATTER * 0.01) ** 2, rel_tol=1e-3)
-    assert measure_of("worst").variance(7.0, 1000) == 0
+    # Lengths have no counts behind them; the longest of all scatters most, by a factor that nothing short of ten beats.
+    worst, p95 = measure_of("worst"), measure_of("p95")
+    assert worst.variance(7.0, 1000) == worst.variance(7.0, 10) == (worst.scatter * 7.0) ** 2
+    assert about_equal(700.0, 100.0, worst.variance(700.0, 1) + worst.variance(100.0, 1))
+    assert not about_equal(1200.0, 100.0, worst.variance(1200.0, 1) + worst.variance(100.0, 1))
+    assert not about_equal(1.06, 1.0, p95.variance(1.06, 1) + p95.variance(1.0, 1))
+    assert all(measure.scatter > 0 for measure in MEASURES)
+    assert worst.scatter == max(measure.scatter for measure in MEASURES)
     assert about_equal(0.0, 0.0, 0.0)
     assert not about_equal(0.0, 0.01, 0.0)
 
@@ -170,14 +233,42 @@ def test_a_warning_where_no_candidate_is_good():
     assert "It would take about 4 times the memory." in long
 
 
+@pytest.mark.parametrize("name", [measure.name for measure in MEASURES])
+def test_memory_is_foretold_only_where_lengths_go_with_the_sides(name):
+    text = said(table([10], uniform=[3e5], lispsm=[2e5]), error=name)
+    assert ("times the memory" in text) == (name in ("p95", "perspective"))
+
+
+def test_of_the_longest_texel_nothing_is_told_but_the_number():
+    outcomes = table([10, 70], uniform=[3e5, 2e4], lispsm=[2e4, 3e5], tsm=[9e6, 9e6])
+    assert said(outcomes, error="worst") == (
+        "At 1 MiB, lispsm (512²) has the least longest texel: 160,000 px on average over 2 views (300,000 px at worst: "
+        "at 70). One pixel decides this length, most often of a surface that the light grazes: p95 is the measure to "
+        "choose by."
+    )
+    doc = measure_of("worst").doc
+    assert "one pixel decides it, use p95" in doc
+
+
 def test_views_that_hardly_test_shadows_and_causes_of_bias():
     text = said(table([10], uniform=[0.00002], lispsm=[0.0]))
     assert "These views hardly test shadows: no run has 10 wrong pixels or more." in text
     assert "switch" not in text
     numbers = {"misclassified": 1000, "share": 0.01, "compared": PIXELS, "acne": 900, "edge": 100}
     acne = [outcome("lispsm", seen("x", 10), 0.01, numbers=numbers)]
-    told = "Of the 1,000 wrong pixels of lispsm at 1 MiB, 90.0 % are surfaces that shadow themselves: a larger bias"
+    told = "90.0 % of the 1,000 wrong pixels of lispsm at 1 MiB are surfaces that shadow themselves; more bias trades"
     assert told in said(acne)
+    leak = [outcome("lispsm", seen("x", 10), 0.01, numbers={**numbers, "acne": 0, "leak": 600, "other": 300})]
+    told = (
+        "60.0 % of the 1,000 wrong pixels of lispsm at 1 MiB are light that its bias lets through (without the bias "
+        "they would be dark); less bias trades them for acne."
+    )
+    assert told in said(leak)
+    other = [outcome("lispsm", seen("x", 10), 0.01, numbers={**numbers, "acne": 100, "other": 800})]
+    assert "bias" not in said(other)
+    assert "more texels" not in said(leak) + said(acne)
+    # Nothing is told of a cause that does not exist.
+    assert set(OF_BIAS) < set(CAUSES.values())
 
 
 def test_zeros_have_no_ratio_and_infinity_is_said():
@@ -218,9 +309,7 @@ def test_a_switch_with_every_budget_is_told_once():
     outcomes += table([10, 70], 4 * MIB, a=[0.005, 0.02], b=[0.02, 0.005])
     assert len(switches(outcomes, standings(outcomes, "mean"))) == 2
     text = said(outcomes)
-    told = (
-        "With every budget the answer switches at a light angle of about 40°: below it, at 10°, a (0.500 % in 4 MiB; b"
-    )
+    told = "With every budget the answer switches at a light angle between 10° and 70°: at 10° a (0.500 % in 4 MiB; b"
     assert told in text
     assert text.count("switches") == 1
 

@@ -157,7 +157,7 @@ def test_where_all_fail_it_is_said(view):
 def test_candidates_without_a_few_texels_are_told(view):
     found = advise(view, memory=600, techniques=["uniform", "z_partition:count=4"])
     rows = found.table.set_index("candidate")
-    assert rows.loc["uniform", "resolution"] == 8
+    assert rows.loc["uniform", "resolution"] == 12
     assert rows.loc["z_partition:count=4", "failure"] == (
         "memory: 4 maps of 8 x 8 texels, the smallest drawn, take 1,024 bytes, more than the 600 there are"
     )

@@ -65,17 +65,18 @@ class Advice:
     Attributes
     ----------
     table : DataFrame
-        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes, error_mean and
-        error_worst over the views (in the measure's unit), the view of the worst, ratios to the best and to uniform at
-        equal memory, whether it is about equal to the best, and `failure`.
+        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes, unused
+        (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view of the worst,
+        ratios to the best and to uniform at equal memory, whether it is about equal to the best, and `failure`.
     runs : DataFrame
         One row a candidate, budget and view with all numbers: the error, wrong pixels and their causes, lengths of
         texels (`major_max`, `major_p95`, `major_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
         run each; light_angle and light_elevation in radians. `outside` counts the pixels that no map holds.
     switches : DataFrame
-        Where the winner changes: between neighbouring views by light angle, or budgets; with both winners' errors on
-        both sides (`other_from` is the error of `winner_to` at `from`). A winner stays while it is about equal to the
-        best.
+        Where the winner changes, along views by light angle, or along budgets: `from` is the last one before the new
+        winner is about equal to the best, `to` the first one where the old winner no longer is, and from `equal_from`
+        to `equal_to` both are (NaN where `from` and `to` are neighbours). With both winners' errors at both
+        (`other_from` is the error of `winner_to` at `from`).
     verdict : str
         What the tables say, in plain English.
     """
@@ -105,7 +106,7 @@ class Advice:
         import pandas as pd
 
         table = pd.DataFrame([one.row() for one in self.standings], columns=list(TABLE_COLUMNS))
-        numbers = ("error_mean", "error_worst", "ratio_to_best", "ratio_to_uniform")
+        numbers = ("unused", "error_mean", "error_worst", "ratio_to_best", "ratio_to_uniform")
         return table.astype({**dict.fromkeys(TABLE_COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
 
     @property
@@ -123,7 +124,7 @@ class Advice:
         import pandas as pd
 
         table = pd.DataFrame(switches(self.outcomes, self.standings), columns=list(SWITCH_COLUMNS))
-        numbers = ("at_from", "at_to", "error_from", "error_to", "other_from", "other_to")
+        numbers = ("at_from", "at_to", "equal_from", "equal_to", "error_from", "error_to", "other_from", "other_to")
         return table.astype({"memory": "Int64", **dict.fromkeys(numbers, "float64")})
 
     @property
@@ -270,13 +271,14 @@ def advise(
         the view. Of one kind, best: lights of several kinds share the resolution of that with most maps.
     memory : int, str, or several
         Bytes of depth texels, 4 each: a number, "4 MiB" (2^20), "16 MB" (10^6). Each candidate gets the largest square
-        maps, in steps of 8 texels, that fit in the view where it has most of them.
+        maps of whole texels that fit in the view where it has most of them; the table tells what that leaves unused.
     techniques : sequence or dict, optional
         As of `compare`. Uniform, two LiSPSM, TSM, and 2, 3 and 4 depth splits of uniform and of LiSPSM where none are
         given, as far as they serve the lights. Matrices serve a single view.
     error : str
         What is ranked by: "misclassified" (share of the compared pixels that are wrong), or of the length of a texel
-        in the image "worst", "p95", "mean" (pixels), "undersampled" (share), "perspective" (pixels).
+        in the image "worst" (one pixel decides it: "p95" is the one to use), "p95", "mean" (pixels), "undersampled"
+        (share), "perspective" (pixels).
     over : str
         How views are put together: "mean" or "worst".
     size : (int, int), optional

@@ -17,6 +17,15 @@ OVER = ("mean", "worst")
 # per cent of their number (7 in the coarsest maps of a forest), whatever the size of the picture. Measured on maps of
 # uniform, lispsm and z_partition in three scenes, whose sides differ by up to 6 in 256 or 24 in 1024 texels.
 LATTICE_SCATTER = 0.02
+# Lengths of texels scatter with the pixels that happen to see a surface: measured as the standard deviation of the
+# ratio of two candidates, over the root of two, while the camera turns by parts of a pixel; in robots, skylight and
+# forest, 480 x 270 pixels. The longest texel is of one grazing pixel: 13 to 75 per cent, in robots 0.04; with 0.3 only
+# a factor of ten is more than noise. One such pixel can make the mean, too: up to 0.2 per cent, in the forest 2 to 44;
+# with 0.1 it takes a half more.
+WORST_SCATTER, MEAN_SCATTER = 0.3, 0.1
+# Of all pixels but the longest twentieth 0.02 to 1.6 per cent, of shares 0.01 to 0.07, without slopes 0.02 to 6.
+P95_SCATTER, SHARE_SCATTER, PERSPECTIVE_SCATTER = 0.01, 0.001, 0.02
+NO_CHOICE = "within one part in twenty"
 LONG_TEXELS = "texels are as long as the worst that published pictures show"
 
 
@@ -43,7 +52,13 @@ class Measure:
     population : str
         The column of a run that counts the pixels of which it is a share; "" where that has no part in its noise.
     scatter : float
-        By which part of itself it changes where texels are shifted by parts of their size.
+        By which part of itself it changes where texels or pixels are shifted by parts of their size: one standard
+        deviation.
+    falls_with : str
+        "side" where it is a length that falls as the sides of maps grow, so that the memory which it would take to
+        reach another value is known; "" where one pixel or an edge decides.
+    caveat : str
+        Why nobody should choose by it; a verdict then tells its numbers and this, and no more.
     """
 
     name: str
@@ -56,11 +71,18 @@ class Measure:
     of: Callable[[Any, Any], float | None]
     population: str = ""
     scatter: float = 0.0
+    falls_with: str = ""
+    caveat: str = ""
     direction: str = "lower"
 
     def text(self, value: float) -> str:
         """A value as people read it."""
         return share_text(value) if self.unit == "share" else f"{value:,.3g} px" if value < 1e3 else f"{value:,.0f} px"
+
+    @property
+    def equal_because(self) -> str:
+        """Why candidates are told as about equal: the scatter, or a ratio where that is wider."""
+        return "within the noise" if NOISE_SIGMAS * math.sqrt(2) * self.scatter > ABOUT_EQUAL - 1 else NO_CHOICE
 
     def variance(self, value: float, population: int) -> float:
         """The variance of a value: of the count behind a share, and of where the texels happen to lie."""
@@ -76,28 +98,32 @@ MEASURES = (
         LATTICE_SCATTER,
     ),
     Measure(
-        "worst", "longest texel", "px", "the longest extent of a texel in the image, of all pixels; surfaces edge-on "
-        "to the light decide it, which no map serves", 10.0, LONG_TEXELS, "summary.max", lambda _, summary: summary.max,
+        "worst", "longest texel", "px", "the longest extent of a texel in the image; one pixel decides it, use p95 "
+        "to choose", 10.0, LONG_TEXELS, "summary.max", lambda _, summary: summary.max, scatter=WORST_SCATTER,
+        caveat="One pixel decides this length, most often of a surface that the light grazes: p95 is the measure to "
+        "choose by.",
     ),
     Measure(
         "p95", "texel length of 95 % of the pixels", "px", "the extent of a texel in the image that 95 % of the pixels "
         "do not exceed", 2.0, "stairs of texels show even through a filter of 2 x 2 texels",
         "summary.percentiles[95]", lambda _, summary: summary.percentiles[95] if summary.percentiles else None,
+        scatter=P95_SCATTER, falls_with="side",
     ),
     Measure(
         "mean", "mean texel length", "px", "the mean over the pixels of the longest extent of a texel in the image",
         2.0, "stairs of texels show even through a filter of 2 x 2 texels",
-        "summary.mean", lambda _, summary: summary.mean,
+        "summary.mean", lambda _, summary: summary.mean, scatter=MEAN_SCATTER,
     ),
     Measure(
         "undersampled", "share of undersampled pixels", "share", "pixels in which a texel is longer than a pixel, of "
         "those that look one up", 0.25, "texels show as stairs in a quarter of the picture",
-        "summary.undersampled", lambda _, summary: summary.undersampled,
+        "summary.undersampled", lambda _, summary: summary.undersampled, scatter=SHARE_SCATTER,
     ),
     Measure(
         "perspective", "longest texel by perspective alone", "px", "the longest extent of a texel in the image, of all "
         "pixels, without what the slopes of surfaces add", 10.0, LONG_TEXELS,
-        "summary.perspective_max", lambda _, summary: summary.perspective_max,
+        "summary.perspective_max", lambda _, summary: summary.perspective_max, scatter=PERSPECTIVE_SCATTER,
+        falls_with="side",
     ),
 )  # fmt: skip
 

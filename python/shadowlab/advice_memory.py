@@ -14,9 +14,9 @@ from .specs import shown
 
 # A depth texel of 32 bits, as every renderer here has.
 BYTES_PER_TEXEL = 4
-# Sides are multiples of this, as drivers like them: a map of 1024 texels leaves at most 1.6 % of its memory unused, one
-# of 256 6 %, and the table tells what is taken.
-STEP_TEXELS = 8
+# A budget of which more than this share is left unused is told: sides are whole texels, and a map of 256 texels on a
+# side leaves at most 0.8 % unused, one of 1024 0.2 %.
+UNUSED_FROM = 0.01
 # The smallest and the largest side: fewer texels are no map, and the renderers draw no larger one.
 LEAST_TEXELS, MOST_TEXELS = 8, 16384
 LEAST_BYTES = BYTES_PER_TEXEL * LEAST_TEXELS**2
@@ -89,13 +89,18 @@ def memory_text(size: int) -> str:
 
 def side_of(memory: int, maps: int) -> int:
     """The largest side in texels of so many square maps that fit into the memory together; 0 where none fits."""
-    side = math.isqrt(memory // (BYTES_PER_TEXEL * maps)) // STEP_TEXELS * STEP_TEXELS
+    side = math.isqrt(memory // (BYTES_PER_TEXEL * maps))
     return min(side, MOST_TEXELS) if side >= LEAST_TEXELS else 0
 
 
 def taken(maps: int, side: int) -> int:
     """The bytes that maps take."""
     return BYTES_PER_TEXEL * maps * side * side
+
+
+def unused(memory: int, maps: int, side: int) -> float:
+    """The share of the memory that maps do not take, from 0 to 1."""
+    return 1.0 - taken(maps, side) / memory
 
 
 def too_small(memory: int, maps: int) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .advice_errors import Measure
-from .advice_memory import memory_text
+from .advice_memory import UNUSED_FROM, memory_text
 from .advice_runs import Candidate
 from .advice_tables import Standing
 from .advice_views import View
@@ -40,6 +40,8 @@ def cells(one: Standing, measure: Measure) -> tuple[str, ...]:
         if row["bytes"] >= 2**20
         else f"{row['bytes'] / 2**10:,.4g} KiB"
     )
+    if (one.unused or 0.0) > UNUSED_FROM:
+        taken += f" ({100 * (1 - (one.unused or 0.0)):.0f} %)"
     head = (memory_text(one.memory), "–" if one.rank is None else str(one.rank), one.candidate, size, taken)
     if one.mean is None or one.worst is None:
         short = one.failure if len(one.failure) <= LONGEST_FAILURE else f"{one.failure[:LONGEST_FAILURE]}…"

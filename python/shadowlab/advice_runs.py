@@ -18,6 +18,7 @@ from . import aliasing
 from .advice_errors import Measure
 from .advice_memory import side_of, taken, too_small
 from .advice_views import View
+from .aliasing.wrong_pixels import CAUSES
 from .entries import is_parameterization, labelled
 from .errors import ArgumentError, ShadowlabError
 from .matrices import CHECK_MATRIX, notes_on
@@ -28,16 +29,15 @@ T = TypeVar("T")
 
 # What is parameterized with to learn the number of maps.
 FIRST_TEXELS = 1024
-CAUSES = ("acne", "edge", "leak", "missing")
 COLUMNS = (
     "candidate", "technique", "memory", "view", "camera", "light", "light_angle", "light_elevation", "maps",
     "resolution", "bytes", "error", "misclassified", "share", "false_shadow", "false_light", "compared", "undecided",
-    *CAUSES, "major_max", "major_p95", "major_mean", "undersampled", "perspective_max", "storage_factor", "measured",
-    "outside", "fit_us", "map_ms", "mask_ms", "notes", "failure",
+    *CAUSES.values(), "major_max", "major_p95", "major_mean", "undersampled", "perspective_max", "storage_factor",
+    "measured", "outside", "fit_us", "map_ms", "mask_ms", "notes", "failure",
 )  # fmt: skip
 COUNTS = (
     "memory", "maps", "resolution", "bytes", "misclassified", "false_shadow", "false_light", "compared", "undecided",
-    *CAUSES, "measured", "outside",
+    *CAUSES.values(), "measured", "outside",
 )  # fmt: skip
 TEXTS = ("candidate", "technique", "view", "camera", "light", "notes", "failure")
 

@@ -1,12 +1,14 @@
 """From outcomes to standings and switches: who is best over all views at equal memory, and where that changes.
 
-A winner is kept for as long as it is best or about equal to the best, so that noise alone switches nothing: along views
-or budgets in a row, the candidates about equal to the best of every point so far are kept, and where none is left a new
-stretch begins. That divides the row into as few stretches as there can be.
+A winner is kept for as long as it is best or about equal to the best, so that noise alone switches nothing: views or
+budgets in a row are divided into as few stretches as there can be, in each of which one candidate is about best all
+along. Going through the row from its start ends each stretch as late as can be, from its end as early: what lies in one
+stretch either way is its core, and its winner is about best all over that and as far beyond as may be. Where the
+stretches of two winners overlap both are about equal, and the switch lies anywhere in there.
 
-    about best at 10°   A B        one stretch: A
-                  30°   A C
-                  60°     C D      a switch between 30° and 60°: from A to C
+    about best at 10°   A B        core of A
+                  30°   A   C      both, A and C
+                  60°     B C D    core of C: A switches to C between 10° and 60°, about equal at 30°
 """
 
 from __future__ import annotations
@@ -14,11 +16,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
 from .advice_errors import about_equal
-from .advice_memory import memory_text, taken
+from .advice_memory import memory_text, taken, unused
 from .advice_runs import Outcome
 from .advice_views import SAME_ANGLE, View, axis_of
 from .matrices import CHECK_MATRIX
@@ -26,13 +29,13 @@ from .verdict import BASELINE
 from .verdict_words import listed
 
 TABLE_COLUMNS = (
-    "memory", "rank", "candidate", "technique", "maps", "resolution", "bytes", "error_mean", "error_worst",
+    "memory", "rank", "candidate", "technique", "maps", "resolution", "bytes", "unused", "error_mean", "error_worst",
     "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
 )  # fmt: skip
 TABLE_COUNTS = ("memory", "rank", "maps", "resolution", "bytes")
 SWITCH_COLUMNS = (
-    "along", "camera", "memory", "from", "to", "at_from", "at_to", "winner_from", "winner_to", "error_from",
-    "error_to", "other_from", "other_to",
+    "along", "camera", "memory", "from", "to", "at_from", "at_to", "equal_from", "equal_to", "winner_from",
+    "winner_to", "error_from", "error_to", "other_from", "other_to",
 )  # fmt: skip
 MEMORY = "memory"
 NOTHING_SEEN = "nothing to compare in any view: no camera sees anything that looks up a texel"
@@ -71,15 +74,21 @@ class Standing:
         """Whether it takes part."""
         return self.error is not None and not self.doubted
 
+    @property
+    def unused(self) -> float | None:
+        """The share of the budget that its maps do not take; None where there are none."""
+        known = self.maps is not None and self.resolution is not None
+        return unused(self.memory, self.maps or 0, self.resolution or 0) if known else None
+
     def row(self) -> dict[str, Any]:
         """The row of `Advice.table`."""
         size = None if self.maps is None or self.resolution is None else taken(self.maps, self.resolution)
         return {
             "memory": self.memory, "rank": self.rank, "candidate": self.candidate, "technique": self.text,
-            "maps": self.maps, "resolution": self.resolution, "bytes": size, "error_mean": self.mean,
-            "error_worst": self.worst, "worst_view": self.worst_view, "ratio_to_best": self.ratio_to_best,
-            "ratio_to_uniform": self.ratio_to_uniform, "about_best": self.about_best, "notes": self.notes,
-            "failure": self.failure,
+            "maps": self.maps, "resolution": self.resolution, "bytes": size, "unused": self.unused,
+            "error_mean": self.mean, "error_worst": self.worst, "worst_view": self.worst_view,
+            "ratio_to_best": self.ratio_to_best, "ratio_to_uniform": self.ratio_to_uniform,
+            "about_best": self.about_best, "notes": self.notes, "failure": self.failure,
         }  # fmt: skip
 
 
@@ -168,28 +177,71 @@ def ratio(error: float, other: float) -> float:
 Point = Mapping[str, tuple[float, float]]
 
 
-def stretches(points: Sequence[Point]) -> list[tuple[int, str]]:
-    """(index of its first point, winner) of each stretch along points in a row."""
-    found: list[tuple[int, str]] = []
-    start, kept = 0, set[str]()
-    for i, point in enumerate(points):
-        if not point:
-            continue
-        best, (least, spread) = min(point.items(), key=lambda item: (item[1][0], item[0]))
-        near = {best} | {name for name, (e, v) in point.items() if about_equal(e, least, v + spread)}
-        if kept & near:
-            kept &= near
-            continue
-        if kept:
-            found.append((start, winner(kept, points[start:i])))
-        start, kept = i, near
-    return [*found, (start, winner(kept, points[start:]))] if kept else found
+@dataclass(frozen=True, order=True)
+class Stretch:
+    """Points in a row, from the first to the last, at all of which a candidate is about equal to the best."""
+
+    winner: str
+    first: int
+    last: int
 
 
-def winner(kept: set[str], points: Sequence[Point]) -> str:
-    """Of candidates about equal to the best all along, the one with the least error in sum."""
-    present = [point for point in points if point]
-    return min(kept, key=lambda name: (sum(point[name][0] for point in present), name))
+def stretches(points: Sequence[Point]) -> list[Stretch]:
+    """As few as there can be, in order, each as long as can be: neighbours overlap where both are about equal.
+
+    Points in the other order give the same stretches, mirrored; but for candidates with the very same sum of errors,
+    of which the names decide. No point may be without candidates.
+    """
+    near = [about_best(point) for point in points]
+    latest = greedy_starts(near)
+    # The same from the other end: the first point after each stretch that ends as early as can be.
+    earliest = [len(near) - start for start in reversed(greedy_starts(near[::-1]))]
+    # The least sum of errors over the cores; sums are exact, so that the order of summands is none of the result.
+    ways: list[tuple[Fraction, list[str], tuple[Stretch, ...]]] = [(Fraction(0), [], ())]
+    for start, end in zip(latest, earliest, strict=True):
+        options = [
+            (
+                extended(near, name, start, end),
+                sum((Fraction(point[name][0]) for point in points[start:end]), Fraction(0)),
+            )
+            for name in sorted(set.intersection(*near[start:end]))
+        ]
+        found = []
+        for one, cost in options:
+            # Between two winners no point is left where neither is about best.
+            fitting = [way for way in ways if not way[2] or way[2][-1].last + 1 >= one.first]
+            if fitting:
+                total, names, path = min(fitting)
+                found.append((total + cost, sorted([*names, one.winner]), (*path, one)))
+        ways = found
+    return list(min(ways)[2])
+
+
+def about_best(point: Point) -> set[str]:
+    """The best candidate, and those about equal to it."""
+    best, (least, spread) = min(point.items(), key=lambda item: (item[1][0], item[0]))
+    return {best} | {name for name, (error, variance) in point.items() if about_equal(error, least, variance + spread)}
+
+
+def greedy_starts(near: Sequence[set[str]]) -> list[int]:
+    """Where stretches begin that end as late as can be: a new one begins where no candidate is left of the last."""
+    starts: list[int] = []
+    kept = set[str]()
+    for i, names in enumerate(near):
+        if not kept & names:
+            starts.append(i)
+            kept = names
+        kept = kept & names
+    return starts
+
+
+def extended(near: Sequence[set[str]], name: str, start: int, end: int) -> Stretch:
+    """The stretch of a candidate from a core, as far as it is about best without a gap."""
+    while start > 0 and name in near[start - 1]:
+        start -= 1
+    while end < len(near) and name in near[end]:
+        end += 1
+    return Stretch(name, start, end - 1)
 
 
 def switches(outcomes: Sequence[Outcome], ranking: Sequence[Standing]) -> list[dict[str, Any]]:
@@ -240,17 +292,22 @@ def changes(
     points: Sequence[Point], places: Sequence[tuple[str, float | None]], head: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
     """A row for each change of winner along points at places (label, number)."""
-    found = stretches(points)
+    known = [i for i, point in enumerate(points) if point]
+    points, places = [points[i] for i in known], [places[i] for i in known]
     rows = []
-    for (_, before), (i, after) in pairwise(found):
-        left = max(j for j in range(i) if points[j])
 
-        def error(j: int, name: str) -> float | None:
-            return points[j][name][0] if name in points[j] else None
+    def error(i: int, name: str) -> float | None:
+        return points[i][name][0] if name in points[i] else None
 
+    for before, after in pairwise(stretches(points)):
+        # The last point without the new winner and the first without the old one; all between have both.
+        left, right = after.first - 1, before.last + 1
+        both = places[left + 1 : right] or [("", None)]
         rows.append({
-            **head, "from": places[left][0], "to": places[i][0], "at_from": places[left][1], "at_to": places[i][1],
-            "winner_from": before, "winner_to": after, "error_from": error(left, before), "error_to": error(i, after),
-            "other_from": error(left, after), "other_to": error(i, before),
+            **head, "from": places[left][0], "to": places[right][0], "at_from": places[left][1],
+            "at_to": places[right][1], "equal_from": both[0][1], "equal_to": both[-1][1],
+            "winner_from": before.winner, "winner_to": after.winner, "error_from": error(left, before.winner),
+            "error_to": error(right, after.winner), "other_from": error(left, after.winner),
+            "other_to": error(right, before.winner),
         })  # fmt: skip
     return rows

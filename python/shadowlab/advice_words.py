@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .advice_errors import Measure
-from .advice_memory import MOST_TEXELS, memory_text, taken
-from .advice_runs import CAUSES, Outcome
+from .advice_memory import MOST_TEXELS, UNUSED_FROM, memory_text
+from .advice_runs import Outcome
 from .advice_tables import MEMORY, NOTHING_SEEN, Standing, counted_views
 from .advice_views import degrees
+from .aliasing.wrong_pixels import CAUSES
 from .matrices import CHECK_MATRIX
 from .verdict import BASELINE, FEW_PIXELS, FEW_SHARE, LITTLE_SEEN
 from .verdict_words import listed, share_text, times, unwarped_maps
@@ -19,8 +20,8 @@ MOST_TOLD = 4
 # A cause of more than this share of the wrong pixels is what to look at first.
 MAIN_CAUSE = 0.5
 OF_BIAS = {
-    "acne": "surfaces that shadow themselves: a larger bias helps more than more texels",
-    "leak": "light that the bias lets through: a smaller bias helps more than more texels",
+    "acne": "surfaces that shadow themselves; more bias trades them for leaks",
+    "leak": "light that its bias lets through (without the bias they would be dark); less bias trades them for acne",
 }
 
 
@@ -47,7 +48,9 @@ def advice_text(
             of = [s for s in valid if s.memory == memory]
             if of:
                 sentences.append(_best(of, measure, over, len(counted)))
-        if measure.name == "misclassified" and _hardly_wrong(outcomes):
+        if measure.caveat:
+            sentences.append(measure.caveat)
+        elif measure.name == "misclassified" and _hardly_wrong(outcomes):
             sentences.append(f"These views hardly test shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
             sentences += _switches(switched, measure, several, len(budgets))
@@ -91,6 +94,8 @@ def _best(of: Sequence[Standing], measure: Measure, over: str, views: int) -> st
     head = f"At {memory_text(best.memory)}, {_at(best)} has the least {measure.title}: {value}"
     if len(of) == 1:
         head = f"At {memory_text(best.memory)}, {_at(best)} has this {measure.title}: {value}"
+    if measure.caveat:
+        return f"{head}."
     near = [s for s in of[1:] if s.about_best]
     plain = min((s for s in of if s.technique == BASELINE), key=lambda s: float(s.error or 0.0), default=None)
     text = head + (_against(best, plain, measure) if len(of) > 1 else "") + "."
@@ -98,8 +103,7 @@ def _best(of: Sequence[Standing], measure: Measure, over: str, views: int) -> st
     if others:
         told = others if len(others) <= MOST_TOLD else [*others[:MOST_TOLD], f"{len(others) - MOST_TOLD} more"]
         does = "does" if len(told) == 1 else "do"
-        noise = "within the noise" if measure.scatter else "within one part in twenty"
-        text += f" {listed(told)} {does} about as well ({noise})"
+        text += f" {listed(told)} {does} about as well ({measure.equal_because})"
         fewest = min(near, key=lambda s: s.maps or 0)
         if (fewest.maps or 0) < (best.maps or 0):
             text += f"; {fewest.candidate} needs only {fewest.maps} map{'' if fewest.maps == 1 else 's'}"
@@ -156,13 +160,16 @@ def _switch(rows: Sequence[Mapping[str, Any]], measure: Measure, budgets: int) -
         mine = "–" if own is None else measure.text(own)
         if own is not None and other is not None and other < own:
             # It stays the winner here for what it is in the views next to this one.
-            return f"({mine}{of}, within the noise of {rival}'s {measure.text(other)})"
+            return f"({mine}{of}, {measure.equal_because} of {rival}'s {measure.text(other)})"
         return f"({mine}{of}; {rival} {'has no number' if other is None else measure.text(other)})"
 
     first = f"{row['winner_from']} {beside(row['error_from'], row['other_from'], row['winner_to'])}"
     second = f"{row['winner_to']} {beside(row['error_to'], row['other_to'], row['winner_from'])}"
     if row["along"] == MEMORY:
-        return f"The answer switches with memory: up to {row['from']} {first}, from {row['to']} on {second}."
+        return (
+            f"The answer switches with memory: up to {row['from']} {first}, from {row['to']} on {second}"
+            f"{_equal(row, lambda size: memory_text(int(size)), measure)}."
+        )
     low, high = degrees(row["at_from"]), degrees(row["at_to"])
     head = (
         "With every budget the"
@@ -173,11 +180,19 @@ def _switch(rows: Sequence[Mapping[str, Any]], measure: Measure, budgets: int) -
     where = f" for {row['camera']}" if row["camera"] not in ("", "camera") else ""
     if low == high:
         return f"{head} answer switches between two views{where}: in {row['from']} {first}, in {row['to']} {second}."
-    middle = degrees(0.5 * (row["at_from"] + row["at_to"]))
     return (
-        f"{head} answer switches at a {row['along']} of about {middle}{where}: below it, at {low}, {first}; above it, "
-        f"at {high}, {second}."
+        f"{head} answer switches at a {row['along']} between {low} and {high}{where}: at {low} {first}, at {high} "
+        f"{second}{_equal(row, degrees, measure)}."
     )
+
+
+def _equal(row: Mapping[str, Any], place: Callable[[float], str], measure: Measure) -> str:
+    """The stretch within a switch where both winners are about equal, if there is one."""
+    if row["equal_from"] is None:
+        return ""
+    first, last = place(row["equal_from"]), place(row["equal_to"])
+    where = f"at {first}" if first == last else f"from {first} to {last}"
+    return f"; {where} both do about as well ({measure.equal_because})"
 
 
 def _poor(valid: Sequence[Standing], measure: Measure, over: str) -> list[str]:
@@ -189,7 +204,7 @@ def _poor(valid: Sequence[Standing], measure: Measure, over: str) -> list[str]:
         return []
     how = {"mean": " on average", "worst": " at worst"}.get(over, "")
     more = ""
-    if measure.unit == "px":
+    if measure.falls_with == "side":
         # Lengths of texels fall with the side of the map, so memory goes with their square.
         factor = (value / measure.poor_from) ** 2
         more = f" It would take about {times(max(factor, 1.1))} times the memory."
@@ -206,11 +221,11 @@ def _causes(valid: Sequence[Standing], outcomes: Sequence[Outcome], counted: Seq
     runs = [
         o.numbers for o in outcomes if (o.candidate, o.memory) == (best.candidate, most) and o.view.label in counted
     ]
-    sums = {cause: sum(n.get(cause) or 0 for n in runs) for cause in CAUSES}
+    sums = {cause: sum(n.get(cause) or 0 for n in runs) for cause in CAUSES.values()}
     wrong = sum(n.get("misclassified") or 0 for n in runs)
     return [
-        f"Of the {wrong:,} wrong pixels of {best.candidate} at {memory_text(most)}, "
-        f"{share_text(sums[cause] / wrong)} are {words}."
+        f"{share_text(sums[cause] / wrong)} of the {wrong:,} wrong pixels of {best.candidate} at {memory_text(most)} "
+        f"are {words}."
         for cause, words in OF_BIAS.items()
         if wrong >= FEW_PIXELS and sums[cause] > MAIN_CAUSE * wrong
     ]
@@ -219,13 +234,18 @@ def _causes(valid: Sequence[Standing], outcomes: Sequence[Outcome], counted: Seq
 def _unequal(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str]:
     """Where memory is not as equal as it should be: maps of the largest size, lights of several kinds."""
     sentences = []
-    capped = list(dict.fromkeys(s.candidate for s in valid if s.resolution == MOST_TEXELS))
-    capped = [name for name in capped if any(_unused(s) for s in valid if s.candidate == name)]
+    capped = list(dict.fromkeys(s.candidate for s in valid if s.resolution == MOST_TEXELS and (s.unused or 0) > 0))
     if capped:
         their = "its map is" if len(capped) == 1 else "their maps are"
         sentences.append(
             f"{listed(capped[:MOST_TOLD])} cannot use all the memory: {their} the largest, {MOST_TEXELS}²."
         )
+    # The one that leaves most, of each budget.
+    most = {s.memory: max((o for o in valid if o.memory == s.memory), key=_left) for s in valid}
+    short = [s for s in most.values() if _left(s) > UNUSED_FROM]
+    if short:
+        told = [f"{s.candidate} takes {100 * (1 - _left(s)):.0f} % of {memory_text(s.memory)}" for s in short]
+        sentences.append(f"Memory is not quite equal, as sides are whole texels: {listed(told[:MOST_TOLD])}.")
     kinds = sorted({o.view.light.kind for o in outcomes if hasattr(o.view.light, "kind")})
     if len(kinds) > 1:
         sentences.append(
@@ -235,9 +255,9 @@ def _unequal(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str
     return sentences
 
 
-def _unused(one: Standing) -> bool:
-    """Whether twice as much memory as the maps take would fit, too."""
-    return one.maps is not None and 2 * taken(one.maps, one.resolution or 0) <= one.memory
+def _left(one: Standing) -> float:
+    """The share of the budget that it leaves because sides are whole texels."""
+    return 0.0 if one.resolution == MOST_TEXELS else one.unused or 0.0
 
 
 def _outside(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str]:

@@ -50,7 +50,8 @@ def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
         "--error",
         default="misclassified",
         metavar="NAME",
-        help="what is ranked by: misclassified, worst, p95, mean, undersampled, perspective (default: misclassified)",
+        help="what is ranked by: misclassified, worst (one pixel decides it: p95 is the one to use), p95, mean, "
+        "undersampled, perspective (default: misclassified)",
     )
     advise.add_argument(
         "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"

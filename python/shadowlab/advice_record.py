@@ -37,7 +37,7 @@ def cells(one: Standing, measure: Measure) -> tuple[str, ...]:
         "–"
         if row["bytes"] is None
         else f"{row['bytes'] / 2**20:,.2f} MiB"
-        if row["bytes"] >= 2**20
+        if row["bytes"] >= 0.995 * 2**20
         else f"{row['bytes'] / 2**10:,.4g} KiB"
     )
     if (one.unused or 0.0) > UNUSED_FROM:

@@ -156,7 +156,7 @@ fn the_comparison_fails_on_one_pixel() {
     let planes = [
         Footprint::JACOBIAN,
         Footprint::MAJOR,
-        Footprint::MINOR,
+        Footprint::PERSPECTIVE,
         Footprint::PERSPECTIVE_TS,
         Footprint::PERSPECTIVE_TS + 1,
         Footprint::PROJECTION,

@@ -5,9 +5,10 @@ use glam::{DVec3, DVec4};
 use super::camera::unit;
 use crate::error::{Error, Result};
 
-/// The cosine up to which a surface is edge on to the light: what rounding a unit normal to f32 can make of one across it.
-/// Such walls are dark in truth, and a texel on them would be as long as f32 has digits.
-pub const EDGE_ON: f64 = f32::EPSILON as f64;
+/// The cosine up to which a surface is edge on to the light: what a unit normal formed and rounded in f32 can make of one across
+/// it (two edges, their cross product, its length). Such walls are dark in truth, and a texel on them would be as long as f32
+/// has digits.
+pub const EDGE_ON: f64 = 4.0 * f32::EPSILON as f64;
 
 /// A light at infinity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -25,7 +25,8 @@ pub const ROUNDINGS: f64 = 4.0;
 /// Pixels that may ask another map, or be averted in one image alone: those on a border to a rounding.
 pub const OTHER_MAP_SHARE: f64 = 2e-3;
 /// What is compared, in the order of [`Agreement::deviations`].
-pub const NAMES: [&str; 7] = ["jacobian", "major", "minor", "perspective_t", "perspective_s", "projection", "depth"];
+pub const NAMES: [&str; 7] =
+    ["jacobian", "major", "perspective", "perspective_t", "perspective_s", "projection", "depth"];
 
 /// What a comparison found.
 #[derive(Debug, Default)]
@@ -136,10 +137,10 @@ pub fn compare(v: &View, resolution: [u32; 2], [a, b]: [&Footprint; 2], [of_a, o
 fn numbers(f: &Footprint, i: usize) -> [Vec<f64>; 7] {
     let (pixels, jacobian) = (f.map.len(), Footprint::JACOBIAN);
     let planes = |planes: Range<usize>| planes.map(|k| f64::from(f.planes[k * pixels + i])).collect::<Vec<_>>();
-    let single = [Footprint::MAJOR, Footprint::MINOR, Footprint::PERSPECTIVE_TS, Footprint::PERSPECTIVE_TS + 1];
-    let [major, minor, t, s] = single.map(|k| planes(k..k + 1));
+    let single = [Footprint::MAJOR, Footprint::PERSPECTIVE, Footprint::PERSPECTIVE_TS, Footprint::PERSPECTIVE_TS + 1];
+    let [major, perspective, t, s] = single.map(|k| planes(k..k + 1));
     let [projection, depth] = [Footprint::PROJECTION, Footprint::DEPTH].map(|k| planes(k..k + 1));
-    [planes(jacobian..jacobian + 4), major, minor, t, s, projection, depth]
+    [planes(jacobian..jacobian + 4), major, perspective, t, s, projection, depth]
 }
 
 /// What a pixel shows.
@@ -250,7 +251,7 @@ impl Pixel {
         let folded = (of_e + of_ray) / (e + towards).length();
         let of_t = of_depth + of_w + of_ray + long_x / numbers[3][0] * (of_y + of_e + folded);
         let of_s = of_depth + of_w + of_ray + long_y / numbers[4][0] * (of_x + of_e + folded);
-        let minor = 2.0 * of_depth + 3.0 * of_w + of_ray + projection + jacobian;
-        [jacobian, jacobian, minor, of_t, of_s, projection, of_depth]
+        let perspective = 2.0 * of_depth + 3.0 * of_w + of_ray;
+        [jacobian, jacobian, perspective, of_t, of_s, projection, of_depth]
     }
 }

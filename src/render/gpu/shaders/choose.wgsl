@@ -53,16 +53,19 @@ const NO_MAP = 0xffffffffu;
 // each. A point on the border between two maps must not fall between them.
 const REGION_ROUNDING = 16.0 / 16777216.0;
 
+// scene::EDGE_ON.
+const EDGE_ON = 4.0 / 8388608.0;
+
 // Whether light could arrive: the normal is turned towards the light, and the point is within its cone and range.
 fn faces_light(p: vec3f, normal: vec3f) -> bool {
     let v = choice.light.xyz - choice.light.w * p;
-    if !(dot(normal, v) > 0.0) {
+    let distance = length(v);
+    if !(dot(normal, v) > EDGE_ON * distance) {
         return false;
     }
     if choice.light.w == 0.0 {
         return true;
     }
-    let distance = length(v);
     return distance <= choice.range && (choice.cone.w < -1.0 || dot(-v, choice.cone.xyz) >= distance * choice.cone.w);
 }
 

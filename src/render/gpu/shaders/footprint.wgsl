@@ -16,7 +16,7 @@
 // and R is zero at the map's centre of projection alone. Under a logarithm (11.1) G_y = scale W', gradient of NDC y = G_y / w,
 // R = scale X' x W'. A map stores G_x, G_y and R each times a power of two.
 //
-// A point where the map that serves it is singular has none, as in footprint_at; the twin asks the next map.
+// A point where the map that serves it is singular has none.
 
 @group(1) @binding(2) var<storage, read_write> result: array<u32>;
 
@@ -35,7 +35,7 @@ struct Texel {
     // Columns: the pixels of a step of one texel along x and along y.
     on_surface: mat2x2f,
     major: f32,
-    minor: f32,
+    perspective: f32,
     perspective_ts: vec2f,
     projection: f32,
 }
@@ -97,7 +97,7 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
     // The areas of a texel across its ray and of a pixel across its own.
     let area = abs(factor.x * factor.y) * (w * maps[k].texel.z / distance_to_centre);
     let pixels = abs(scale.x * scale.y) * sqrt(per_right * per_up) * ray_length;
-    t.minor = area * pixels * t.projection / t.major;
+    t.perspective = area * pixels;
     return t;
 }
 
@@ -148,7 +148,7 @@ fn footprint(@builtin(global_invocation_id) invocation: vec3u) {
         t.on_surface[0].y,
         t.on_surface[1].y,
         t.major,
-        t.minor,
+        t.perspective,
         t.perspective_ts.x,
         t.perspective_ts.y,
         t.projection,

@@ -148,3 +148,47 @@ def test_bad_input_is_told(scene):
         sl.aliasing.temporal(scene, path(scene, 2), scene.light, resolution=0)
     with pytest.raises(UnknownNameError):
         sl.aliasing.temporal(scene, path(scene, 2), scene.light, ["uniformly"])
+
+
+def test_receivers_that_a_map_gives_up_are_lost_and_flip(scene):
+    p = sl.technique("uniform").parameterize(scene, scene.camera, scene.light, resolution=512)
+    small = sl.Parameterization.from_matrix(np.diag([4.0, 4.0, 1, 1]) @ np.array(p.matrix), resolution=512)
+
+    class Shrinks:
+        """Covers the view in the first frame, and a part of it in the second."""
+
+        name, settings, frame = "shrinks", {}, -1
+
+        def parameterize(self, scene, camera, light, *, resolution):
+            self.frame += 1
+            return p if self.frame == 0 else small
+
+    found = sl.aliasing.temporal(
+        scene, [scene.camera] * 2, scene.light, {"s": Shrinks()}, resolution=512, progress=False
+    )
+    row = found.table.iloc[0]
+    assert row["lost"] > 0.5
+    assert row["switched"] == 0
+    # Lit where they are in no map: what was in shadow flips.
+    assert row["flips"] > 100
+
+
+def test_each_frame_is_drawn_once(scene):
+    class Counting:
+        """A renderer that counts its maps."""
+
+        def __init__(self):
+            self.renderer, self.maps = sl.Renderer("cpu"), 0
+
+        def __getattr__(self, name):
+            return getattr(self.renderer, name)
+
+        def shadow_map(self, *args, **kwargs):
+            self.maps += 1
+            return self.renderer.shadow_map(*args, **kwargs)
+
+    counting = Counting()
+    sl.aliasing.temporal(
+        scene, path(scene, 5), scene.light, ["uniform", "lispsm"], resolution=64, renderer=counting, progress=False
+    )
+    assert counting.maps == 2 * 5

@@ -104,6 +104,19 @@ def check_types(scene: Any, camera: Any, light: Any, bias: Any, filter: Any) -> 
         )
     if bias is not None and not isinstance(bias, _core.Bias):
         raise ArgumentError(f"bias: expected a Bias, got {type(bias).__name__}; try sl.Bias(world=0.01)")
+    check_filter(filter)
+
+
+def check_filter(filter: Any) -> None:
+    """Raises for a filter that is none.
+
+    Raises
+    ------
+    ArgumentError
+        For another type.
+    UnknownNameError
+        For a filter that does not exist.
+    """
     if not isinstance(filter, str):
         raise ArgumentError(f"filter: expected one of {', '.join(FILTERS)}, got {type(filter).__name__}")
     if filter not in FILTERS:

@@ -22,18 +22,19 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..arguments import check_types, renderer_of, size_of, whole
-from ..entries import labelled, resolved
+from ..entries import labelled
 from ..errors import ArgumentError, ShadowlabError
 from ..specs import shown
 from ..tables import Steps
+from .footprints import NO_MAP
 from .texels import look_up, texel_coordinates
 
 if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = (
-    "label", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale", "switched", "judged", "flips",
-    "flip_share", "failure",
+    "label", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "judged",
+    "flips", "flip_share", "failure",
 )  # fmt: skip
 # Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
 # point of a square of side 1 from its centre, and its root mean square.
@@ -47,12 +48,12 @@ class Temporal:
     Attributes
     ----------
     table : DataFrame
-        label, frame (the first of the two that the row compares); of the `receivers` that both frames see and look up
-        in the same map: drift_mean, drift_rms, drift_max (texels a frame), scale (the factor by which the length of a
-        texel changes, the geometric mean of the factor or its inverse; 1 where it does not); switched (share of
-        receivers that ask another map); of the `judged` receivers, whose truth is decided and the same in both
-        frames: flips (receivers whose shadow changes all the same), flip_share; failure says why a row has no
-        numbers.
+        label, frame (the first of the two that the row compares); of the `receivers` that look up the same map in
+        both frames: drift_mean, drift_rms, drift_max (texels a frame), scale (the factor by which the length of a
+        texel changes, the geometric mean of the factor or its inverse; 1 where it does not). Of all that face the
+        light and lie in both frustums: switched (share that asks another map), lost (share that one of the frames has
+        in no map, where it is lit whatever stands before it), judged (how many have the same truth in both frames),
+        flips (how many of those change their shadow all the same), flip_share. failure says why a row has no numbers.
     """
 
     table: Any
@@ -62,7 +63,7 @@ class Temporal:
         """One row a label: means over the path, and the largest drift."""
         rows = self.table[self.table["failure"] == ""]
         grouped = rows.groupby("label", sort=False)
-        found = grouped[["drift_mean", "drift_rms", "scale", "switched", "flip_share"]].mean()
+        found = grouped[["drift_mean", "drift_rms", "scale", "switched", "lost", "flip_share"]].mean()
         found.insert(2, "drift_max", grouped["drift_max"].max())
         means: pd.DataFrame = found.reset_index()
         return means
@@ -137,6 +138,7 @@ def temporal(
     entries = labelled(techniques, lights[0])
     draw = renderer_of(renderer)
     table: list[dict[str, Any]] = []
+    drawn: dict[str, tuple[Any, Any]] = {}  # what each label has drawn for the second frame of the last pair
     with Steps(len(path) - 1, progress) as step:
         for i in range(len(path) - 1):
             step(f"frame {i}")
@@ -144,14 +146,18 @@ def temporal(
             for label, item in entries:
                 row: dict[str, Any] = {"label": label, "frame": i, "failure": ""}
                 try:
-                    table.append({**row, **pair.compared(resolved(item))})
+                    first = drawn.pop(label, None) or pair.maps(item, 0)
+                    drawn[label] = second = pair.maps(item, 1)
+                    table.append({**row, **pair.compared((first, second))})
                 except ShadowlabError as error:
                     table.append({**row, "failure": str(error)})
     import pandas as pd
 
     frame = pd.DataFrame(table, columns=list(COLUMNS))
     counts = dict.fromkeys(("receivers", "judged", "flips"), "Int64")
-    numbers = dict.fromkeys(("drift_mean", "drift_rms", "drift_max", "scale", "switched", "flip_share"), "float64")
+    numbers = dict.fromkeys(
+        ("drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "flip_share"), "float64"
+    )
     return Temporal(frame.astype({**counts, **numbers}))
 
 
@@ -171,26 +177,40 @@ class Pair:
             first, second = (_core.trace_shadow_mask(scene, cameras[0], of, size=size) for of in lights)
             self.steady = self.seen & (first == second) & (first >= 0)
 
-    def compared(self, item: Any) -> dict[str, Any]:
+    def maps(self, item: Any, frame: int) -> tuple[Any, Any]:
+        """The parameterization of one of the two frames, and its maps."""
+        camera, light = self.cameras[frame], self.lights[frame]
+        p = item
+        if hasattr(item, "parameterize"):
+            samples = {}
+            if getattr(item, "needs_samples", False):
+                size = self.gbuffer.size
+                seen = self.gbuffer if frame == 0 else self.renderer.gbuffer(self.scene, camera, size=size)
+                samples = {"samples": seen}
+            p = item.parameterize(self.scene, camera, light, resolution=self.resolution, **samples)
+        return p, self.renderer.shadow_map(self.scene, p, resolution=self.resolution)
+
+    def compared(self, frames: tuple[tuple[Any, Any], tuple[Any, Any]]) -> dict[str, Any]:
         """A row of the table."""
         texels, which, masks = [], [], []
-        for camera, light in zip(self.cameras, self.lights, strict=True):
-            p = item
-            if hasattr(item, "parameterize"):
-                p = item.parameterize(self.scene, camera, light, resolution=self.resolution)
+        for camera, light, (p, maps) in zip(self.cameras, self.lights, frames, strict=True):
             texel, chosen = texel_coordinates(self.gbuffer, camera, light, p, resolution=self.resolution)
-            maps = self.renderer.shadow_map(self.scene, p, resolution=self.resolution)
             masks.append(look_up(maps, self.gbuffer, camera, light, p, bias=self.bias, filter=self.filter))
             texels.append(texel)
             which.append(chosen)
-        both = self.seen & (which[0] >= 0) & (which[1] >= 0)
-        same = both & (which[0] == which[1])
-        judged = self.steady & both
+        facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
+        held = facing & (which[0] >= 0) & (which[1] >= 0)
+        same = held & (which[0] == which[1])
+        # Held by no map in either frame a receiver is lit in both: nothing is judged by it.
+        judged = self.steady & facing & ((which[0] >= 0) | (which[1] >= 0))
         flips = int(np.count_nonzero(((masks[0] >= 0.5) != (masks[1] >= 0.5)) & judged))
+        count = int(np.count_nonzero(facing))
         row: dict[str, Any] = {"receivers": int(np.count_nonzero(same)), "judged": int(np.count_nonzero(judged))}
         row["flips"] = flips
         row["flip_share"] = flips / row["judged"] if row["judged"] else None
-        row["switched"] = 1.0 - row["receivers"] / int(np.count_nonzero(both)) if both.any() else None
+        if count:
+            row["switched"] = int(np.count_nonzero(held & ~same)) / count
+            row["lost"] = int(np.count_nonzero(facing & ~held)) / count
         if row["receivers"]:
             row |= drift_of(texels[0][same], texels[1][same])
             row["scale"] = scale_change(texels, np.where(same, which[0], -1))

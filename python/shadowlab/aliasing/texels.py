@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..arguments import check_filter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,6 +98,7 @@ def usage(
     UnknownNameError
         For a filter that does not exist.
     """
+    check_filter(filter)
     reads = _core.reads(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter)
     taps = {"nearest": 1, "pcf2x2": 4}[filter]
     return Usage(reads, int(reads.sum(dtype=np.int64)) // taps)
@@ -166,4 +168,5 @@ def look_up(
     UnknownNameError
         For a filter that does not exist.
     """
+    check_filter(filter)
     return _core.look_up(maps, gbuffer, camera, light, parameterization, bias=bias, filter=filter)[0]

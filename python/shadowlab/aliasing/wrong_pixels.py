@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..arguments import check_filter
 from ..errors import ArgumentError
 from .summary import band_index, checked_bands, even_limits
 
@@ -183,6 +184,11 @@ def causes(
     UnknownNameError
         For a filter that does not exist.
     """
+    if not isinstance(camera, _core.Camera):
+        raise ArgumentError(
+            f"camera: expected a Camera, got {type(camera).__name__}; the one that the G-buffer was rendered with"
+        )
+    check_filter(filter)
     if not isinstance(gbuffer, _core.GBuffer):
         raise ArgumentError(
             f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; sl.Renderer().gbuffer(...) makes one"

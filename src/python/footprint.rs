@@ -5,13 +5,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, array, image, rows3, run_watched, size2};
+use super::convert::{argument_error, array, image, rows3, run_watched, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use crate::aliasing::footprint::{footprint as core_footprint, footprint_at as core_footprint_at};
-use crate::aliasing::texel::Texel;
 use crate::image::Footprint;
+
+/// Points between two looks at whether to stop: some milliseconds of work.
+const AT_ONCE: usize = 1 << 16;
 
 /// The arrays of a footprint by name; numpy takes over all of them.
 pub fn footprint_arrays(py: Python<'_>, f: Footprint) -> PyResult<Bound<'_, PyDict>> {
@@ -70,20 +72,29 @@ pub fn footprint_at<'py>(
         }
     }
     let camera = &camera.get().camera;
-    let found = py.detach(|| core_footprint_at(points, normals, camera, &light, p, resolution, size)).or_raise(py)?;
-    let n = found.len();
-    let values = |t: &Texel| {
-        let ([a, b, c, d], [along_t, along_s]) = (t.jacobian, t.perspective_ts);
-        [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection]
-    };
-    // What has not been measured is NaN, as in images; the depth is known all the same.
-    let plane = |k: usize| {
-        let value = move |(map, t): &(i16, Texel)| if *map >= 0 { values(t)[k] } else { f64::NAN };
-        found.iter().map(value)
-    };
-    let planes: Vec<f64> = (0..Footprint::DEPTH).flat_map(plane).collect();
+    let n = points.len();
+    let (planes, map) = run_watched(py, None, |progress| {
+        // What has not been measured is NaN, as in images; the depth is the caller's to tell.
+        let (mut planes, mut map) = (vec![f64::NAN; Footprint::DEPTH * n], Vec::with_capacity(n));
+        for (points, normals) in points.chunks(AT_ONCE).zip(normals.chunks(AT_ONCE)) {
+            progress.check()?;
+            for (k, t) in core_footprint_at(points, normals, camera, &light, p, resolution, size)? {
+                if k >= 0 {
+                    let ([a, b, c, d], [along_t, along_s]) = (t.jacobian, t.perspective_ts);
+                    let values = [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection];
+                    values.into_iter().enumerate().for_each(|(plane, value)| planes[plane * n + map.len()] = value);
+                }
+                map.push(k);
+            }
+        }
+        // No point at all: what is wrong with the rest is told all the same.
+        if n == 0 {
+            core_footprint_at(&[], &[], camera, &light, p, resolution, size)?;
+        }
+        Ok((planes, map))
+    })?;
     let d = PyDict::new(py);
     d.set_item("planes", image(py, planes, [Footprint::DEPTH, n])?)?;
-    d.set_item("map", image(py, found.iter().map(|f| f.0).collect::<Vec<i16>>(), [n])?)?;
+    d.set_item("map", image(py, map, [n])?)?;
     Ok(d)
 }

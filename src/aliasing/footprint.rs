@@ -13,7 +13,7 @@ use super::texel::{Eye, Texel, TexelMap, texel_in_image};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
 use crate::memory::{copied, unwritten, written};
-use crate::parameterization::{Held, Parameterization};
+use crate::parameterization::{Held, Parameterization, PostWarp};
 use crate::progress::Progress;
 use crate::scene::{Camera, EDGE_ON, Light, unit};
 use crate::simd::dispatch;
@@ -168,13 +168,20 @@ struct Found {
     planes: [[f32; RUN]; Footprint::PLANES],
     ndc: [[f64; RUN]; 3],
     w: [f64; RUN],
-    /// 0 where all of the above are finite.
+    /// 0 where all planes are finite.
     sound: [f32; RUN],
+    /// 0 where the projective part has the point beside no map and before its projection centre.
+    outside: [f32; RUN],
 }
 
 impl Found {
-    const NONE: Self =
-        Self { planes: [[f32::NAN; RUN]; Footprint::PLANES], ndc: [[0.0; RUN]; 3], w: [0.0; RUN], sound: [0.0; RUN] };
+    const NONE: Self = Self {
+        planes: [[f32::NAN; RUN]; Footprint::PLANES],
+        ndc: [[0.0; RUN]; 3],
+        w: [0.0; RUN],
+        sound: [0.0; RUN],
+        outside: [1.0; RUN],
+    };
 
     /// Takes over what another found of a pixel.
     fn take(&mut self, from: &Self, i: usize) {
@@ -231,6 +238,9 @@ fn texels_body(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) {
             sum += plane[i] * 0.0;
         }
         found.sound[i] = sum;
+        let beside = t.ndc[0].abs().max(t.ndc[1].abs());
+        // Written so that a NaN is outside.
+        found.outside[i] = if (t.w > 0.0) & (beside <= 1.0) { 0.0 } else { 1.0 };
         for k in 0..3 {
             found.ndc[k][i] = t.ndc[k];
         }
@@ -304,9 +314,13 @@ impl<'a> Rows<'a> {
     /// Finds the texels of all pending pixels where there is one map.
     fn find(&self, map: &TexelMap, run: &Run, state: &mut [i16; RUN], found: &mut Found) {
         texels(map, &self.eye, run, found);
+        let only = &self.local.partitions[0];
+        let is_plain = only.post_warp == PostWarp::None && only.region.functionals().is_empty();
         for (i, state) in state.iter_mut().enumerate() {
             if *state == PENDING {
-                let held = self.holds(0, map, run, found, i) != Held::Outside && found.is_finite(i);
+                let held =
+                    if is_plain { found.outside[i] == 0.0 } else { self.holds(0, map, run, found, i) != Held::Outside };
+                let held = held && found.is_finite(i);
                 *state = if held { 0 } else { Footprint::NO_MAP };
             }
             if *state < 0 {

@@ -265,7 +265,7 @@ def test_points_that_look_nothing_up():
     assert list(f.map) == [0, AVERTED, NOTHING, NO_MAP, NOTHING]
     assert np.isnan(f.major[1:]).all()
     assert np.isfinite(f.major[0])
-    assert repr(f).startswith("Footprint(64 x 64, maps=1, resolution=512 x 512, measured=1, max=")
+    assert repr(f).startswith("Footprint(64 x 64, maps=1, resolution=512 x 512, measured=1, median=")
 
 
 def test_the_example():
@@ -274,3 +274,8 @@ def test_the_example():
     assert examples
     for example in examples:
         assert doctest.DocTestRunner().run(example).failed == 0
+
+
+def test_an_array_that_is_one_number_is_a_side():
+    assert footprints.pair(np.array(5)) == footprints.pair(5) == (5, 5)
+    assert footprints.pair(np.array([5, 6])) == (5, 6)

@@ -84,6 +84,9 @@ WRONG = [
     (lambda: plot.error_along_view({"a": 3}, **VIEW), r"curves\['a'\]: expected depths and values"),
     (lambda: plot.error_along_view({"a": (Z, -Z)}, **VIEW), "expected positive numbers"),
     (lambda: plot.error_along_view({"a": (Z * np.nan, Z)}, **VIEW), "expected positive numbers"),
+    (lambda: plot.error_along_view(CURVES, near=None, far=1), "expected 0 < near < far"),
+    (lambda: plot.error_along_view(CURVES, near=[], far=1), "expected 0 < near < far"),
+    (lambda: plot.error_by_depth({"a": image()}, bands=(-1, 5)), "bands: expected depths of 0 or more"),
     (lambda: plot.error_along_view(CURVES, near=5, far=1), "expected 0 < near < far"),
     (lambda: plot.error_along_view(CURVES, measured={}, **VIEW), "measured: expected a dictionary"),
     (lambda: plot.error_map(image(), values=np.ones(3)), "values: expected numbers of shape"),
@@ -104,6 +107,8 @@ WRONG = [
     (lambda: plot.causes(CAUSES[["technique"]]), "there is no acne, edge, leak, missing"),
     (lambda: plot.causes(CAUSES.assign(edge=-1)), "got a negative one"),
     (lambda: plot.cause_map(view(), SUN, RIGHT, np.zeros((2, 2))), "cause_image: expected shape"),
+    (lambda: plot.drift(DRIFT, "Drift"), "ax: expected matplotlib axes, got 'Drift'; give title="),
+    (lambda: plot.error_map(image(), "Error"), "ax: expected matplotlib axes"),
     (lambda: plot.drift(DRIFT.drop(columns="flips")), "there is no flips"),
     (lambda: plot.drift(DRIFT.assign(drift_max=-1.0)), "got a negative one"),
     (lambda: plot.warped_view(LISPSM, ROBOTS.camera, map=1), "map: expected one from 0 to 0, got 1"),
@@ -129,3 +134,15 @@ def test_wrong_arguments_say_what_was_expected(call, says):
     with pytest.raises(ArgumentError, match=says):
         call()
     assert not plt.get_fignums()  # refused before a figure is made
+
+
+def test_results_are_taken_as_they_are(ax):
+    temporal, angles = sl.aliasing.Temporal(DRIFT), sl.aliasing.LightAngles(angle_table())
+    assert plot.drift(temporal, ax) is ax
+    assert len(plot.error_over_angle(angles, lone_axes()).lines) == 12
+    assert plot.error_histogram(image(), lone_axes()).patches
+    assert plot.error_by_depth(image(), lone_axes()).lines
+    codes = np.zeros((6, 8), np.int8)
+    codes[2, 3] = 1
+    found = sl.aliasing.Causes(codes, np.zeros((6, 8), np.float32), np.ones((6, 8)), 0)
+    assert "acne: 1 px" in legend(plot.cause_map(view(), SUN, RIGHT, found, lone_axes()))

@@ -6,7 +6,7 @@ Jacobian of Chong and Gortler 2007. See `Footprint` for what each number means.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -201,10 +201,12 @@ class Footprint:
         head = f"Footprint({of}, maps={self.maps}, resolution={self.resolution[0]} x {self.resolution[1]}"
         if counts["measured"] == 0:
             return f"{head}, nothing measured)"
-        worst, mean = float(np.nanmax(self.major)), float(np.nanmean(self.major, dtype=np.float64))
+        major = self.major[self.measured]
+        median, p95 = np.percentile(major, (50, 95))
         share = np.count_nonzero(self.undersampled) / counts["measured"]
         return (
-            f"{head}, measured={counts['measured']}, max={worst:.4g} px, mean={mean:.4g} px, undersampled={share:.1%})"
+            f"{head}, measured={counts['measured']}, median={median:.4g} px, p95={p95:.4g} px, "
+            f"max={major.max():.4g} px, undersampled={share:.1%})"
         )
 
     def _repr_html_(self) -> str:
@@ -334,5 +336,5 @@ def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int
 
 def pair(sides: Any) -> tuple[int, int]:
     """Width and height of what the core has taken for a side or a pair."""
-    width, height = sides if isinstance(sides, Iterable) else (sides, sides)
+    width, height = sides if np.ndim(sides) else (sides, sides)
     return int(width), int(height)

@@ -106,8 +106,8 @@ class Summary:
             return f"Summary: no pixel looks up a texel ({why or 'no pixels'})"
         p = self.percentiles or {}
         return (
-            f"Summary of {self.measured:,} pixels: a texel is at most {self.max:.4g} px long, on average "
-            f"{self.mean:.4g}, in half of them up to {p[50]:.4g}, in 95 % up to {p[95]:.4g}; "
+            f"Summary of {self.measured:,} pixels: a texel is up to {p[50]:.4g} px long in half of them, in 95 % up to "
+            f"{p[95]:.4g}, on average {self.mean:.4g}, at most {self.max:.4g}; "
             f"{self.undersampled:.1%} undersampled; storage factor {self.storage_factor:.4g}"
         )
 

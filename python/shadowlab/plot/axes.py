@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import ArgumentError
+from ..specs import shown
+
 # Series of Okabe and Ito (2008), the two that mean false shadow and false light left out.
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -25,6 +28,8 @@ GRID, SOFT = "#B0B0B0", "#555555"
 
 def _axes(ax: Any) -> Any:
     if ax is not None:
+        if not all(hasattr(ax, name) for name in ("transAxes", "add_collection", "set_xlim")):
+            raise ArgumentError(f"ax: expected matplotlib axes, got {shown(ax)}; give title= and other words by name")
         return ax
     import matplotlib.pyplot as plt
 

@@ -57,8 +57,8 @@ def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
 
 
 def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
-    """The dictionary of footprints, checked; `also` is another type that may stand for one."""
-    found = labelled(given, "footprints", "footprints")
+    """The dictionary of footprints, or one without a label, checked; `also` is another type that may stand for one."""
+    found = {"": given} if isinstance(given, (Footprint, also)) else labelled(given, "footprints", "footprints")
     for label, value in found.items():
         if not isinstance(value, (Footprint, also)):
             raise ArgumentError(

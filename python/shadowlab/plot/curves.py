@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..aliasing.light_angles import LightAngles
 from ..errors import ArgumentError
 from ..specs import shown
 from .axes import (
@@ -77,7 +78,8 @@ def error_along_view(
     >>> forms = {t: (z, sl.aliasing.closed_form.dp_ds(z, technique=t, **view)) for t in ("uniform", "psm", "lispsm")}
     >>> ax = sl.plot.error_along_view(forms, **view)
     """
-    if not (np.isfinite([near, far]).all() and 0 < near < far):
+    ends = [np.asarray(end) for end in (near, far)]
+    if any(end.ndim or end.dtype.kind not in "iuf" for end in ends) or not 0 < near < far < np.inf:
         raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; take the camera's")
     lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in labelled(curves, "curves", "(z, values)").items()}
     dots = {} if measured is None else labelled(measured, "measured", "(z, values)")
@@ -119,7 +121,7 @@ def error_over_angle(
 
     Parameters
     ----------
-    table : pandas.DataFrame
+    table : pandas.DataFrame or LightAngles
         One row a technique and angle: columns technique, `x` and `y`. A value that is no positive finite number is a
         gap in the line.
     ax : matplotlib axes, optional
@@ -148,6 +150,8 @@ def error_over_angle(
     >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "p95"])
     >>> ax = sl.plot.error_over_angle(table, baseline="uniform")
     """
+    if isinstance(table, LightAngles):
+        table = table.table
     columns_of(table, ["technique", x, y])
     rows = table.assign(**{x: numbers_of(table, x), y: numbers_of(table, y)})
     rows = rows[rows["technique"].notna()]

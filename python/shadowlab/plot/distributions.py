@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..aliasing.footprints import Footprint
-from ..aliasing.summary import HISTOGRAM_LIMITS_PX, Summary
+from ..aliasing.summary import HISTOGRAM_LIMITS_PX, Summary, checked_bands
 from ..errors import ArgumentError
 from ..specs import shown
 from .axes import _axes, legend_beside, level, log_axis, padded, plain, say, series_style, short_label
@@ -51,7 +51,7 @@ def error_histogram(
 
     Parameters
     ----------
-    footprints : dict
+    footprints : dict, Footprint or Summary
         Label to `Footprint`, or to `Summary`, whose bins are half octaves of `major`.
     ax : matplotlib axes, optional
         Made where none are given.
@@ -127,7 +127,7 @@ def error_histogram(
     ax.set(xlabel=QUANTITIES[quantity] + (BEYOND if ends else ""), ylabel=f"pixels, % {of}", title=title)
     if highest == 0.0:
         say(ax, NOTHING_MEASURED)
-    else:
+    elif ax.get_legend_handles_labels()[0]:
         legend_beside(ax, **({"title": DEPTH_LABEL.replace(", ", ",\n")} if by_depth else {}))
     return ax
 
@@ -197,7 +197,7 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
 
     Parameters
     ----------
-    footprints : dict
+    footprints : dict, Footprint or Summary
         Label to `Footprint`, or to `Summary`, whose bands are taken as they are.
     ax : matplotlib axes, optional
         Made where none are given.
@@ -225,6 +225,9 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
     >>> ax = sl.plot.error_by_depth(found, bands=8)
     """
     given = footprints_of(footprints, Summary)
+    limits = checked_bands(bands)
+    if limits is not None and limits[0] < 0:
+        raise ArgumentError(f"bands: expected depths of 0 or more, got {shown(bands)}; they are along the view")
     tables = {k: (v if isinstance(v, Summary) else v.summary(bands=bands)).bands for k, v in given.items()}
     ax = _axes(ax)
     shown_values: list[float] = []

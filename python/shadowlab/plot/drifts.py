@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..aliasing.paths import Temporal
 from ..errors import ArgumentError
 from .axes import _axes, legend_beside, plain, say, series_style, short_label
 from .checks import columns_of, numbers_of
@@ -22,7 +23,7 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
 
     Parameters
     ----------
-    table : pandas.DataFrame
+    table : pandas.DataFrame or Temporal
         Columns label, frame, drift_rms, drift_max (texels per frame) and flips (pixels whose shadow changes while the
         truth does not). A drift that is no number is a gap.
     ax : matplotlib axes, optional
@@ -47,6 +48,8 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
     >>> table = pd.DataFrame(rows, columns=["label", "frame", "drift_rms", "drift_max", "flips"])
     >>> ax = sl.plot.drift(table)
     """
+    if isinstance(table, Temporal):
+        table = table.table
     columns_of(table, ["label", "frame", "drift_rms", "drift_max", "flips"])
     names = ("frame", "drift_rms", "drift_max", "flips")
     rows = table.assign(**{name: numbers_of(table, name) for name in names})

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..aliasing.wrong_pixels import Causes
 from ..cause_pictures import CAUSES, HATCH, MEANINGS, NOT_COMPARED, cause_picture
 from ..error_pictures import rgb
 from ..errors import ArgumentError
@@ -130,6 +131,8 @@ def cause_map(
     """
     from matplotlib.patches import Patch
 
+    if isinstance(cause_image, Causes):
+        cause_image = cause_image.image
     picture = cause_picture(gbuffer, light, truth, cause_image, width=width)
     ax = _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
     codes = np.asarray(cause_image)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
+
 import numpy as np
 import pytest
 
 import shadowlab as sl
 from shadowlab.aliasing.frustum_body import frustum_scene, outline
+from shadowlab.errors import ArgumentError
 
 # Of float64 through a projection.
 EXACT = 1e-12
@@ -60,3 +64,23 @@ def test_what_is_wrong_is_said():
     ):
         with pytest.raises(sl.errors.ArgumentError):
             call()
+
+
+def test_what_is_no_camera_light_or_point_is_refused():
+    camera, light = sl.Camera.look_at((0, 0, 0), (0, 0, -1)), sl.DirectionalLight((0, -1, 0))
+    for given, says in (((3, light), "camera: expected a Camera"), ((camera, None), "light: expected")):
+        with pytest.raises(ArgumentError, match=says):
+            sl.aliasing.halfway_normals([[0, 0, -3]], *given)
+    with pytest.raises(ArgumentError, match="points: expected numbers"):
+        sl.aliasing.halfway_normals("x", camera, light)
+    with pytest.raises(ArgumentError, match="steps: expected at most"):
+        sl.aliasing.outline(camera, steps=10**9)
+
+
+@pytest.mark.parametrize("module", ["beam_texels", "frustum_body"])
+def test_examples_run_as_pasted(module):
+    module = importlib.import_module(f"shadowlab.aliasing.{module}")
+    examples = [e for e in doctest.DocTestFinder().find(module, globs={}) if e.examples]
+    assert examples
+    for example in examples:
+        assert doctest.DocTestRunner().run(example).failed == 0

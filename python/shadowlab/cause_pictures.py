@@ -37,6 +37,8 @@ NOT_COMPARED = -1
 # Greys of the eye view beneath: all colours are darker. What is not compared is white, hatched.
 DARKEST, LIGHTEST, HATCH = 205, 245, 215
 HATCH_PX = 6
+# Pixels that a wrong pixel may be drawn wide: more hides the picture.
+WIDEST = 64
 
 
 def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, width: int = 1) -> NDArray[np.uint8]:
@@ -69,8 +71,8 @@ def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, wid
     unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSES])
     if unknown.size:
         raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
-    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or width < 1:
-        raise ArgumentError(f"width: expected a whole number of pixels, at least 1, got {shown(width)}")
+    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width <= WIDEST:
+        raise ArgumentError(f"width: expected a whole number of pixels, 1 to {WIDEST}, got {shown(width)}; try 3")
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey / 255.0)
     rows, columns = np.ogrid[: shape[0], : shape[1]]

@@ -109,16 +109,17 @@ def beam_texels(
 
     Examples
     --------
-    >>> import shadowlab as sl
-    >>> from shadowlab.aliasing.frustum_body import frustum_scene, outline
+    >>> import numpy as np, shadowlab as sl
     >>> camera = sl.Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=np.radians(60), aspect=1.0, near=1, far=100)
     >>> light = sl.DirectionalLight((0, -1, 0))
-    >>> p = sl.technique("lispsm", near="basic").parameterize(frustum_scene(camera), camera, light, resolution=512)
-    >>> round(beam_texels(outline(camera), camera, light, p, size=512).storage_factor, 1)
+    >>> body = sl.aliasing.frustum_scene(camera)
+    >>> p = sl.technique("lispsm", near="basic").parameterize(body, camera, light, resolution=512)
+    >>> found = sl.aliasing.beam_texels(sl.aliasing.outline(camera), camera, light, p, size=512)
+    >>> round(found.storage_factor, 1)
     85.7
     """
-    points = np.asarray(points, np.float64)
     normals = halfway_normals(points, camera, light)
+    points = np.asarray(points, np.float64)
     e = footprint_at(points, normals, camera, light, parameterization, size=size, resolution=resolution)
     held = e.map >= 0
     found = np.full((3, len(points)), np.nan)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
+from ..specs import shown
 
 if TYPE_CHECKING:
     from .summary import Summary
@@ -300,7 +301,12 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
     ArgumentError
         For points at the eye or the light, which have no way there, or between both, where no plane faces either.
     """
-    points = np.asarray(points, np.float64)
+    check_camera(camera)
+    check_light(light)
+    try:
+        points = np.asarray(points, np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"points: expected numbers of shape (N, 3), got {shown(points)}; reshape them") from None
     if points.ndim != 2 or points.shape[1] != 3:
         raise ArgumentError(f"points: expected shape (N, 3), got {points.shape}; reshape them")
     light_point = np.asarray(light.point)
@@ -316,6 +322,33 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
         )
     normals: NDArray[np.float64] = h / size
     return normals
+
+
+def check_camera(camera: Any) -> None:
+    """Raises unless it is a camera.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(camera, _core.Camera):
+        raise ArgumentError(f"camera: expected a Camera, got {shown(camera)}; sl.Camera.look_at(...) makes one")
+
+
+def check_light(light: Any) -> None:
+    """Raises unless it is a light.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
+        raise ArgumentError(
+            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {shown(light)}; "
+            "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
+        )
 
 
 def largest_extent(columns: NDArray[Any], area: NDArray[Any]) -> NDArray[Any]:

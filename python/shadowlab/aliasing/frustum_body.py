@@ -29,6 +29,8 @@ from ..specs import shown
 # The box's half side over the distance from the eye to the frustum's farthest corner. Chosen because planes of the box
 # then touch the frustum nowhere, whatever the view direction.
 ROOM = 2.0
+# Chosen so that the points fit in memory.
+MOST_STEPS = 1_000_000
 # Of the unit cube, outward.
 QUADS = ((0, 2, 6, 4), (1, 5, 7, 3), (0, 4, 5, 1), (2, 3, 7, 6), (0, 1, 3, 2), (4, 6, 7, 5))
 
@@ -54,7 +56,8 @@ def frustum_scene(camera: Any) -> Scene:
     --------
     >>> import shadowlab as sl
     >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
-    >>> p = sl.technique("lispsm").parameterize(frustum_scene(camera), camera, sl.DirectionalLight((0, -1, 0)))
+    >>> body = sl.aliasing.frustum_scene(camera)
+    >>> p = sl.technique("lispsm").parameterize(body, camera, sl.DirectionalLight((0, -1, 0)))
     >>> len(p.partitions), p.notes
     (1, [])
     """
@@ -94,11 +97,13 @@ def outline(
     Examples
     --------
     >>> import shadowlab as sl
-    >>> outline(sl.Camera.look_at((0, 0, 0), (0, 0, -1), near=1, far=100), steps=1).shape
+    >>> sl.aliasing.outline(sl.Camera.look_at((0, 0, 0), (0, 0, -1), near=1, far=100), steps=1).shape
     (8, 3)
     """
     _check_camera(camera)
     steps = whole("steps", steps)
+    if steps > MOST_STEPS:
+        raise ArgumentError(f"steps: expected at most {MOST_STEPS:,}, got {steps:,}; 16 are a good start")
     near, far = (float(camera.near) if near is None else near), (float(camera.far) if far is None else far)
     if not 0 < near < far < np.inf:
         raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; leave both out for all")

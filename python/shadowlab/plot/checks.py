@@ -127,8 +127,10 @@ def image_of(given: Any, shape: tuple[int, ...], name: str) -> NDArray[Any]:
     return image
 
 
-def count_of(value: Any, name: str, *, least: int = 1) -> int:
-    """A whole number that is not less."""
+def count_of(value: Any, name: str, *, least: int = 1, most: int | None = None) -> int:
+    """A whole number that is neither less nor more."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ArgumentError(f"{name}: expected a whole number of at least {least}, got {shown(value)}")
+    if most is not None and value > most:
+        raise ArgumentError(f"{name}: expected at most {most:,}, got {shown(value)}; a plot shows no more")
     return int(value)

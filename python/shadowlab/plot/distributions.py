@@ -93,7 +93,7 @@ def error_histogram(
             f"{summaries[0]!r}, which counts major alone; give the footprint"
         )
     if by_depth:
-        bands = 3 if by_depth is True else count_of(by_depth, "by_depth")
+        bands = 3 if by_depth is True else count_of(by_depth, "by_depth", most=100)
         series: dict[Any, Any] = _by_band(given, quantity, bands)
     else:
         series = {k: v if isinstance(v, Summary) else _measured(v, quantity) for k, v in given.items()}
@@ -226,6 +226,8 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
     """
     given = footprints_of(footprints, Summary)
     limits = checked_bands(bands)
+    if limits is None:
+        count_of(bands, "bands", most=10_000)
     if limits is not None and limits[0] < 0:
         raise ArgumentError(f"bands: expected depths of 0 or more, got {shown(bands)}; they are along the view")
     tables = {k: (v if isinstance(v, Summary) else v.summary(bands=bands)).bands for k, v in given.items()}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .. import _core, pictures
 from ..aliasing.footprints import as_maps
+from ..arguments import renderer_of
 from ..error_pictures import rgb
 from ..errors import ArgumentError
 from ..light_planes import LightPlane
@@ -275,7 +276,7 @@ def _ground(ax: Any, plane: LightPlane, scene: Any, bounds: Any, light: Any, ren
     scale = SIDE / max(x[1] - x[0], y[1] - y[0])
     size = tuple(max(1, round(scale * (high - low))) for low, high in (x, y))
     matrix = plane.clip_from_world(x, y, bounds, float(getattr(light, "range", 1.0)))
-    seen = (renderer or _core.Renderer("cpu")).shadow_map(
+    seen = renderer_of("cpu" if renderer is None else renderer).shadow_map(
         scene, _core.Parameterization.from_matrix(matrix), resolution=size
     )
     relief = pictures.relief(seen).astype(np.float32)

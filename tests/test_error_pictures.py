@@ -182,11 +182,11 @@ def test_causes_are_those_of_the_analysis():
 
 def test_each_cause_has_its_colour_and_grows_without_hiding_another():
     codes = np.zeros((6, 8), np.int8)
-    codes[2, 1:5] = 1, 2, 3, 4
+    codes[2, 1:6] = 1, 2, 3, 4, 5
     codes[5] = -1
     for width in (1, 3):
         picture = cause_pictures.cause_picture(view(), SUN, np.ones((6, 8), np.int8), codes, width=width)
-        assert [tuple(p) for p in picture[2, 1:5]] == [c for _, c in cause_pictures.CAUSES.values()]
+        assert [tuple(p) for p in picture[2, 1:6]] == [c for _, c in cause_pictures.CAUSES.values()]
     right = cause_pictures.cause_picture(view(), SUN, np.ones((6, 8), np.int8), codes)[codes <= 0].astype(int)
     assert (np.ptp(right, axis=-1) == 0).all()
     assert right[-8:].max() == 255  # not compared
@@ -197,7 +197,7 @@ def test_each_cause_has_its_colour_and_grows_without_hiding_another():
     [
         ({"truth": np.ones((2, 2), np.int8)}, "truth: expected shape"),
         ({"cause_image": np.zeros((6, 7), np.int8)}, "cause_image: expected shape"),
-        ({"cause_image": np.full((6, 8), 5)}, r"cause_image: expected codes .* got \[5\]"),
+        ({"cause_image": np.full((6, 8), 6)}, r"cause_image: expected codes .* got \[6\]"),
         ({"width": 0}, "width: expected a whole number"),
     ],
 )

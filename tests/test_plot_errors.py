@@ -330,3 +330,18 @@ def test_examples_run(module):
 def test_every_name_of_the_package_is_there():
     assert all(hasattr(plot, name) for name in plot.__all__)
     assert sorted(plot.__all__) == plot.__all__
+
+
+def test_causes_of_a_study_and_of_causes_by_label(ax):
+    import shadowlab as sl
+
+    scene = sl.library.scene("robots")
+    study = sl.compare(
+        scene, scene.camera, scene.light, ["uniform"], resolution=[64, 128], size=(64, 36), progress=False
+    )
+    plot.causes(study, ax)
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["uniform, 64²", "uniform, 128²"]
+    other = plot.causes({"coarse": study.causes["uniform", 64]}, ax.figure.add_subplot())
+    assert [t.get_text() for t in other.get_yticklabels()] == ["coarse"]
+    with pytest.raises(sl.errors.ArgumentError, match="table"):
+        plot.causes({}, ax)

@@ -1,8 +1,8 @@
 """Wrong pixels in the colours of their causes, as a picture over a pale eye view.
 
 The causes are those of `aliasing.causes`. Colours of Okabe and Ito (2008): acne is coloured as false shadow is in other
-pictures and leaks as false light, edges a reddish purple that is lighter than both, missing casters black. No two are
-closer than 25 in CIELAB to an eye without red, green or blue receptors; their lightnesses are 54, 46, 68 and 0.
+pictures and leaks as false light, edges a reddish purple that is lighter than both, missing casters black, and what a
+wrong map does violet. No two are closer than 25 in CIELAB to an eye without red, green or blue receptors.
 
 No plotting library here; `plot.cause_map` puts the picture on axes.
 """
@@ -24,7 +24,7 @@ CAUSES = {
     2: ("edge", (219, 143, 186)),
     3: ("leak", FALSE_LIGHT_RGB),
     4: ("missing", (0, 0, 0)),
-    5: ("other", (0, 158, 115)),
+    5: ("other", (120, 0, 225)),
 }
 MEANINGS = {
     "acne": "acne: a surface shadows itself",

@@ -27,6 +27,8 @@ from .closed_form_arguments import (
 from .closed_form_ideal import IDEAL, dp_ds
 
 SCHEMES = ("uniform", "logarithmic", "practical")
+# Depths of more splits would not be told apart in single precision.
+MOST_SPLITS = 1_000_000
 
 
 def storage_factor(*, ratio: npt.ArrayLike, fov_y: npt.ArrayLike, technique: str, splits: npt.ArrayLike = 1) -> Numbers:
@@ -129,6 +131,7 @@ def splits(
     (how_many,) = together(count=count)
     check_whole("count", how_many)
     refuse("count", how_many, np.full(how_many.shape, how_many.ndim > 0), "one number", "call once for each")
+    refuse("count", how_many, how_many > MOST_SPLITS, f"at most {MOST_SPLITS}", "4 is a common number of splits")
     if scheme != "practical":
         share = np.full_like(share, 1.0 if scheme == "logarithmic" else 0.0)
     at = np.arange(int(how_many) + 1) / float(how_many)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .footprints import Footprint
 
 PERCENTILES = (5, 25, 50, 75, 95, 99)
+# More bands than rows of a picture tell nothing.
+MOST_BANDS = 10_000
 # Limits of the histogram, pixels: octaves and their halves around 1, at which undersampling begins, out to where a
 # texel covers a hundred pixels (m > 10 is the worst colour of the published pictures).
 HISTOGRAM_LIMITS_PX = 2.0 ** np.arange(-6.5, 7.51, 0.5)
@@ -166,15 +168,17 @@ def checked_bands(bands: Any) -> NDArray[np.float64] | None:
     ArgumentError
         For less than one band, or limits that do not rise.
     """
-    if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) and bands >= 1:
+    if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) and 1 <= bands <= MOST_BANDS:
         return None
     try:
         limits = np.asarray(bands, np.float64)
     except (TypeError, ValueError):
         limits = np.empty(0)
-    if limits.ndim != 1 or limits.size < 2 or not np.isfinite(limits).all() or not (np.diff(limits) > 0).all():
+    rising = limits.ndim == 1 and limits.size >= 2 and np.isfinite(limits).all() and (np.diff(limits) > 0).all()
+    if not rising or limits[0] < 0:
         raise ArgumentError(
-            f"bands: expected a whole number above 0 or at least two rising depths, got {shown(bands)}; try bands=6"
+            f"bands: expected a whole number from 1 to {MOST_BANDS} or at least two rising depths from 0 on, "
+            f"got {shown(bands)}; try bands=6"
         )
     return limits
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
 
     Parameters
     ----------
-    table : pandas.DataFrame
+    table : pandas.DataFrame, Study, or dict of Causes by label
         Column technique, and of the causes (acne, edge...; pixels) those that were counted; one that is absent
-        counts as none. Rows from the top.
+        counts as none. Rows from the top; those of one technique tell their resolution.
     ax : matplotlib axes, optional
         Made where none are given.
     title : str
@@ -46,6 +47,7 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     >>> rows = [("uniform", 12, 530, 4, 0), ("lispsm", 3, 170, 8, 1)]
     >>> ax = sl.plot.causes(pd.DataFrame(rows, columns=["technique", "acne", "edge", "leak", "missing"]))
     """
+    table = table_of(table)
     columns_of(table, ["technique"])
     names = [name for name, _ in CAUSES.values() if name in table.columns]
     if not names:
@@ -76,7 +78,7 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     plain(ax)
     ax.grid(False, axis="y")
     ax.tick_params(axis="y", length=0)
-    ax.set_yticks(rows, [short_label(t) for t in table["technique"]])
+    ax.set_yticks(rows, [short_label(t) for t in row_labels(table)])
     # Room for the number at the end of the longest bar.
     ax.set_xlim(0.0, 1.16 * widest or 1.0)
     ax.set_ylim(max(len(rows), 1) - 0.5, -0.5)
@@ -87,6 +89,23 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     # Below the ticks and the axis label.
     legend_below(ax, gap_pt=38.0, ncols=2)
     return ax
+
+
+def table_of(given: Any) -> Any:
+    """The table of what has one, or of causes by label."""
+    if isinstance(given, Mapping) and given and all(hasattr(of, "counts") for of in given.values()):
+        import pandas as pd
+
+        return pd.DataFrame([{"technique": label, **of.counts} for label, of in given.items()])
+    return given.table if hasattr(given, "runs") and hasattr(given, "table") else given
+
+
+def row_labels(table: Any) -> list[str]:
+    """What rows are called: their technique, and their resolution where another row is called the same."""
+    names = [str(name) for name in table["technique"]]
+    if len(set(names)) == len(names) or "resolution" not in table.columns:
+        return names
+    return [f"{name}, {size}²" for name, size in zip(names, table["resolution"], strict=True)]
 
 
 def _thousands(ax: Any) -> None:

@@ -163,7 +163,8 @@ def test_somebodys_own_matrices():
         assert (f.map == ours.map).all()
         assert f.resolution == (512, 512)
     # A texel of a map that is the image is a pixel.
-    f = of(np.asarray(ROBOTS.camera.clip_from_world), SIZE)
+    with pytest.warns(sl.errors.ShadowlabWarning, match="not a map of this light"):
+        f = of(np.asarray(ROBOTS.camera.clip_from_world), SIZE)
     np.testing.assert_allclose(
         f.jacobian[f.measured], np.broadcast_to(np.eye(2), (*f.map[f.measured].shape, 2, 2)), atol=1e-4
     )
@@ -279,3 +280,21 @@ def test_the_example():
 def test_an_array_that_is_one_number_is_a_side():
     assert footprints.pair(np.array(5)) == footprints.pair(5) == (5, 5)
     assert footprints.pair(np.array([5, 6])) == (5, 6)
+
+
+def test_a_matrix_of_another_light_is_warned_of_and_measured_all_the_same():
+    import warnings
+
+    other = sl.technique("uniform").parameterize(ROBOTS, ROBOTS.camera, sl.DirectionalLight((-1, -0.2, 0.4)))
+    own = np.array(MAPS["lispsm"].matrix)
+    seen = (ROBOTS_SEEN, ROBOTS.camera, ROBOTS.light)
+    with pytest.warns(sl.errors.ShadowlabWarning, match="not a map of this light"):
+        e = sl.aliasing.footprint(*seen, np.array(other.matrix))
+    assert np.isfinite(e.major[e.measured]).all()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sl.aliasing.footprint(*seen, own)
+        sl.compare(
+            ROBOTS, ROBOTS.camera, ROBOTS.light, {"other": sl.Parameterization.from_matrix(other.matrix)},
+            resolution=64, size=(64, 36), progress=False,
+        ).footprint("other")  # fmt: skip

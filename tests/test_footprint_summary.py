@@ -121,7 +121,8 @@ def test_bands_that_are_none(bands):
 def test_an_empty_summary_says_why():
     below, elsewhere = sl.DirectionalLight((0, 1, 0)), np.eye(4)
     elsewhere[0, 3] = 1e6
-    f = sl.aliasing.footprint(ROBOTS_SEEN, ROBOTS.camera, below, elsewhere)
+    with pytest.warns(sl.errors.ShadowlabWarning, match="no visible surface lies in the map"):
+        f = sl.aliasing.footprint(ROBOTS_SEEN, ROBOTS.camera, below, elsewhere)
     s = f.summary()
     assert s.measured == 0
     assert s.max is None

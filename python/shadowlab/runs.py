@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .aliasing.footprints import footprint_of
 from .aliasing.wrong_pixels import CAUSES, causes_of, depths_of
 from .entries import is_parameterization as is_parameterization
 from .errors import ShadowlabError
@@ -192,7 +193,7 @@ def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
                 draw.filter, draw.depth,
             )  # fmt: skip
         seen = (draw.gbuffer, draw.camera, draw.light, p)
-        known["summary"] = aliasing.footprint(*seen, resolution=resolution).summary()
+        known["summary"] = footprint_of(*seen, resolution).summary()
         known["unused"] = aliasing.usage(*seen, resolution=resolution, filter=draw.filter).unused
     except ShadowlabError as error:
         kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}

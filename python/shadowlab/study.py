@@ -115,20 +115,21 @@ class Study:
         KeyError
             For a run that is not there or has failed; the message lists those that are.
         """
-        from . import aliasing
+        from .aliasing.footprints import footprint_of
 
+        run = self._measured(label, resolution)
+        return footprint_of(self.gbuffer, self.camera, self.light, run.parameterization, run.resolution)
+
+    def _measured(self, label: str, resolution: int | None) -> Run:
         runs = ByRun({(r.label, r.resolution): r for r in self.runs if r.summary is not None})
-        run = runs[label if resolution is None else (label, resolution)]
-        return aliasing.footprint(
-            self.gbuffer, self.camera, self.light, run.parameterization, resolution=run.resolution
-        )
+        run: Run = runs[label if resolution is None else (label, resolution)]
+        return run
 
     def usage(self, label: str, resolution: int | None = None) -> Any:
         """How often each texel of a run is read: `aliasing.Usage`, computed anew; arguments as of `footprint`."""
         from . import aliasing
 
-        runs = ByRun({(r.label, r.resolution): r for r in self.runs if r.summary is not None})
-        run = runs[label if resolution is None else (label, resolution)]
+        run = self._measured(label, resolution)
         seen = (self.gbuffer, self.camera, self.light, run.parameterization)
         return aliasing.usage(*seen, resolution=run.resolution, filter=self.filter)
 

@@ -6,6 +6,7 @@ Jacobian of Chong and Gortler 2007. See `Footprint` for what each number means.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ShadowlabWarning
 from ..specs import shown
 
 if TYPE_CHECKING:
@@ -238,6 +239,11 @@ def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, r
     ArgumentError
         For arguments of another type, and matrices that are not finite.
 
+    Warns
+    -----
+    ShadowlabWarning
+        Where somebody's own matrices are no map of this light on what is seen: their texels mean little then.
+
     Examples
     --------
     >>> import shadowlab as sl
@@ -248,6 +254,19 @@ def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, r
     >>> e.major.shape
     (180, 320)
     """
+    from ..matrices import CHECK_MATRIX, notes_on
+
+    found = footprint_of(gbuffer, camera, light, parameterization, resolution)
+    p, _ = as_maps(parameterization, resolution)
+    if p.technique == "matrix":
+        notes = notes_on(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
+        if notes:
+            warnings.warn(f"{CHECK_MATRIX}{'; '.join(notes)}", ShadowlabWarning, stacklevel=2)
+    return found
+
+
+def footprint_of(gbuffer: Any, camera: Any, light: Any, parameterization: Any, resolution: Any = None) -> Footprint:
+    """The same without a word about matrices, for those who have said it."""
     arrays = _core.footprint(gbuffer, camera, light, parameterization, resolution=resolution)
     p, texels = as_maps(parameterization, resolution)
     return Footprint.of_arrays(arrays, p, texels)

@@ -225,11 +225,7 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
     >>> ax = sl.plot.error_by_depth(found, bands=8)
     """
     given = footprints_of(footprints, Summary)
-    limits = checked_bands(bands)
-    if limits is None:
-        count_of(bands, "bands", most=10_000)
-    if limits is not None and limits[0] < 0:
-        raise ArgumentError(f"bands: expected depths of 0 or more, got {shown(bands)}; they are along the view")
+    checked_bands(bands)
     tables = {k: (v if isinstance(v, Summary) else v.summary(bands=bands)).bands for k, v in given.items()}
     ax = _axes(ax)
     shown_values: list[float] = []

@@ -140,7 +140,7 @@ def light_view(
     Raises
     ------
     ArgumentError
-        For a map that there is not, a light that is needed, all maps of a point light, a map that does not belong to
+        For a map that there is not, a light that is needed, all maps of a point light, a map that is singular across
         the light, and bounds that are not finite.
 
     Examples

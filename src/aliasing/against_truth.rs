@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::image::TruthMask;
 
 /// A filtered mask counts as lit from here on.
-const LIT_FROM: f32 = 0.5;
+pub(super) const LIT_FROM: f32 = 0.5;
 
 /// How many pixels are right and wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

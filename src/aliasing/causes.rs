@@ -19,7 +19,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::against_truth::code;
+use super::against_truth::{LIT_FROM, code};
 use super::distance::distances;
 use crate::error::Result;
 use crate::image::{Surfaces, TruthMask};
@@ -43,9 +43,6 @@ pub mod cause {
     /// Nothing there, or undecided.
     pub const NOT_COMPARED: i8 = -1;
 }
-
-/// A mask counts as lit from one half on.
-const LIT_FROM: f64 = 0.5;
 
 /// A texel that a lookup reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,7 +102,7 @@ impl Probe {
 pub fn cause_of_shadow(probe: &Probe, distance: f64) -> Option<i8> {
     // What would remain dark if the receiver did not shade itself.
     let others = probe.dark(|tap| tap.is_dark && tap.gap > probe.texel);
-    if 1.0 - others >= LIT_FROM {
+    if 1.0 - others >= f64::from(LIT_FROM) {
         return Some(cause::ACNE);
     }
     (distance <= probe.reach_px).then_some(cause::EDGE)
@@ -122,7 +119,7 @@ pub fn cause_of_light(probe: &Probe, blocker: Option<Blocker>, distance: f64) ->
         return cause::MISSING;
     }
     let least = 0.5 * blocker.distance.min(probe.texel);
-    if 1.0 - probe.dark(|tap| tap.is_dark_unbiased && tap.gap > least) < LIT_FROM {
+    if 1.0 - probe.dark(|tap| tap.is_dark_unbiased && tap.gap > least) < f64::from(LIT_FROM) {
         return cause::LEAK;
     }
     if near_edge && probe.gap_around > least { cause::EDGE } else { cause::MISSING }

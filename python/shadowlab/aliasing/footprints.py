@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import ArgumentError, ShadowlabWarning
 from ..specs import shown
+from .summary import UNDERSAMPLED_FROM_PX
 
 if TYPE_CHECKING:
     from .summary import Summary
@@ -30,8 +31,6 @@ UNMEASURED = {
     AVERTED: "facing away from the light, or beyond its cone or range",
     NOTHING: "showing nothing",
 }
-# A texel that is longer than a pixel in the image shows.
-UNDERSAMPLED_FROM_PX = 1.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from .footprints import Footprint
 
+# A texel that is longer than a pixel in the image shows.
+UNDERSAMPLED_FROM_PX = 1.0
 PERCENTILES = (5, 25, 50, 75, 95, 99)
 # More bands than rows of a picture tell nothing.
 MOST_BANDS = 10_000
@@ -147,7 +149,7 @@ def summary_of(e: Footprint, bands: Any) -> Summary:
         mean=float(major.mean()),
         rms=float(np.sqrt(np.mean(np.square(major)))),
         percentiles={k: float(v) for k, v in zip(PERCENTILES, values, strict=True)},
-        undersampled=float(np.count_nonzero(major > 1.0) / measured),
+        undersampled=float(np.count_nonzero(major > UNDERSAMPLED_FROM_PX) / measured),
         perspective_max=float(perspective.max()),
         perspective_mean=float(perspective.mean()),
         projection_mean=float(np.exp(np.mean(np.log(np.maximum(projection, np.finfo(np.float32).tiny))))),
@@ -205,7 +207,7 @@ def band_rows(values: NDArray[Any], depth: NDArray[Any], limits: NDArray[np.floa
         row["max"] = float(inside.max()) if n else None
         row["mean"] = float(inside.mean()) if n else None
         row["p95"] = float(np.percentile(inside, 95)) if n else None
-        row["undersampled"] = float(np.count_nonzero(inside > 1.0) / n) if n else None
+        row["undersampled"] = float(np.count_nonzero(inside > UNDERSAMPLED_FROM_PX) / n) if n else None
         rows.append(row)
     return rows
 

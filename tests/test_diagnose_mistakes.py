@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab import cli
-from shadowlab.explanations import OPPOSITE
+from shadowlab.cli import main as cli
+from shadowlab.conventions.search import OPPOSITE
 
 C = sl.Convention
 TECHNIQUES = ("uniform", "lispsm", "tsm", "psm", "gmnpr", "xpsm", "z_partition")

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
-from ..specs import shown
+from ..text import shown
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .footprints import Footprint
+    from .footprint import Footprint
 
 # A texel that is longer than a pixel in the image shows.
 UNDERSAMPLED_FROM_PX = 1.0
@@ -122,7 +122,7 @@ class Summary:
 
 def summary_of(e: Footprint, bands: Any) -> Summary:
     """The summary of a footprint; see `Footprint.summary`."""
-    from .footprints import largest_extent
+    from .footprint import largest_extent
 
     chosen = e.measured
     measured = int(np.count_nonzero(chosen))

@@ -80,7 +80,7 @@ def advise_command(options: Namespace) -> int:
     from ..experiments.arguments import picture_size
     from ..experiments.measures import measure_of, over_of
     from ..experiments.memory import budgets_of
-    from ..reports.advice_record import text_table
+    from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
     from .main import writable_directory
 
@@ -121,7 +121,7 @@ def advise_command(options: Namespace) -> int:
         f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, "
         f"by {advice.measure.title}\n"
     )
-    print(text_table(advice))
+    print(advice_table(advice.standings, advice.measure))
     print(f"\n{advice.verdict}\n\nNumbers, and the Python behind each: {path}")
     return 0
 

@@ -229,7 +229,7 @@ def compare_command(options: argparse.Namespace) -> int:
     from .._core import Bias, Renderer
     from ..experiments.arguments import picture_size
     from ..experiments.compare import compare
-    from ..experiments.tables import text_table
+    from ..reports.terminal import study_table
     from ..techniques.registry import technique_of, with_all
 
     resolutions = [r for text in options.resolution or ["1024"] for r in parse_resolutions(text)]
@@ -263,7 +263,7 @@ def compare_command(options: argparse.Namespace) -> int:
         raise ArgumentError(study.runs[0].failure)
     report = study.save(directory)
     print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels\n")
-    print(text_table(study.table))
+    print(study_table(study.table))
     for line in notes_of(study.runs):
         print(line)
     print(f"\n{study.verdict}\n\nReport: {report}")

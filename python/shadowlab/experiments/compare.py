@@ -21,8 +21,8 @@ from ..techniques.labels import labelled as labelled
 from ..techniques.labels import resolved as resolved
 from ..text import shown
 from .arguments import check_types, renderer_of, resolutions_of, size_of
+from .progress import Steps
 from .run import COLUMNS, COUNTS, NUMBERS, ByRun, Draw, Run, run_one
-from .tables import Steps, text_table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -158,21 +158,23 @@ class Study:
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.html.page import save
+        from ..reports.html.page import save_study
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save(self, Path(directory), progress)
+        return save_study(self, Path(directory), progress)
 
     def _repr_html_(self) -> str:
-        from ..reports.html.page import notebook_html
+        from ..reports.html.page import study_html
 
-        return notebook_html(self)
+        return study_html(self)
 
     def __repr__(self) -> str:
+        from ..reports.terminal import study_table
+
         width, height = self.size
         head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
-        return f"{head}\n{text_table(self.table)}\n{self.verdict}"
+        return f"{head}\n{study_table(self.table)}\n{self.verdict}"
 
 
 def compare(

@@ -30,7 +30,7 @@ from ..errors import ArgumentError, ShadowlabError
 from ..techniques.labels import labelled
 from ..text import shown
 from .arguments import check_types, renderer_of, size_of
-from .tables import Steps
+from .progress import Steps
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,8 +1,8 @@
 """One view under light from many angles: where a warp pays, where it hurts, and from which angle on.
 
-Source: the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 and the errors of theory.md E.1, E.2,
-over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 (section 4.4) and Zhang, Sun, Zhao, Wang
-2007 derive their warps for.
+Source: the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] and the errors of theory.md
+E.1 and E.2, over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 [wimmer2004] (section 4.4)
+and Zhang, Sun, Zhao, Wang 2007 [zhang2007] derive their warps for.
 
 ```
               light at 90 degrees, azimuth 0

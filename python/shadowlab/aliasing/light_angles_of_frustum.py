@@ -1,6 +1,7 @@
 """The worst errors of maps where receivers fill the frustum, over the angle between light and view.
 
-Source: the storage factor of Lloyd, Tuft, Yoon, Manocha 2006 and Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, for
+Source: the storage factor of Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006] and Lloyd, Govindaraju, Quammen, Molnar,
+Manocha 2008 [lloyd2008], for
 light at any angle (theory.md E.2); measured from finished maps, so that a formula is judged by what it makes.
 """
 

@@ -1,7 +1,7 @@
 """What a moving camera does to a shadow: how far the texel lattice drifts on surfaces that stand still, and which flip.
 
 A shadow shimmers where the map's texels move over the receivers: a receiver's place in the lattice, the fraction of
-its texel coordinates, changes from frame to frame. Snapping (theory 1.4) moves maps by whole texels, so that it does
+its texel coordinates, changes from frame to frame. Snapping (theory.md 1.4) moves maps by whole texels, so that it does
 not.
 
 ```
@@ -127,7 +127,7 @@ def temporal(
 
     References
     ----------
-    Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 (snapping to whole texels).
+    Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 [valient2008] (snapping to whole texels).
     """
     path = checked_path(cameras)
     lights = checked_lights(light, len(path))

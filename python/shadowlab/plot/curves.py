@@ -1,6 +1,6 @@
 """Errors as curves: over the depth along the view, and over the angle between light and view.
 
-The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004.
+The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004].
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def error_along_view(
 
     References
     ----------
-    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004, figure 6.
+    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004], figure 6.
 
     Examples
     --------

@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 import shadowlab as sl
-from shadowlab.cli import main as cli
+from shadowlab import cli
 from shadowlab.text import format_spec, parse_size, parse_spec, parse_value, parse_vector
 
 SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import shadowlab as sl
-from shadowlab.cli import main as cli
+from shadowlab import cli
 from shadowlab.cli.advise import elevated, parse_elevations
 
 SMALL = ("--size", "32x18", "--backend", "cpu", "--technique", "uniform", "--technique", "lispsm")

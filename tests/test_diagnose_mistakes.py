@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.cli import main as cli
+from shadowlab import cli
 from shadowlab.conventions.search import OPPOSITE
 
 C = sl.Convention

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import shadowlab as sl
-from shadowlab.cli import main as cli
+from shadowlab import cli
 from shadowlab.conventions.files import details, written
 from shadowlab.errors import ArgumentError, LoadError, ShadowlabWarning, UnknownNameError
 from shadowlab.reports.reproduce import given_python

@@ -325,7 +325,3 @@ def writable_directory(path: str) -> Path:
             f"out: cannot write to {path!r} ({error.strerror or error}); choose another directory"
         ) from error
     return directory
-
-
-if __name__ == "__main__":
-    sys.exit(main())

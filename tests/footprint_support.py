@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import shadowlab as sl
-from shadowlab.aliasing.footprints import Footprint
+from shadowlab.aliasing.footprint import Footprint
 
 # Of float64 through a few operations; of float32 likewise.
 EXACT, SINGLE = 1e-12, 1e-5

@@ -16,8 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import shadowlab as sl
-from shadowlab.advice_errors import MEASURES
-from shadowlab.advice_memory import (
+from shadowlab.aliasing.causes import CAUSES
+from shadowlab.errors import ArgumentError, UnknownNameError
+from shadowlab.experiments.candidates import COLUMNS
+from shadowlab.experiments.measures import MEASURES
+from shadowlab.experiments.memory import (
     BYTES_PER_TEXEL,
     LEAST_TEXELS,
     MOST_TEXELS,
@@ -27,9 +30,6 @@ from shadowlab.advice_memory import (
     side_of,
     unused,
 )
-from shadowlab.advice_runs import COLUMNS
-from shadowlab.aliasing.wrong_pixels import CAUSES
-from shadowlab.errors import ArgumentError, UnknownNameError
 
 # One pixel of the picture may change sides where a camera is made again from its rounded target.
 ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
@@ -302,7 +302,7 @@ def test_the_advice_is_frozen_and_shows_itself(advice):
 
 
 def test_the_example_of_the_documentation_holds():
-    import shadowlab.advice
+    import shadowlab.experiments.advise
 
-    result = doctest.testmod(shadowlab.advice)
+    result = doctest.testmod(shadowlab.experiments.advise)
     assert (result.failed, result.attempted > 0) == (0, True)

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from shadowlab.advice_errors import LATTICE_SCATTER, MEASURES, about_equal, measure_of
-from shadowlab.advice_runs import Outcome
-from shadowlab.advice_tables import changes, standings, stretches, switches
-from shadowlab.advice_views import View
-from shadowlab.advice_words import OF_BIAS, advice_text
-from shadowlab.aliasing.wrong_pixels import CAUSES
+from shadowlab.aliasing.causes import CAUSES
+from shadowlab.experiments.candidates import Outcome
+from shadowlab.experiments.measures import LATTICE_SCATTER, MEASURES, about_equal, measure_of
+from shadowlab.experiments.ranking import changes, standings, stretches, switches
+from shadowlab.experiments.views import View
+from shadowlab.reports.advice_verdict import OF_BIAS, advice_text
 
 MIB = 2**20
 PIXELS = 100_000

@@ -10,10 +10,10 @@ import pytest
 from advice_support import SETS, SIZE, advise, made_view
 
 import shadowlab as sl
-from shadowlab import advice as advice_module
-from shadowlab.advice_errors import MEASURES, docs, measure_of
-from shadowlab.advice_runs import default_techniques
 from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
+from shadowlab.experiments import advise as advice_module
+from shadowlab.experiments.candidates import default_techniques
+from shadowlab.experiments.measures import MEASURES, docs, measure_of
 
 ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import shadowlab as sl
-from shadowlab.reproduce import bias_python
+from shadowlab.reports.reproduce import bias_python
 
 DOCS = Path(__file__).parents[1] / "docs" / "bias.md"
 PARTS = ("world", "texels", "ndc", "slope", "slope_limit")

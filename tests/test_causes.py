@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.aliasing.wrong_pixels import CAUSES
+from shadowlab.aliasing.causes import CAUSES
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 SIZE = (320, 180)

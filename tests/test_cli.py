@@ -15,7 +15,7 @@ import trimesh
 
 import shadowlab as sl
 from shadowlab import cli
-from shadowlab.specs import format_spec, parse_size, parse_spec, parse_value, parse_vector
+from shadowlab.text import format_spec, parse_size, parse_spec, parse_value, parse_vector
 
 SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
 
@@ -404,7 +404,7 @@ def test_a_defect_is_one_line_too(run, mesh, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("division by\nzero")
 
-    monkeypatch.setattr("shadowlab.scenes.load_scene", broken)
+    monkeypatch.setattr("shadowlab.scene.scenes.load_scene", broken)
     fails(run("compare", mesh), "ZeroDivisionError: division by zero", "--debug")
     with pytest.raises(ZeroDivisionError):
         cli.main(["--debug", "compare", mesh])

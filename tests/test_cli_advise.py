@@ -12,7 +12,7 @@ import trimesh
 
 import shadowlab as sl
 from shadowlab import cli
-from shadowlab.cli_advise import elevated, parse_elevations
+from shadowlab.cli.advise import elevated, parse_elevations
 
 SMALL = ("--size", "32x18", "--backend", "cpu", "--technique", "uniform", "--technique", "lispsm")
 

@@ -12,7 +12,10 @@ from closed_form_support import EXACT, WARPS, close
 
 import shadowlab as sl
 from shadowlab.aliasing import closed_form as cf
-from shadowlab.aliasing import closed_form_family, closed_form_ideal, closed_form_lambda, closed_form_splits
+from shadowlab.aliasing.closed_form import any_angle as closed_form_family
+from shadowlab.aliasing.closed_form import overhead as closed_form_ideal
+from shadowlab.aliasing.closed_form import splits as closed_form_splits
+from shadowlab.aliasing.closed_form import warp_distance as closed_form_lambda
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 # A warning of numpy is a failure.

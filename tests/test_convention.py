@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import shadowlab as sl
-from shadowlab.convention_fields import all_axes
+from shadowlab.conventions.fields import all_axes
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 # A round trip rounds each entry a few times; entries of a tile's rows carry the rounding of its offset, magnified by

@@ -9,9 +9,9 @@ import pytest
 from conftest import imported
 
 import shadowlab as sl
+from shadowlab.conventions.pair import SAME_TEXELS
+from shadowlab.conventions.points import box_corners, common_corners, frustum_corners
 from shadowlab.errors import ArgumentError
-from shadowlab.map_pairs import SAME_TEXELS
-from shadowlab.view_points import box_corners, common_corners, frustum_corners
 
 C = sl.Convention
 SCENES = ("robots", "forest", "courtyard")

@@ -9,7 +9,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab import cli
-from shadowlab.explanations import OPPOSITE
+from shadowlab.conventions.search import OPPOSITE
 
 C = sl.Convention
 TECHNIQUES = ("uniform", "lispsm", "tsm", "psm", "gmnpr", "xpsm", "z_partition")

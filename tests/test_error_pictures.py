@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from plot_support import SUN, footprint, view
 
-from shadowlab import cause_pictures, error_pictures, pictures
-from shadowlab.aliasing.wrong_pixels import CAUSES
+from shadowlab import pictures
+from shadowlab.aliasing.causes import CAUSES
 from shadowlab.errors import ArgumentError
+from shadowlab.pictures import causes as cause_pictures
+from shadowlab.pictures import errors as error_pictures
 
 # A warning of numpy is a failure.
 pytestmark = pytest.mark.filterwarnings("error")

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import shadowlab as sl
-from shadowlab.aliasing import footprints
-from shadowlab.aliasing.footprints import AVERTED, NO_MAP, NOTHING
+from shadowlab.aliasing import footprint as footprints
+from shadowlab.aliasing.footprint import AVERTED, NO_MAP, NOTHING
 from shadowlab.errors import ArgumentError
 
 # A warning of numpy is a failure.

@@ -10,7 +10,7 @@ from footprint_support import EXACT, MAPS, RENDERER, ROBOTS, ROBOTS_SEEN, SIZE, 
 
 import shadowlab as sl
 from shadowlab.aliasing import closed_form as cf
-from shadowlab.aliasing.footprints import NO_MAP, NOTHING
+from shadowlab.aliasing.footprint import NO_MAP, NOTHING
 from shadowlab.errors import ArgumentError
 
 # A warning of numpy is a failure.

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
-from shadowlab.aliasing.light_angles import LightAngles, light_at_angle, over_light_angle
-from shadowlab.aliasing.light_angles_of_frustum import frustum_over_light_angle
+from shadowlab.experiments.light_angles import LightAngles, light_at_angle, over_light_angle
+from shadowlab.experiments.light_angles_of_frustum import frustum_over_light_angle
 
 
 def square_view(far):

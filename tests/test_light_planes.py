@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab import lattice_pictures
 from shadowlab.errors import ArgumentError
-from shadowlab.light_planes import LightPlane, visible
+from shadowlab.pictures import lattice as lattice_pictures
+from shadowlab.pictures.light_plane import LightPlane, visible
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.matrices import LARGEST_RESIDUAL, notes_on
+from shadowlab.conventions.doubts import LARGEST_RESIDUAL, notes_on
 
 OPENGL_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, -1], [0, 0, 0, 1]])
 REVERSED_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1]])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab import engines
-from shadowlab.engines import ReceiversBody
+from shadowlab.techniques import presets as engines
+from shadowlab.techniques.presets import ReceiversBody
 
 NAMES = ["filament", "ogre-1.12", "openscenegraph", "bevy", "three.js", "godot"]
 # A body from depth 2 to 50 under a light at 30 degrees to the view.
@@ -127,7 +127,7 @@ def test_light_along_the_view_is_uniform(view):
 
 
 def test_what_a_study_of_a_preset_says_to_run_again_runs(tmp_path):
-    from shadowlab.reproduce import command_line, python_snippet
+    from shadowlab.reports.reproduce import command_line, python_snippet
 
     scene = sl.library.scene("robots")
     study = sl.compare(

@@ -13,8 +13,8 @@ import pytest
 from PIL import Image
 
 import shadowlab as sl
-from shadowlab import report_html
-from shadowlab.chart import decades, error_chart
+from shadowlab.reports.html import page as report_html
+from shadowlab.reports.html.chart import decades, error_chart
 
 VOID = {"meta", "br", "img", "link", "input", "hr"}
 
@@ -156,7 +156,7 @@ def test_beside_the_page(saved, study):
 def test_names_from_outside_are_text_not_markup(study):
     from dataclasses import replace
 
-    from shadowlab.reproduce import Source
+    from shadowlab.reports.reproduce import Source
 
     runs = tuple(replace(run, label=f"<img src=x onerror=alert(1)> & {run.label}") for run in study.runs)
     hostile = replace(study, runs=runs, source=Source('"><script>alert(1)</script>'))
@@ -249,7 +249,7 @@ def test_pictures_of_an_earlier_report_go_and_nothing_else(tmp_path):
     "results", ["", "[]", '{"pictures": 3}', '{"pictures": ["../a.png", "notes.txt", 7, "/a.png", ".."]}']
 )
 def test_a_results_file_of_somebody_else_removes_nothing(tmp_path, results):
-    from shadowlab.report_html import own_pictures
+    from shadowlab.reports.html.page import own_pictures
 
     folder = tmp_path / "report"
     folder.mkdir()

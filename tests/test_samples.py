@@ -10,7 +10,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
-from shadowlab.specs import format_spec
+from shadowlab.text import format_spec
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_lists_of_numbers(distances):
 
 
 def test_the_report_of_a_technique_within_a_technique_runs_again(scene):
-    from shadowlab.reproduce import command_line, python_snippet
+    from shadowlab.reports.reproduce import command_line, python_snippet
 
     study = sl.compare(
         scene, scene.camera, scene.light, ["z_partition:distances=(5,20),inner=(lispsm:near=basic)/uniform"],

@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
-from shadowlab.map_pictures import MAP_RGB, even_in_log, framed, frustum_in, map_colour, mosaic
 from shadowlab.pictures import frustum_segments
-from shadowlab.reproduce import command_line, python_snippet
-from shadowlab.verdict import verdict
-from shadowlab.verdict_words import size_text, texels
+from shadowlab.pictures.maps import MAP_RGB, even_in_log, framed, frustum_in, map_colour, mosaic
+from shadowlab.reports.reproduce import command_line, python_snippet
+from shadowlab.reports.study_verdict import verdict
+from shadowlab.reports.words import size_text, texels
 
 mpl.use("Agg")
 SIZE = (64, 36)

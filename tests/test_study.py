@@ -12,9 +12,9 @@ import pytest
 import trimesh
 
 import shadowlab as sl
-from shadowlab import study as study_module
-from shadowlab.arguments import picture_size
-from shadowlab.study import COLUMNS, compare
+from shadowlab.experiments import compare as study_module
+from shadowlab.experiments.arguments import picture_size
+from shadowlab.experiments.compare import COLUMNS, compare
 
 SQUARE = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
 FACES = [[0, 2, 1], [0, 3, 2]]
@@ -303,7 +303,7 @@ def test_the_python_of_the_report_gives_the_same_numbers():
         scene, scene.camera, scene.light, ["uniform", "lispsm"],
         resolution=[64, 128], size=(48, 27), filter="pcf2x2", bias=sl.Bias(world=0.01), progress=False,
     )  # fmt: skip
-    from shadowlab.reproduce import python_snippet
+    from shadowlab.reports.reproduce import python_snippet
 
     names: dict = {}
     exec(compile(python_snippet(study, study.runs), "snippet", "exec"), names)
@@ -313,7 +313,7 @@ def test_the_python_of_the_report_gives_the_same_numbers():
 
 
 def test_the_python_of_a_given_matrix_gives_the_same_numbers(view):
-    from shadowlab.reproduce import command_line, python_snippet
+    from shadowlab.reports.reproduce import command_line, python_snippet
 
     scene, camera, light = view
     p = sl.technique("lispsm").parameterize(scene, camera, light, resolution=64)
@@ -329,7 +329,7 @@ def test_the_python_of_a_given_matrix_gives_the_same_numbers(view):
 
 @pytest.mark.parametrize("kind", ["spot", "point"])
 def test_other_lights_are_written_down(kind):
-    from shadowlab.reproduce import light_python
+    from shadowlab.reports.reproduce import light_python
 
     light = (
         sl.SpotLight((1, 2, 3), (0.1, -1, 0.2), cone_angle=0.7, range=9.5)

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
-from shadowlab import report_errors
-from shadowlab.aliasing.wrong_pixels import CAUSES
-from shadowlab.verdict_errors import error_sentences
+from shadowlab.aliasing.causes import CAUSES
+from shadowlab.reports.html import errors as report_errors
+from shadowlab.reports.study_errors import error_sentences
 
 SIZE = (160, 90)
 

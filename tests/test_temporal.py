@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.aliasing.paths import RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS, drift_of, seen_by
 from shadowlab.errors import ArgumentError, UnknownNameError
+from shadowlab.experiments.temporal import RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS, drift_of, seen_by
 
 # Rounding of texel coordinates of a few hundred, at positions rounded to float32 once for both frames.
 NO_DRIFT = 1e-9

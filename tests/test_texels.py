@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.aliasing.texels import octaves
+from shadowlab.aliasing.usage import octaves
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 TECHNIQUES = ["uniform", "lispsm", "z_partition:count=3,inner=lispsm", "log", "face_partition"]

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 import shadowlab as sl
 from shadowlab import cli
+from shadowlab.conventions.files import details, written
 from shadowlab.errors import ArgumentError, LoadError, ShadowlabWarning, UnknownNameError
-from shadowlab.matrix_files import details, written
-from shadowlab.registry import technique_of, with_all
-from shadowlab.reproduce import given_python
-from shadowlab.specs import bare, format_spec, parse_spec, parse_value, pieces
+from shadowlab.reports.reproduce import given_python
+from shadowlab.techniques.registry import technique_of, with_all
+from shadowlab.text import bare, format_spec, parse_spec, parse_value, pieces
 
 numbers = st.one_of(st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False))
 words = st.from_regex(r"[a-z][a-z_]{0,8}", fullmatch=True).filter(lambda w: w not in ("true", "false", "inf", "nan"))

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
-from shadowlab.matrices import CHECK_MATRIX
-from shadowlab.verdict import verdict
-from shadowlab.verdict_words import NO_WARP, factor, share_text, times, unwarped_maps
+from shadowlab.conventions.doubts import CHECK_MATRIX
+from shadowlab.reports.study_verdict import verdict
+from shadowlab.reports.words import NO_WARP, factor, share_text, times, unwarped_maps
 
 
 def table(*rows):

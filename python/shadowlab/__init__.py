@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import aliasing, errors, library, trace
+from . import aliasing, errors, trace
 from ._core import (
     Bias,
     Camera,
@@ -21,18 +21,19 @@ from ._core import (
     Technique,
     __version__,
 )
-from .convention import Convention
-from .engines import Preset, preset, presets
-from .registry import technique, techniques
-from .scenes import Scene, load_scene, turned
+from .conventions.convention import Convention
+from .scene import library
+from .scene.scenes import Scene, load_scene, turned
+from .techniques.presets import Preset, preset, presets
+from .techniques.registry import technique, techniques
 
 if TYPE_CHECKING:
     from . import plot
-    from .advice import Advice, advise
-    from .diagnosis import Diagnosis, diagnose
+    from .conventions.diagnosis import Diagnosis, diagnose
     from .doctor import report
-    from .study import Study, compare
-    from .views import default_view
+    from .experiments.advise import Advice, advise
+    from .experiments.compare import Study, compare
+    from .scene.default_view import default_view
 
 __all__ = [
     "Advice",
@@ -72,13 +73,13 @@ __all__ = [
 
 #: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
 _LAZY = {
-    "Advice": "advice",
-    "Diagnosis": "diagnosis",
-    "Study": "study",
-    "advise": "advice",
-    "compare": "study",
-    "default_view": "views",
-    "diagnose": "diagnosis",
+    "Advice": "experiments.advise",
+    "Diagnosis": "conventions.diagnosis",
+    "Study": "experiments.compare",
+    "advise": "experiments.advise",
+    "compare": "experiments.compare",
+    "default_view": "scene.default_view",
+    "diagnose": "conventions.diagnosis",
     "plot": "plot",
     "report": "doctor",
 }

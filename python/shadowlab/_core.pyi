@@ -5,8 +5,8 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
-from .aliasing.footprints import Footprint
-from .convention import Convention
+from .aliasing.footprint import Footprint
+from .conventions.convention import Convention
 
 __version__: str
 __all__ = [

@@ -88,8 +88,8 @@ def core() -> Finding:
     from . import trace
     from ._core import Camera, DirectionalLight, Renderer
     from .errors import ShadowlabError
-    from .registry import technique
-    from .scenes import Scene
+    from .scene.scenes import Scene
+    from .techniques.registry import technique
 
     square = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
     faces = [[0, 2, 1], [0, 3, 2]]

@@ -41,7 +41,7 @@ const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("conta
 
 /// The `shadowlab.Convention` that a convention or its name means.
 fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    value.py().import("shadowlab.convention")?.getattr("Convention")?.call_method1("of", (value,))
+    value.py().import("shadowlab.conventions.convention")?.getattr("Convention")?.call_method1("of", (value,))
 }
 
 /// An error unless a convention leaves y as it is, which a logarithm replaces.

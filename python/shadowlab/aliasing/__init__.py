@@ -1,16 +1,22 @@
 """Errors as numbers: the size of texels in the image, where mask and truth disagree, what closed forms say."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from .._core import Misclassified, misclassified
 from . import closed_form
 from .beam_texels import BeamTexels, beam_texels
-from .footprints import Footprint, footprint, footprint_at, halfway_normals
+from .causes import Causes, causes
+from .footprint import Footprint, footprint, footprint_at, halfway_normals
 from .frustum_body import frustum_scene, outline
-from .light_angles import LightAngles, light_at_angle, over_light_angle
-from .light_angles_of_frustum import frustum_over_light_angle
-from .paths import Temporal, temporal
 from .summary import Summary
-from .texels import Usage, look_up, texel_coordinates, usage
-from .wrong_pixels import Causes, causes
+from .usage import Usage, look_up, texel_coordinates, usage
+
+if TYPE_CHECKING:
+    from ..experiments.light_angles import LightAngles, light_at_angle, over_light_angle
+    from ..experiments.light_angles_of_frustum import frustum_over_light_angle
+    from ..experiments.temporal import Temporal, temporal
 
 __all__ = [
     "BeamTexels",
@@ -38,3 +44,27 @@ __all__ = [
     "texel_coordinates",
     "usage",
 ]
+
+#: Experiments over many maps, which stand here by name only: loaded at the first use.
+_EXPERIMENTS = {
+    "LightAngles": "light_angles",
+    "Temporal": "temporal",
+    "frustum_over_light_angle": "light_angles_of_frustum",
+    "light_at_angle": "light_angles",
+    "over_light_angle": "light_angles",
+    "temporal": "temporal",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _EXPERIMENTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"..experiments.{_EXPERIMENTS[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

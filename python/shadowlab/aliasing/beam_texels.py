@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .footprints import as_maps, footprint_at, halfway_normals
+from .footprint import as_maps, footprint_at, halfway_normals
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..arguments import whole
 from ..errors import ArgumentError
-from ..scenes import Scene
-from ..specs import shown
+from ..experiments.arguments import whole
+from ..scene.scenes import Scene
+from ..text import shown
 
 # The box's half side over the distance from the eye to the frustum's farthest corner. Chosen because planes of the box
 # then touch the frustum nowhere, whatever the view direction.

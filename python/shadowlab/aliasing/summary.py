@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
-from ..specs import shown
+from ..text import shown
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .footprints import Footprint
+    from .footprint import Footprint
 
 # A texel that is longer than a pixel in the image shows.
 UNDERSAMPLED_FROM_PX = 1.0
@@ -52,8 +52,8 @@ class Summary:
         The longest texels along the map's y (s) and x (t) by perspective alone, pixels, of all maps.
     storage_factor : float or None
         Texels over pixels without perspective error: the largest extent along s times the largest along t, by
-        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. [lloyd2008]). Of what is seen, not
-        of the frustum.
+        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. [lloyd2008]). Of what is seen,
+        not of the frustum.
     resolution_needed : int or None
         Texels along the longer side of every map with which 95 % of the measured pixels are not undersampled, slopes
         and all.
@@ -122,7 +122,7 @@ class Summary:
 
 def summary_of(e: Footprint, bands: Any) -> Summary:
     """The summary of a footprint; see `Footprint.summary`."""
-    from .footprints import largest_extent
+    from .footprint import largest_extent
 
     chosen = e.measured
     measured = int(np.count_nonzero(chosen))

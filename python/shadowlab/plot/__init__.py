@@ -10,19 +10,18 @@
 from __future__ import annotations
 
 from .. import pictures
-from ..cause_pictures import cause_picture
-from ..error_pictures import error_picture
-from ..lattice_pictures import lattice_picture
-from ..pictures import difference, shade, truth_mask
+from ..pictures.causes import cause_picture
+from ..pictures.errors import error_picture
+from ..pictures.eye import difference, shade, truth_mask
+from ..pictures.lattice import lattice_picture
 from .axes import MARKERS, SERIES
+from .causes import cause_map, causes
 from .curves import error_along_view, error_over_angle
 from .distributions import error_by_depth, error_histogram
-from .drifts import drift
-from .error_maps import error_map
-from .lattices import lattice
+from .eye_views import error_map, lattice
 from .light_views import light_view, warped_view
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
-from .wrong_pixels import cause_map, causes
+from .temporal import drift
 
 __all__ = [
     "MARKERS",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArgumentError
-from ..specs import shown
+from ..text import shown
 
 # Series of Okabe and Ito [okabe2008], the two that mean false shadow and false light left out.
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")

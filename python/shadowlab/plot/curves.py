@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..aliasing.light_angles import LightAngles
 from ..errors import ArgumentError
-from ..specs import shown
+from ..experiments.light_angles import LightAngles
+from ..text import shown
+from .arguments import column_label, columns_of, labelled, numbers_of, pair_of
 from .axes import (
     _axes,
     last_finite,
@@ -25,7 +26,6 @@ from .axes import (
     short_label,
     wrapped,
 )
-from .checks import column_label, columns_of, labelled, numbers_of, pair_of
 
 DEPTH_LABEL = "depth along the view, world units"
 DP_DS_LABEL = "dp/ds, world units on the near plane per map"

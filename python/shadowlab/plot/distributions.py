@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..aliasing.footprints import Footprint
+from ..aliasing.footprint import Footprint
 from ..aliasing.summary import HISTOGRAM_LIMITS_PX, Summary, checked_bands
 from ..errors import ArgumentError
-from ..specs import shown
+from ..text import shown
+from .arguments import count_of, footprints_of
 from .axes import _axes, legend_beside, level, log_axis, padded, plain, say, series_style, short_label
-from .checks import count_of, footprints_of
 from .curves import DEPTH_LABEL
 
 # What a histogram may be of, and what its axis says.

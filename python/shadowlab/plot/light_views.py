@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, pictures
-from ..aliasing.footprints import as_maps
-from ..arguments import renderer_of
-from ..error_pictures import rgb
+from ..aliasing.footprint import as_maps
 from ..errors import ArgumentError
-from ..light_planes import LightPlane
-from ..map_pictures import depths_of, frustum_in, map_colour
-from ..specs import shown
+from ..experiments.arguments import renderer_of
+from ..pictures.errors import rgb
+from ..pictures.light_plane import LightPlane
+from ..pictures.maps import depths_of, frustum_in, map_colour
+from ..text import shown
+from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
-from .checks import count_of
 
 # Lines along a side where no step is given.
 LINES = 16

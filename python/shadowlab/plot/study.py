@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from .. import pictures
-from ..map_pictures import chosen_picture, mosaic, pictures_of_run
-from ..pictures import difference, shade
+from ..pictures.eye import difference, shade
+from ..pictures.maps import chosen_picture, mosaic, pictures_of_run
 from .axes import MARKERS, SERIES, _axes, _picture
 
 # Letters of a label that fit over a picture of the figure.
@@ -100,7 +100,7 @@ def study_figure(study: Any) -> Any:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt
 
-    from ..verdict_words import share_text
+    from ..reports.words import share_text
 
     runs = [run for run in study.runs if run.mask is not None]
     several = any(run.chosen is not None for run in runs)

@@ -1,0 +1,216 @@
+"""Why pixels are wrong: acne, displaced edges, leaks by bias, casters that the map does not hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..errors import ArgumentError
+from ..experiments.arguments import check_filter
+from .summary import band_index, checked_bands, even_limits
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# The causes by their codes in `Causes.image`, and what they mean.
+CAUSES = {1: "acne", 2: "edge", 3: "leak", 4: "missing", 5: "other"}
+MEANINGS = {
+    "acne": "a surface shadows itself, or in a crease a lit one its neighbour",
+    "edge": "a silhouette is drawn where it is not",
+    "leak": "without bias it would be dark: peter-panning, light through thin walls",
+    "missing": "the caster is not in the map: cut off, beyond it, or thinner than a texel",
+    "other": "the map holds what the light does not meet",
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Causes:
+    """The wrong pixels of a view, each with one cause.
+
+    Attributes
+    ----------
+    image : (H, W) int8
+        0 right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 not compared.
+    distance : (H, W) float32
+        From each wrong pixel to the nearest one whose truth is what the map says, pixels: how far a shadow's edge has
+        moved. Infinite where the image has none, NaN where the pixel is right. Among surfaces that face the light.
+    depth : (H, W) float64
+        Depth along the view, world units.
+    undecided : int
+        Pixels whose truth changes with the numerical offset of the ray; none of them counts as wrong.
+    """
+
+    image: NDArray[np.int8]
+    distance: NDArray[np.float32]
+    depth: NDArray[np.float64]
+    undecided: int
+
+    @property
+    def count(self) -> int:
+        """All wrong pixels."""
+        return int(np.count_nonzero(self.image > 0))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Wrong pixels by cause."""
+        return {name: int(np.count_nonzero(self.image == code)) for code, name in CAUSES.items()}
+
+    @property
+    def acne(self) -> int:
+        """Pixels that would be lit if no surface shadowed itself, and creases whose lit sides shadow each other."""
+        return self.counts["acne"]
+
+    @property
+    def edge(self) -> int:
+        """Pixels at silhouettes that are drawn where they are not."""
+        return self.counts["edge"]
+
+    @property
+    def leak(self) -> int:
+        """Lit pixels that would be dark without bias."""
+        return self.counts["leak"]
+
+    @property
+    def missing(self) -> int:
+        """Lit pixels whose caster is not in the map."""
+        return self.counts["missing"]
+
+    @property
+    def other(self) -> int:
+        """Pixels for which the map holds what the light does not meet: of a map that is wrong."""
+        return self.counts["other"]
+
+    @property
+    def edge_distance(self) -> dict[str, float] | None:
+        """Mean, 95th percentile and largest distance of displaced edges, pixels; None where there is none."""
+        moved = self.distance[(self.image == 2) & np.isfinite(self.distance)]
+        if moved.size == 0:
+            return None
+        return {"mean": float(moved.mean()), "p95": float(np.percentile(moved, 95)), "max": float(moved.max())}
+
+    def by_depth(self, bands: Any = 6) -> pd.DataFrame:
+        """One row a band of camera depth: near, far (world units), compared, wrong, and the causes (pixels).
+
+        Parameters
+        ----------
+        bands : int or (B + 1,) array_like
+            As in `Footprint.summary`, over the pixels that are compared.
+
+        Raises
+        ------
+        ArgumentError
+            For less than one band, or limits that do not rise.
+        """
+        import pandas as pd
+
+        limits = checked_bands(bands)
+        compared = self.image >= 0
+        columns = ["near", "far", "compared", "wrong", *CAUSES.values()]
+        if not compared.any():
+            return pd.DataFrame([], columns=columns)
+        limits = even_limits(self.depth[compared], int(bands)) if limits is None else limits
+        index = band_index(self.depth, limits)
+        rows = []
+        for b, (near, far) in enumerate(pairwise(limits)):
+            inside = self.image[(index == b) & compared]
+            named = {name: int(np.count_nonzero(inside == code)) for code, name in CAUSES.items()}
+            whole = {"compared": int(inside.size), "wrong": int(np.count_nonzero(inside > 0))}
+            rows.append({"near": float(near), "far": float(far), **whole, **named})
+        return pd.DataFrame(rows, columns=columns)
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{name}={count}" for name, count in self.counts.items())
+        moved = self.edge_distance
+        tail = "" if moved is None else f", edges moved by {moved['mean']:.3g} px on average"
+        return f"Causes({self.count} wrong: {parts}{tail}; undecided={self.undecided})"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self))}</p>{self.by_depth().to_html(index=False, border=0)}"
+
+
+def causes(
+    scene: Any,
+    camera: Any,
+    light: Any,
+    parameterization: Any,
+    mask: Any,
+    truth: Any,
+    *,
+    gbuffer: Any,
+    maps: Any,
+    bias: Any = None,
+    filter: str = "nearest",
+) -> Causes:
+    """Why the pixels of a shadow mask are wrong.
+
+    A pixel in false shadow is *acne* where it would be lit if the texels it reads that hold the receiver itself
+    were: those within the size of a texel of its own plane. Else it is a displaced *edge* where a pixel in true
+    shadow lies within the reach of its texel in the picture; else acne, too, where the map is right (a crease,
+    whose lit sides shadow each other), or *other*. A pixel in false light is *missing* its caster where that lies
+    outside of the map's depths; a *leak* where it would be dark without bias; an edge where a texel around holds a
+    caster and a pixel in true light is within reach; else missing, too: thinner than a texel.
+
+    Parameters
+    ----------
+    scene : Scene
+        Rays tell what blocks the light.
+    camera, light, parameterization
+        As in `footprint`.
+    mask : (H, W) array_like
+        From `Renderer.shadow_mask` or `look_up`.
+    truth : (H, W) array_like int8
+        From `sl.trace.shadow_mask`.
+    gbuffer : GBuffer
+        What the camera sees, of the same size.
+    maps : (H, W) or (K, H, W) array_like float32
+        The shadow maps that the mask was looked up in.
+    bias, filter
+        As the mask was made with.
+
+    Returns
+    -------
+    Causes
+
+    Raises
+    ------
+    ArgumentError
+        For arguments of another type, and images of different sizes.
+    UnknownNameError
+        For a filter that does not exist.
+    """
+    if not isinstance(camera, _core.Camera):
+        raise ArgumentError(
+            f"camera: expected a Camera, got {type(camera).__name__}; the one that the G-buffer was rendered with"
+        )
+    check_filter(filter)
+    if not isinstance(gbuffer, _core.GBuffer):
+        raise ArgumentError(
+            f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; sl.Renderer().gbuffer(...) makes one"
+        )
+    depth = depths_of(gbuffer, camera)
+    errors = _core.misclassified(mask, truth)
+    return causes_of(scene, camera, light, parameterization, errors, truth, gbuffer, maps, bias, filter, depth)
+
+
+def depths_of(gbuffer: Any, camera: Any) -> NDArray[np.float64]:
+    """Depths along the view (H, W) of what a G-buffer shows, world units."""
+    depth: NDArray[np.float64] = (np.asarray(gbuffer.position) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
+    return depth
+
+
+def causes_of(
+    scene: Any, camera: Any, light: Any, parameterization: Any, errors: Any, truth: Any, gbuffer: Any, maps: Any,
+    bias: Any, filter: str, depth: NDArray[np.float64],
+) -> Causes:  # fmt: skip
+    """The causes of errors that are known; see `causes`."""
+    image, distance = _core.causes(
+        scene, camera, light, parameterization, errors.image, truth,
+        gbuffer=gbuffer, maps=maps, bias=bias, filter=filter,
+    )  # fmt: skip
+    return Causes(image, distance, depth, int(errors.undecided))

@@ -1,0 +1,181 @@
+"""The command `shadowlab advise`: which technique at equal memory, over several lights."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from argparse import Namespace
+from dataclasses import replace
+from typing import Any
+
+from ..errors import ArgumentError
+from ..text import parse_bias, parse_size
+from .view import chosen_light, given_vectors, load_view, view_options
+
+
+def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
+    """Adds the command with its options to the others."""
+    # --light is there once for a single view, and may be repeated here: the later one of that name counts.
+    advise = commands.add_parser(
+        "advise",
+        parents=[shared],
+        conflict_handler="resolve",
+        help="which technique is best at equal memory, and where that switches",
+        description=advise_command.__doc__,
+    )
+    view_options(advise)
+    advise.add_argument("--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB")
+    lights = advise.add_argument_group("lights", "One that fits the scene where none is given.")
+    lights.add_argument(
+        "--light",
+        action="append",
+        metavar="DX,DY,DZ",
+        help="the way a directional light or the middle of a spot travels; repeat for several",
+    )
+    lights.add_argument(
+        "--lights",
+        "--lights-deg",
+        dest="lights",
+        metavar="DEG[,DEG...]",
+        help="elevations of a directional light, degrees from 0 to 90, in the azimuth of the one that fits the scene",
+    )
+    advise.add_argument(
+        "--technique",
+        action="append",
+        metavar="NAME[:param=value,...]",
+        help='repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
+        "ships (default: uniform, LiSPSM, TSM, and depth splits)",
+    )
+    advise.add_argument(
+        "--error",
+        default="misclassified",
+        metavar="NAME",
+        help="what is ranked by: misclassified, worst (one pixel decides it: p95 is the one to use), p95, mean, "
+        "undersampled, perspective (default: misclassified)",
+    )
+    advise.add_argument(
+        "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
+    )
+    advise.add_argument(
+        "--backend", default="auto", choices=("cpu", "gpu", "auto"), help="the renderer (default: auto)"
+    )
+    advise.add_argument(
+        "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
+    )
+    advise.add_argument(
+        "--bias",
+        metavar="NAME=VALUE,...",
+        help="what is taken off the depth before it is compared: world, texels, ndc, slope, slope_limit",
+    )
+    advise.add_argument(
+        "--out", default="advice", metavar="DIR", help="where advice.csv, advice.json and the rest go (default: advice)"
+    )
+    advise.set_defaults(run=advise_command)
+
+
+def advise_command(options: Namespace) -> int:
+    """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
+    from .._core import Bias, Renderer
+    from ..experiments.advise import advise
+    from ..experiments.arguments import picture_size
+    from ..experiments.measures import measure_of, over_of
+    from ..experiments.memory import budgets_of
+    from ..reports.advice_record import text_table
+    from ..techniques.registry import ALL, technique_of
+    from .main import writable_directory
+
+    if not options.memory:
+        raise ArgumentError("memory: expected one or several budgets, got none; try --memory 4MiB,16MiB")
+    budgets = budgets_of([text for words in options.memory for text in words.split(",")])
+    measure_of(options.error), over_of(options.over)
+    for spec in options.technique or ():
+        if spec != ALL:
+            technique_of(spec)
+        if options.technique.count(spec) > 1:
+            raise ArgumentError(f"technique: {spec!r} is given twice; give it once")
+    elevations = None if options.lights is None else parse_elevations(options.lights)
+    size = None if options.size is None else parse_size(options.size)
+    bias = None if options.bias is None else Bias(**parse_bias(options.bias))
+    scene, camera, lights, source = load_views(options, size, elevations)
+    size = size or picture_size(camera.aspect)
+    renderer = Renderer(options.backend)
+    directory = writable_directory(options.out)
+    advice = advise(
+        scene,
+        camera,
+        lights,
+        memory=budgets,
+        techniques=options.technique,
+        error=options.error,
+        over=options.over,
+        size=size,
+        renderer=renderer,
+        bias=bias,
+        filter=options.filter,
+        source=replace(source, out=options.out),
+    )
+    if all(one.failure for one in advice.outcomes):
+        raise ArgumentError(advice.outcomes[0].failure)
+    path = advice.save(directory)
+    print(
+        f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, "
+        f"by {advice.measure.title}\n"
+    )
+    print(text_table(advice))
+    print(f"\n{advice.verdict}\n\nNumbers, and the Python behind each: {path}")
+    return 0
+
+
+def load_views(options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None) -> tuple[Any, ...]:
+    """Scene, camera, lights and where the scene came from."""
+    directions = options.light or []
+    if elevations is not None and (directions or options.light_position is not None):
+        raise ArgumentError("lights: expected elevations or --light, got both; leave one away")
+    for direction in directions:
+        if directions.count(direction) > 1:
+            raise ArgumentError(f"light: {direction!r} is given twice; give it once")
+    if options.light_position is not None and len(directions) > 1 and options.cone_deg is None:
+        raise ArgumentError("light: expected no direction of a point light, got several; --cone-deg makes them spots")
+    first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
+    scene, camera, light, source = load_view(first, size)
+    if elevations is not None:
+        return scene, camera, [elevated(light, camera, angle) for angle in elevations], source
+    more = [Namespace(**{**vars(options), "light": direction}) for direction in directions[1:]]
+    others = [chosen_light(one, given_vectors(one), light, scene) for one in more]
+    return scene, camera, [light, *others], source
+
+
+def parse_elevations(text: str) -> list[float]:
+    """Angles in radians of `10,35,70` degrees.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but numbers from 0 to 90, or one that comes twice.
+    """
+    wrong = f"lights: expected elevations from 0 to 90 degrees, such as 10,35,70, got {text!r}"
+    try:
+        angles = [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        raise ArgumentError(wrong) from None
+    if not angles or not all(0 <= angle <= 90 for angle in angles):
+        raise ArgumentError(wrong)
+    if len(set(angles)) < len(angles):
+        raise ArgumentError(f"lights: an elevation comes twice in {text!r}; give each once")
+    return [math.radians(angle) for angle in angles]
+
+
+def elevated(light: Any, camera: Any, elevation: float) -> Any:
+    """A directional light of this elevation in radians, and the azimuth of another; from the side of one overhead."""
+    import numpy as np
+
+    from .._core import DirectionalLight
+
+    direction = np.asarray(getattr(light, "direction", (0.0, -1.0, 0.0)), np.float64)
+    level = direction * (1.0, 0.0, 1.0)
+    length = float(np.linalg.norm(level))
+    # A light that stands overhead to within rounding has no azimuth.
+    if length <= np.sqrt(np.finfo(np.float64).eps):
+        level = np.asarray(camera.right, np.float64) * (1.0, 0.0, 1.0)
+        length = float(np.linalg.norm(level)) or 1.0
+    return DirectionalLight(math.cos(elevation) * level / length - (0.0, math.sin(elevation), 0.0))

@@ -1,0 +1,156 @@
+"""The view on the command line: scene, camera and light, the same for `compare` and `matrix`.
+
+Vectors and points are in the axes of the file. What is not given is chosen to fit the scene.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from ..errors import ArgumentError
+from ..text import parse_spec, parse_vector
+
+P = TypeVar("P", bound=argparse.ArgumentParser)
+
+
+def view_options(options: P, optional: bool = False) -> P:
+    """The parser with scene, camera and light: what compare, matrix and diagnose share."""
+    options.add_argument(
+        "scene",
+        metavar="MESH|@LIBRARY",
+        nargs="?" if optional else None,
+        help="a mesh file, or a scene of the library such as @forest:trees=500",
+    )
+    view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
+    view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")
+    view.add_argument("--ground", action="store_true", help="add a floor under the scene")
+    view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
+    view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
+    view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
+    view.add_argument("--near", type=number, metavar="D", help="near depth")
+    view.add_argument("--far", type=number, metavar="D", help="far depth")
+    view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light or the middle of a spot travels")
+    view.add_argument("--light-position", metavar="X,Y,Z", help="where a point light is, or a spot")
+    view.add_argument("--cone-deg", type=number, metavar="DEG", help="full angle of a spot's cone")
+    view.add_argument("--range", type=number, metavar="D", help="how far a point light or a spot reaches")
+    view.add_argument(
+        "--size",
+        metavar="WxH",
+        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
+    )
+    return options
+
+
+def number(text: str) -> float:
+    """A number, or argparse's error."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
+
+
+def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
+    """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
+    from ..experiments.arguments import picture_size
+    from ..reports.reproduce import Source
+    from ..scene import library
+    from ..scene.default_view import default_view
+    from ..scene.scenes import load_scene
+
+    given = given_vectors(options)
+    aspect = 1.0 if size is None else size[0] / size[1]
+    if options.scene.startswith("@"):
+        if options.up != "y":
+            raise ArgumentError("up: scenes of the library have y up; leave --up away")
+        name, params = parse_spec(options.scene[1:], "scene")
+        scene: Any = library.scene(name, **params)
+        camera, light = scene.camera, scene.light
+        if size is None:
+            width, height = picture_size(camera.aspect)
+            aspect = width / height  # that of the picture, so that its pixels are square
+        whole = scene.with_ground() if options.ground else scene
+    else:
+        scene = load_scene(options.scene, up=options.up)
+        whole = scene.with_ground() if options.ground else scene
+        # The floor is twelve times as wide as the object: the picture frames the object.
+        camera, light = default_view(whole, aspect=aspect, focus=scene)
+    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
+    vectors = ("eye", "target", "light", "light-position")
+    words = tuple((name, getattr(options, name.replace("-", "_"))) for name in vectors)
+    as_given = tuple((name, ",".join(text.replace(",", " ").split())) for name, text in words if text is not None)
+    source = replace(Source.of_scene(whole), arguments=(options.scene, *extra), up=options.up, given=as_given)
+    return (
+        whole,
+        chosen_camera(options, given, camera, whole, aspect),
+        chosen_light(options, given, light, whole),
+        source,
+    )
+
+
+def given_vectors(options: argparse.Namespace) -> dict[str, Any]:
+    """Eye, target and light as given, in the world's axes."""
+    from ..scene.scenes import turned
+
+    names = [name for name in ("eye", "target", "light", "light_position") if getattr(options, name) is not None]
+    vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
+    return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
+
+
+def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any, aspect: float) -> Any:
+    """The fitting camera with everything that was given in its place."""
+    import numpy as np
+
+    from .._core import Camera
+    from ..scene.default_view import INSIDE_DEPTH_RATIO, fitting_depths
+
+    eye = given.get("eye", fitting.eye)
+    middle = np.asarray(scene.bounds).mean(axis=0) if "eye" in given else fitting.eye + fitting.far * fitting.forward
+    target = given.get("target", middle)
+    near, far = fitting.near, fitting.far
+    ahead = np.asarray(target) - np.asarray(eye)
+    length = float(np.linalg.norm(ahead))
+    if given.keys() & {"eye", "target"} and np.isfinite(length) and length > 0:
+        near, far = fitting_depths(scene, eye, ahead / length)
+    if options.far is not None:
+        far = options.far
+        # A far plane before the fitting near plane still leaves a picture; one that is no distance is said as it is.
+        near = min(near, far / INSIDE_DEPTH_RATIO) if far > 0 else near
+    near = near if options.near is None else options.near
+    if options.fov_deg is not None and not 0 < options.fov_deg < 180:
+        raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
+    fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
+    # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
+    vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
+    return Camera.look_at(
+        eye, target, up=(0, 0, -1) if vertical else (0, 1, 0), fov_y=fov_y, aspect=aspect, near=near, far=far
+    )
+
+
+def chosen_light(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any) -> Any:
+    """The light that was given, or the fitting one: a point light at a position, a spot with a cone."""
+    import numpy as np
+
+    from .._core import DirectionalLight, PointLight, SpotLight
+
+    if "light_position" not in given:
+        for name, value in (("range", options.range), ("cone-deg", options.cone_deg)):
+            if value is not None:
+                raise ArgumentError(f"{name}: expected a light with a place, got none; give --light-position x,y,z")
+        return DirectionalLight(given["light"]) if "light" in given else fitting
+    position = np.asarray(given["light_position"], dtype=np.float64)
+    bounds = np.asarray(scene.bounds)
+    # The farthest corner of the scene's box.
+    reach = float(np.linalg.norm(np.abs(bounds - position).max(axis=0))) if options.range is None else options.range
+    if options.cone_deg is None:
+        if "light" in given:
+            raise ArgumentError(
+                "light: expected no direction of a point light, which shines everywhere, got one; "
+                "--cone-deg makes it a spot"
+            )
+        return PointLight(position, range=reach)
+    if not 0 < options.cone_deg < 180:
+        raise ArgumentError(f"cone-deg: expected degrees above 0 and below 180, got {options.cone_deg:g}; try 60")
+    direction = given.get("light", bounds.mean(axis=0) - position)
+    return SpotLight(position, direction, cone_angle=float(np.radians(options.cone_deg)), range=reach)

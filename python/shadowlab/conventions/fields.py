@@ -1,0 +1,105 @@
+"""The fields of a `Convention` and the matrices it takes, checked: each error says what came and what to do."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from ..errors import ArgumentError
+
+Tile = tuple[float, float, float, float]
+
+AXES = ("x", "y", "z")
+LEFT_HANDED_AXES = ("x", "y", "-z")
+
+
+def one_of(name: str, value: Any, words: Sequence[str]) -> None:
+    """Raises unless the value is one of the words."""
+    if not isinstance(value, str) or value not in words:
+        raise ArgumentError(f"{name}: expected {' or '.join(map(repr, words))}, got {value!r}; try {words[0]!r}")
+
+
+def numbers_of(name: str, value: Any, count: int, example: str) -> tuple[float, ...]:
+    """So many finite numbers."""
+    try:
+        found = tuple(float(v) for v in value)
+    except (TypeError, ValueError):
+        found = ()
+    if len(found) != count or not np.all(np.isfinite(found)) or isinstance(value, str):
+        raise ArgumentError(f"{name}: expected {count} finite numbers, got {value!r}; try {example}")
+    return found
+
+
+def range_of(name: str, value: Any) -> tuple[float, float]:
+    """Two numbers, the lower first."""
+    low, high = numbers_of(name, value, 2, "(-1, 1)")
+    if not low < high:
+        fix = "reversed_z=True" if name == "z_range" else "x='left' or y='down'"
+        raise ArgumentError(f"{name}: expected the lower number first, got {value!r}; {fix} turns the direction")
+    return low, high
+
+
+def axes_of(value: Any) -> tuple[str, str, str]:
+    """Three of our axes with their signs, each axis once."""
+    parts = value.strip("() ").split(",") if isinstance(value, str) else value
+    try:
+        found = tuple(str(part).strip().lower().removeprefix("+") for part in parts)
+    except TypeError:
+        found = ()
+    if len(found) != 3 or sorted(name.removeprefix("-") for name in found) != list(AXES):
+        raise ArgumentError(
+            f"axes: expected our x, y and z once each, with signs, got {value!r}; "
+            "a right-handed world with z up is ('x', '-z', 'y')"
+        )
+    return found
+
+
+def tiles_of(value: Any) -> Tile | tuple[Tile, ...]:
+    """One tile, or several, each with a positive size and a place inside the atlas."""
+    several = isinstance(value, (Sequence, np.ndarray)) and len(value) > 0 and np.ndim(value[0]) > 0
+    example = "(0, 0.5, 0.5, 0.5)"
+    made = [numbers_of("tile", tile, 4, example) for tile in (value if several else [value])]
+    # Thirds and the like do not add up exactly.
+    most = 1.0 + 4.0 * np.finfo(np.float64).eps
+    for tile in made:
+        u, v, width, height = tile
+        if not (width > 0 and height > 0 and u >= 0 and v >= 0 and u + width <= most and v + height <= most):
+            raise ArgumentError(
+                "tile: expected (u, v, width, height) inside the atlas, which spans 0 to 1, "
+                f"got {tile!r}; try {example}"
+            )
+    return cast("Tile | tuple[Tile, ...]", tuple(made) if several else made[0])
+
+
+def matrices_of(name: str, value: Any) -> np.ndarray:
+    """A (4, 4) or (K, 4, 4) array of finite float64, K at least 1."""
+    try:
+        found = np.asarray(value)
+        if found.dtype.kind not in "iuf":
+            raise TypeError
+        found = found.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            f"{name}: expected an array of shape (4, 4) or (K, 4, 4), got {type(value).__name__}; give real numbers"
+        ) from None
+    if found.ndim not in (2, 3) or found.shape[-2:] != (4, 4) or not found.size:
+        raise ArgumentError(
+            f"{name}: expected an array of shape (4, 4) or (K, 4, 4), got shape {found.shape}; reshape it"
+        )
+    if not np.isfinite(found).all():
+        raise ArgumentError(f"{name}: expected finite numbers, got NaN or infinity; check where it comes from")
+    return found
+
+
+def all_axes() -> list[tuple[str, str, str]]:
+    """All 48 sets of axes, ours first."""
+    signs = list(itertools.product(("", "-"), repeat=3))
+    made = [
+        tuple(s + a for s, a in zip(sign, order, strict=True))
+        for order in itertools.permutations(AXES)
+        for sign in signs
+    ]
+    return cast("list[tuple[str, str, str]]", made)

@@ -1,0 +1,352 @@
+"""Which technique at which resolution, with how many splits, at equal memory: ranked over cameras and lights.
+
+Each candidate gets the largest square maps that fit into the budget, is drawn in every view and held against traced
+truth, and measured by the footprint of its texels. The numbers of every run are in `Advice.runs`, what they come to in
+`Advice.table`, and `Advice.reproduce` gives the Python that computes any row of either again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..errors import ArgumentError, UnknownNameError, UnsupportedError
+from ..text import shown
+from .arguments import check_types, renderer_of, size_of
+from .candidates import COLUMNS, COUNTS, TEXTS, Candidate, Draw, Outcome, Seen, candidates_of, run_candidate
+from .compare import traced_truth
+from .measures import Measure, measure_of, over_of
+from .memory import budgets_of, bytes_of, memory_text
+from .ranking import SWITCH_COLUMNS, TABLE_COLUMNS, TABLE_COUNTS, Standing, counted_views, standings, switches
+from .tables import Steps
+from .views import View, views_of
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A candidate at its resolution, with the error that it has there.
+
+    Attributes
+    ----------
+    candidate : str
+        Its label.
+    technique : Technique, Preset or Parameterization
+        What it is: ``choice.technique.parameterize(scene, camera, light, resolution=choice.resolution)``.
+    maps, resolution : int
+        How many maps there are, and texels along each side.
+    bytes, memory : int
+        What the maps take, and the budget.
+    error : float
+        In the unit of the advice's measure.
+    view : str or None
+        The view that it is of; None for all.
+    about_equal : tuple of str
+        Candidates that do about as well.
+    """
+
+    candidate: str
+    technique: Any = field(repr=False)
+    maps: int
+    resolution: int
+    bytes: int
+    memory: int
+    error: float
+    view: str | None
+    about_equal: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Advice:
+    """The result of `advise`: who is best at equal memory, where that switches, and the numbers behind it.
+
+    Attributes
+    ----------
+    table : DataFrame
+        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes, unused
+        (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view of the worst,
+        ratios to the best and to uniform at equal memory, whether it is about equal to the best, and `failure`.
+    runs : DataFrame
+        One row a candidate, budget and view with all numbers: the error, wrong pixels and their causes, lengths of
+        texels (`major_max`, `major_p95`, `major_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
+        run each; light_angle and light_elevation in radians. `outside` counts the pixels that no map holds.
+    switches : DataFrame
+        Where the winner changes, along views by light angle, or along budgets: `from` is the last one before the new
+        winner is about equal to the best, `to` the first one where the old winner no longer is, and from `equal_from`
+        to `equal_to` both are (NaN where `from` and `to` are neighbours). With both winners' errors at both
+        (`other_from` is the error of `winner_to` at `from`).
+    verdict : str
+        What the tables say, in plain English.
+    """
+
+    outcomes: tuple[Outcome, ...] = field(repr=False)
+    candidates: tuple[Candidate, ...]
+    views: tuple[View, ...]
+    budgets: tuple[int, ...]
+    measure: Measure
+    over: str
+    scene: Any = field(repr=False)
+    bias: Any
+    filter: str
+    backend: str
+    adapter: str
+    filled: Mapping[str, float]
+    source: Any
+
+    @property
+    def standings(self) -> list[Standing]:
+        """The rows of the table as objects."""
+        return standings(self.outcomes, self.over)
+
+    @property
+    def table(self) -> Any:
+        """One row a candidate and budget."""
+        import pandas as pd
+
+        table = pd.DataFrame([one.row() for one in self.standings], columns=list(TABLE_COLUMNS))
+        numbers = ("unused", "error_mean", "error_worst", "ratio_to_best", "ratio_to_uniform")
+        return table.astype({**dict.fromkeys(TABLE_COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+
+    @property
+    def runs(self) -> Any:
+        """One row a candidate, budget and view."""
+        import pandas as pd
+
+        table = pd.DataFrame([one.row() for one in self.outcomes], columns=list(COLUMNS))
+        numbers = [name for name in COLUMNS if name not in (*COUNTS, *TEXTS)]
+        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+
+    @property
+    def switches(self) -> Any:
+        """One row a change of winner."""
+        import pandas as pd
+
+        table = pd.DataFrame(switches(self.outcomes, self.standings), columns=list(SWITCH_COLUMNS))
+        numbers = ("at_from", "at_to", "equal_from", "equal_to", "error_from", "error_to", "other_from", "other_to")
+        return table.astype({"memory": "Int64", **dict.fromkeys(numbers, "float64")})
+
+    @property
+    def verdict(self) -> str:
+        """What the tables say."""
+        from ..reports.advice_verdict import advice_text
+
+        ranking = self.standings
+        changed = switches(self.outcomes, ranking)
+        return advice_text(ranking, changed, self.outcomes, self.measure, self.over, self.filled)
+
+    @property
+    def best(self) -> Choice:
+        """The candidate with the least error over all views, of all budgets; of equal ones in the least memory.
+
+        Raises
+        ------
+        UnsupportedError
+            Where no candidate gave a number.
+        """
+        return self.best_for()
+
+    def best_for(self, *, view: str | None = None, memory: int | str | None = None) -> Choice:
+        """The candidate with the least error in a view, with a budget, or both.
+
+        Parameters
+        ----------
+        view : str, optional
+            A label of `views`; all views where none is given.
+        memory : int or str, optional
+            One of the budgets; any of them where none is given.
+
+        Raises
+        ------
+        UnknownNameError
+            For a view or budget that the advice does not have; the message lists those it has.
+        UnsupportedError
+            Where no candidate gave a number.
+        """
+        if view is not None and view not in (names := [one.label for one in self.views]):
+            raise UnknownNameError(f"view: unknown view {shown(view)}; expected one of {', '.join(map(repr, names))}")
+        budgets = self.budgets
+        if memory is not None:
+            if (wanted := bytes_of(memory)) not in budgets:
+                listed = ", ".join(memory_text(one) for one in budgets)
+                raise UnknownNameError(f"memory: no budget of {memory_text(wanted)}; expected one of {listed}")
+            budgets = (wanted,)
+        of = self.outcomes if view is None else [one for one in self.outcomes if one.view.label == view]
+        valid = [one for one in standings(of, self.over) if one.rank is not None and one.memory in budgets]
+        if not valid:
+            raise UnsupportedError(f"no candidate gave a number: {self.verdict}")
+        best = min(valid, key=lambda one: (one.error, one.memory, one.rank, one.maps, one.candidate))
+        near = tuple(
+            s.candidate for s in valid if s.memory == best.memory and s.about_best and s.candidate != best.candidate
+        )
+        row = best.row()
+        item = next(one.item for one in self.candidates if one.label == best.candidate)
+        sizes = (row["maps"], row["resolution"], row["bytes"], best.memory)
+        return Choice(best.candidate, item, *sizes, float(best.error or 0.0), view, near)
+
+    @property
+    def counted(self) -> list[View]:
+        """The views that count: those in which something could be measured."""
+        labels = counted_views(self.outcomes)
+        return [view for view in self.views if view.label in labels]
+
+    def reproduce(self, row: Any) -> str:
+        """The Python that computes a row again.
+
+        Parameters
+        ----------
+        row : int, Series, mapping or Choice
+            A row of `table` (or its position there), a row of `runs`, or a choice.
+
+        Raises
+        ------
+        ArgumentError
+            For something that is no row of this advice, and rows without a number.
+        """
+        from ..reports.advice_record import snippet_of
+
+        return snippet_of(self, row)
+
+    def figure(self) -> Any:
+        """A matplotlib figure: the error over the views with the least and the largest budget, and over memory."""
+        from ..plot.advice import advice_figure
+
+        return advice_figure(self)
+
+    def save(self, directory: str | Path) -> Path:
+        """Writes advice.csv, runs.csv, switches.csv, advice.json and advice.png; returns the path of advice.json.
+
+        Raises
+        ------
+        ArgumentError
+            Where the directory cannot be made or written.
+        """
+        from ..reports.advice_record import save
+
+        if not isinstance(directory, (str, os.PathLike)):
+            raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "advice"')
+        return save(self, Path(directory))
+
+    def _repr_html_(self) -> str:
+        from ..reports.advice_record import notebook_html
+
+        return notebook_html(self)
+
+    def __repr__(self) -> str:
+        from ..reports.advice_record import text_table
+
+        head = (
+            f"Advice by {self.measure.title} ({self.over} of {len(self.views)} view{'s' * (len(self.views) > 1)}): "
+            f"{len(self.candidates)} candidates at {', '.join(map(memory_text, self.budgets))} on {self.backend}"
+        )
+        return f"{head}\n{text_table(self)}\n{self.verdict}"
+
+
+def advise(
+    scene: Any,
+    cameras: Any,
+    lights: Any,
+    *,
+    memory: Any,
+    techniques: Any = None,
+    error: str = "misclassified",
+    over: str = "mean",
+    size: tuple[int, int] | None = None,
+    renderer: Any = None,
+    bias: Any = None,
+    filter: str = "nearest",
+    progress: bool = True,
+    source: Any = None,
+) -> Advice:
+    """Which technique, at which resolution and with how many splits, is best at equal memory, and where that switches.
+
+    Parameters
+    ----------
+    scene : Scene
+    cameras : Camera, sequence of them, or dict
+        A dict gives each its label.
+    lights : DirectionalLight, SpotLight or PointLight, sequence of them, or dict
+        Every camera is taken with every light. Without labels lights are called by their elevation and their angle to
+        the view. Of one kind, best: lights of several kinds share the resolution of that with most maps.
+    memory : int, str, or several
+        Bytes of depth texels, 4 each: a number, "4 MiB" (2^20), "16 MB" (10^6). Each candidate gets the largest square
+        maps of whole texels that fit in the view where it has most of them; the table tells what that leaves unused.
+    techniques : sequence or dict, optional
+        As of `compare`. Uniform, two LiSPSM, TSM, and 2, 3 and 4 depth splits of uniform and of LiSPSM where none are
+        given, as far as they serve the lights. Matrices serve a single view.
+    error : str
+        What is ranked by: "misclassified" (share of the compared pixels that are wrong), or of the length of a texel
+        in the image "worst" (one pixel decides it: "p95" is the one to use), "p95", "mean" (pixels), "undersampled"
+        (share), "perspective" (pixels).
+    over : str
+        How views are put together: "mean" or "worst".
+    size : (int, int), optional
+        Pixels of the picture, of every camera. About 1024 * 1024 of the camera's aspect where none is given.
+    renderer : Renderer or str, optional
+        As of `compare`.
+    bias : Bias, optional
+    filter : str
+        "nearest" or "pcf2x2".
+    progress : bool
+        Whether to show a progress bar, on terminals and in notebooks.
+    source : Source, optional
+        Where the scene came from; see `shadowlab.reports.reproduce.Source`.
+
+    Returns
+    -------
+    Advice
+
+    Raises
+    ------
+    ArgumentError
+        For arguments of another type, no view, no candidate, a memory that is no number or holds no map, matrices for
+        several views. All before any work.
+    UnknownNameError
+        For an error, technique, filter, renderer or unit that does not exist. What a technique cannot do with this
+        scene or a light is told in its rows.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> lights = {"noon": sl.DirectionalLight((0.1, -1, 0.1)), "evening": sl.DirectionalLight((-1, -0.2, 0.3))}
+    >>> advice = sl.advise(scene, scene.camera, lights, memory="64 KiB", techniques=["uniform", "lispsm"],
+    ...     size=(160, 90), renderer="cpu", progress=False)
+    >>> advice.best.candidate
+    'lispsm'
+    """
+    from .._core import Bias, Camera, DirectionalLight
+    from ..reports.reproduce import Source
+
+    # Cameras and lights are checked one by one, with the names that they have here.
+    check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
+    measure, over = measure_of(error), over_of(over)
+    budgets = budgets_of(memory)
+    views = views_of(scene, cameras, lights, lambda camera: size_of(size, camera))
+    candidates = candidates_of(techniques, views)
+    renderer = renderer_of(renderer)
+    bias = Bias() if bias is None else bias
+    draw = Draw(scene, renderer, bias, filter, measure)
+    with Steps(len(views) * (2 + len(candidates) * len(budgets)), progress) as step:
+        seen = look(draw, views, step)
+        outcomes = [o for candidate in candidates for o in run_candidate(draw, candidate, seen, budgets, step)]
+    return Advice(
+        tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
+        renderer.backend, renderer.adapter, {one.view.label: one.filled for one in seen},
+        source or Source.of_scene(scene),
+    )  # fmt: skip
+
+
+def look(draw: Draw, views: list[View], step: Callable[[str], None]) -> list[Seen]:
+    """What the cameras see, and the truth of each view; a camera's picture is drawn once for all lights."""
+    pictures: dict[int, Any] = {}
+    seen = []
+    for view in views:
+        step(f"eye view, {view.label}")
+        if id(view.camera) not in pictures:
+            pictures[id(view.camera)] = draw.renderer.gbuffer(draw.scene, view.camera, size=view.size)
+        step(f"truth, {view.label}")
+        truth, _ = traced_truth(draw.scene, view.camera, view.light, view.size)
+        seen.append(Seen(view, pictures[id(view.camera)], truth))
+    return seen

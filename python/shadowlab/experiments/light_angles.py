@@ -1,0 +1,322 @@
+"""One view under light from many angles: where a warp pays, where it hurts, and from which angle on.
+
+Source: the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] and the errors of theory.md
+E.1 and E.2, over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 [wimmer2004] (section 4.4)
+and Zhang, Sun, Zhao, Wang 2007 [zhang2007] derive their warps for.
+
+```
+              light at 90 degrees, azimuth 0
+                 |       /  30 degrees: from behind and above
+                 v      v
+      eye ---------------->  view          an angle of 0 is light along the view, 180 against it
+```
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..aliasing.footprint import Footprint, footprint
+from ..aliasing.usage import look_up
+from ..errors import ArgumentError, ShadowlabError
+from ..techniques.labels import labelled
+from ..text import shown
+from .arguments import check_types, renderer_of, size_of, whole
+from .tables import Steps
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SEEN_COLUMNS = (
+    "technique", "angle_deg", "maps", "resolution", "measured", "mean", "p50", "p95", "p99", "max", "undersampled",
+    "storage_factor", "misclassified", "false_shadow", "false_light", "share", "notes", "failure",
+)  # fmt: skip
+# Two numbers that are this close are one: a map that fell back to the uniform one differs from it by rounding.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LightAngles:
+    """Errors over the angle between light and view, one row a technique and angle.
+
+    Attributes
+    ----------
+    table : DataFrame
+        technique, angle_deg, and the numbers of `over_light_angle` or `frustum_over_light_angle`; failure says why a
+        row has none.
+    """
+
+    table: Any
+
+    def relative(self, y: str = "storage_factor", *, baseline: str = "uniform") -> pd.DataFrame:
+        """A number over that of another technique: a row an angle (falling), a column a technique; above 1 it is worse.
+
+        Parameters
+        ----------
+        y : str
+            A column of the table.
+        baseline : str
+            The technique that the others are divided by.
+
+        Raises
+        ------
+        ArgumentError
+            For a column or technique that the table does not have.
+
+        Notes
+        -----
+        1 where neither has any, as of two without a wrong pixel; NaN where either has no number.
+        """
+        if y not in self.table.columns or not np.issubdtype(self.table[y].to_numpy().dtype, np.number):
+            numbers = ", ".join(
+                c for c in self.table.columns if c not in ("technique", "angle_deg", "notes", "failure")
+            )
+            raise ArgumentError(f"y: expected one of {numbers}, got {shown(y)}; see the table's columns")
+        order = list(dict.fromkeys(self.table["technique"]))
+        if baseline not in order:
+            raise ArgumentError(f"baseline: expected one of {', '.join(order)}, got {shown(baseline)}; compare it, too")
+        values = self.table.set_index(["angle_deg", "technique"])[y].astype(np.float64).unstack()  # noqa: PD010
+        wide: pd.DataFrame = values[order].sort_index(ascending=False)
+        ratios: pd.DataFrame = wide.div(wide[baseline], axis=0)
+        return ratios.mask(wide.eq(0.0) & wide[baseline].eq(0.0).to_numpy()[:, None], 1.0)
+
+    def crossovers(self, y: str = "storage_factor", *, baseline: str = "uniform") -> pd.DataFrame:
+        """From which angle on each technique pays, and how much it hurts where it does not.
+
+        Parameters
+        ----------
+        y, baseline
+            As in `relative`.
+
+        Returns
+        -------
+        DataFrame
+            technique; pays_from_deg, above which it is better than the baseline at every angle of the table, the
+            logarithm of the ratio interpolated (the least angle where it always is, NaN where it is not even at the
+            largest); worst, the largest ratio, and worst_at_deg; best and best_at_deg; failed, at how many angles the
+            technique or the baseline has no number. Such an angle ends what pays: pays_from_deg is the angle above it.
+
+        Raises
+        ------
+        ArgumentError
+            As `relative`.
+        """
+        import pandas as pd
+
+        wide = self.relative(y, baseline=baseline)
+        rows = []
+        for name in wide.columns:
+            if name == baseline:
+                continue
+            angles, values = wide.index.to_numpy(np.float64), wide[name].to_numpy(np.float64)
+            known = ~np.isnan(values)
+            row = {"technique": name, "pays_from_deg": pays_from(angles, values)}
+            if known.any():
+                worst, best = int(np.nanargmax(values)), int(np.nanargmin(values))
+                row |= {"worst": values[worst], "worst_at_deg": angles[worst]}
+                row |= {"best": values[best], "best_at_deg": angles[best]}
+            rows.append(row | {"failed": int(np.count_nonzero(~known))})
+        numbers = ["pays_from_deg", "worst", "worst_at_deg", "best", "best_at_deg"]
+        table = pd.DataFrame(rows, columns=["technique", *numbers, "failed"])
+        return table.astype({**dict.fromkeys(numbers, "float64"), "failed": "int64"})
+
+    def __repr__(self) -> str:
+        return f"LightAngles\n{self.table.to_string(index=False, float_format=lambda v: f'{v:.4g}')}"
+
+    def _repr_html_(self) -> str:
+        return str(self.table.to_html(index=False, border=0, float_format=lambda v: f"{v:.4g}"))
+
+
+def light_at_angle(camera: Any, angle_deg: float, *, azimuth_deg: float = 0.0) -> Any:
+    """The directional light at an angle to the view.
+
+    Parameters
+    ----------
+    camera : Camera
+    angle_deg : float
+        Between the ways of light and view, degrees, 0 to 180: 90 shines across, less from behind the viewer, more
+        against.
+    azimuth_deg : float
+        Where the light comes from, degrees: 0 from the image's upper side, 90 from its right.
+
+    Raises
+    ------
+    ArgumentError
+        For no camera, or numbers outside these ranges.
+    """
+    if not isinstance(camera, _core.Camera):
+        raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
+    angle, azimuth = (np.radians(degrees(n, v)) for n, v in (("angle_deg", angle_deg), ("azimuth_deg", azimuth_deg)))
+    if not 0 <= angle <= np.pi:
+        raise ArgumentError(f"angle_deg: expected 0 to 180 degrees, got {shown(angle_deg)}; turn the azimuth instead")
+    origin = np.cos(azimuth) * np.asarray(camera.up) + np.sin(azimuth) * np.asarray(camera.right)
+    return _core.DirectionalLight(np.cos(angle) * np.asarray(camera.forward) - np.sin(angle) * origin)
+
+
+def over_light_angle(
+    scene: Any,
+    camera: Any,
+    angles_deg: Any,
+    techniques: Any = ("uniform", "lispsm"),
+    *,
+    azimuth_deg: float = 0.0,
+    resolution: int = 1024,
+    size: tuple[int, int] | None = None,
+    renderer: Any = None,
+    bias: Any = None,
+    filter: str = "nearest",
+    truth: bool = True,
+    progress: bool = True,
+) -> LightAngles:
+    """Errors and wrong pixels of what a camera sees, over the angle between light and view, at equal memory.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    angles_deg : (A,) array_like
+        As in `light_at_angle`, degrees; no angle twice.
+    techniques : sequence or dict
+        As for `sl.compare`; a dict gives each its label.
+    azimuth_deg : float
+        As in `light_at_angle`.
+    resolution : int
+        Texels along each side of a single map. Of k maps each has 1 / sqrt(k) of that, rounded down, so that together
+        they have no more; those of a Parameterization that is given, too, whatever it was made for.
+    size, renderer, bias, filter, progress
+        As for `sl.compare`.
+    truth : bool
+        Whether to trace the truth; without it no wrong pixels are counted.
+
+    Returns
+    -------
+    LightAngles
+        Of each technique and angle: maps; resolution (texels along the side of each); of the `measured` pixels the
+        mean, p50, p95, p99 and max of `Footprint.major` (px); undersampled (share); storage_factor, as in `Summary`;
+        misclassified, false_shadow, false_light (px), share (of those compared).
+
+    Raises
+    ------
+    ArgumentError
+        For angles outside 0 to 180 or that come twice, and arguments of another type.
+    UnknownNameError
+        For a technique, filter or renderer that does not exist.
+    """
+    from ..trace import shadow_mask
+
+    lights = lights_at(camera, angles_deg, azimuth_deg)
+    check_types(scene, camera, next(iter(lights.values())), bias, filter)
+    side, (width, height) = whole("resolution", resolution), size_of(size, camera)
+    entries = labelled(techniques, next(iter(lights.values())))
+    draw = renderer_of(renderer)
+    gbuffer = draw.gbuffer(scene, camera, size=(width, height))
+    rows = []
+    with Steps(len(lights) * len(entries), progress) as step:
+        for angle, light in lights.items():
+            traced = shadow_mask(scene, camera, light, size=(width, height)) if truth else None
+            for label, item in entries:
+                step(f"{label} at {angle:g} degrees")
+                row: dict[str, Any] = {"technique": label, "angle_deg": angle, "failure": ""}
+                try:
+                    p, texels = at_equal_memory(item, scene, camera, light, side, gbuffer)
+                    e = footprint(gbuffer, camera, light, p, resolution=texels)
+                    row |= {"maps": e.maps, "resolution": texels, "notes": "; ".join(p.notes), **seen(e)}
+                    if traced is not None:
+                        maps = draw.shadow_map(scene, p, resolution=texels)
+                        row |= wrong(look_up(maps, gbuffer, camera, light, p, bias=bias, filter=filter), traced)
+                except ShadowlabError as error:
+                    row["failure"] = str(error)
+                rows.append(row)
+    counts = ("maps", "resolution", "measured", "misclassified", "false_shadow", "false_light")
+    return LightAngles(table_of(rows, SEEN_COLUMNS, counts))
+
+
+def pays_from(angles: NDArray[np.float64], ratios: NDArray[np.float64]) -> float:
+    """The angle above which all ratios are there and below 1; angles fall, and NaN is for none."""
+    ends = np.flatnonzero(np.isnan(ratios) | (ratios > 1 - SAME))
+    if not len(ends):
+        return float(angles[-1])
+    first = int(ends[0])
+    if first == 0:
+        return float("nan")
+    if np.isnan(ratios[first]) or ratios[first - 1] == 0:
+        # Nothing to interpolate to: what is known is the angle above.
+        return float(angles[first - 1])
+    above, at = np.log(ratios[first - 1]), np.log(max(ratios[first], 1.0))
+    return float(angles[first] + (angles[first - 1] - angles[first]) * at / (at - above))
+
+
+def made(item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None) -> Any:
+    """The maps of a technique, of the pixels where it looks at receivers; maps that are given stay."""
+    if not hasattr(item, "parameterize"):
+        return item
+    samples = {"samples": gbuffer} if gbuffer is not None and getattr(item, "needs_samples", False) else {}
+    return item.parameterize(scene, camera, light, resolution=resolution, **samples)
+
+
+def at_equal_memory(
+    item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None
+) -> tuple[Any, int]:
+    """The maps of a technique, and texels of their sides: together no more than one map of this resolution has."""
+    p = made(item, scene, camera, light, resolution, gbuffer)
+    maps, side = len(p.partitions), resolution
+    while (fits := max(1, math.isqrt(resolution * resolution // maps))) < side:
+        side = fits
+        p = made(item, scene, camera, light, side, gbuffer)
+        # With other texels there may be more maps.
+        maps = max(maps, len(p.partitions))
+    return p, side
+
+
+def seen(e: Footprint) -> dict[str, Any]:
+    """The errors of the pixels, for a row."""
+    s = e.summary(bands=1)
+    row: dict[str, Any] = {"measured": s.measured}
+    if s.percentiles is None:
+        return row
+    row |= {f"p{k}": s.percentiles[k] for k in (50, 95, 99)}
+    return row | {"mean": s.mean, "max": s.max, "undersampled": s.undersampled, "storage_factor": s.storage_factor}
+
+
+def wrong(mask: Any, truth: Any) -> dict[str, Any]:
+    """The wrong pixels, for a row."""
+    errors = _core.misclassified(mask, truth)
+    sides = {"false_shadow": errors.false_shadow, "false_light": errors.false_light}
+    return {"misclassified": errors.count, **sides, "share": errors.fraction}
+
+
+def lights_at(camera: Any, angles_deg: Any, azimuth_deg: float) -> dict[float, Any]:
+    """The light of each angle, in order."""
+    given = angles_deg if isinstance(angles_deg, Iterable) and not isinstance(angles_deg, str) else [angles_deg]
+    angles = [degrees("angles_deg", angle) for angle in given]
+    if not angles or len(set(angles)) < len(angles):
+        raise ArgumentError(f"angles_deg: expected angles, none twice, got {shown(angles_deg)}; try range(90, 0, -5)")
+    return {angle: light_at_angle(camera, angle, azimuth_deg=azimuth_deg) for angle in angles}
+
+
+def degrees(name: str, value: Any) -> float:
+    """The value as a finite number."""
+    try:
+        number = float("nan") if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not np.isfinite(number):
+        raise ArgumentError(f"{name}: expected a finite number of degrees, got {shown(value)}; try 45")
+    return number
+
+
+def table_of(rows: list[dict[str, Any]], columns: tuple[str, ...], counts: tuple[str, ...]) -> Any:
+    """The rows as a table whose numbers are numbers."""
+    import pandas as pd
+
+    texts = ("technique", "notes", "failure")
+    table = pd.DataFrame(rows, columns=list(columns))
+    kinds = {c: "Int64" if c in counts else "float64" for c in columns if c not in texts}
+    return table.astype(kinds).fillna({"notes": ""})

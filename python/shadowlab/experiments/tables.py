@@ -1,0 +1,96 @@
+"""A study's table and progress as text on a terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..reports.words import px_text, share_text, size_text
+from ..text import format_value
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Settings on one line."""
+    return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
+
+
+# Of a terminal that does not say.
+UNKNOWN_SIZE = (80, 24)
+
+
+class Steps:
+    """A progress bar on terminals and in notebooks that is gone when the work ends, however it ends."""
+
+    def __init__(self, steps: int, shown: bool):
+        from tqdm.auto import tqdm
+
+        columns, rows = unknown_size()
+        self._bar = tqdm(
+            total=steps, leave=False, disable=None if shown else True, unit="step", ncols=columns, nrows=rows
+        )
+        self._started = False
+
+    def __enter__(self) -> Callable[[str], None]:
+        return self._step
+
+    def _step(self, what: str) -> None:
+        if self._started:
+            self._bar.update()
+        self._started = True
+        self._bar.set_description(what)
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+
+def unknown_size() -> tuple[int, int] | tuple[None, None]:
+    """Columns and rows of a terminal that does not say its own, on which tqdm would draw nothing; None of others."""
+    try:
+        size = os.get_terminal_size(sys.__stderr__.fileno())  # type: ignore[union-attr]
+    except (AttributeError, OSError, ValueError):  # no terminal
+        return None, None
+    return (None, None) if min(size) > 0 else UNKNOWN_SIZE
+
+
+# What `cells` are. The length of a texel in the image is that of 95 % of the pixels.
+HEADS = ("technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "mask")
+
+
+def text_table(table: Any) -> str:
+    """The table as aligned text, short enough for a terminal."""
+    heads = HEADS
+    lines: list[tuple[str, ...]] = [heads]
+    for row in table.to_dict("records"):
+        lines.append(tuple(cells(row)))
+    widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
+    text = [
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        )
+        for line in lines
+    ]
+    return "\n".join([text[0], "-" * len(text[0]), *text[1:]])
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """A row of the table as people read it; a dash where nothing was measured."""
+    import pandas as pd
+
+    def shown(key: str, form: Callable[[Any], str]) -> str:
+        return "–" if pd.isna(row[key]) else form(row[key])
+
+    return [
+        str(row["technique"]),
+        size_text(row),
+        "failed" if row["failure"] else shown("misclassified", "{:,}".format),
+        shown("share", share_text),
+        shown("false_shadow", "{:,}".format),
+        shown("false_light", "{:,}".format),
+        shown("error_p95", px_text),
+        shown("fit_us", lambda v: f"{v:.1f} µs" if v < 1000 else f"{v / 1000:.1f} ms"),
+        shown("render_ms", lambda v: f"{v:.1f} ms"),
+        shown("mask_ms", lambda v: f"{v:.1f} ms"),
+    ]

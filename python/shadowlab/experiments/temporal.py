@@ -1,0 +1,298 @@
+"""What a moving camera does to a shadow: how far the texel lattice drifts on surfaces that stand still, and which flip.
+
+A shadow shimmers where the map's texels move over the receivers: a receiver's place in the lattice, the fraction of
+its texel coordinates, changes from frame to frame. Snapping (theory.md 1.4) moves maps by whole texels, so that it does
+not.
+
+```
+  frame i     | . |   |      a receiver at 0.3 of its texel
+  frame i+1   |   |.  |      moved by whole texels and 0.2 more: a drift of 0.2
+```
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..aliasing.footprint import NO_MAP
+from ..aliasing.usage import look_up, texel_coordinates
+from ..errors import ArgumentError, ShadowlabError
+from ..techniques.labels import labelled
+from ..text import shown
+from .arguments import check_types, renderer_of, size_of, whole
+from .tables import Steps
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = (
+    "label", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "judged",
+    "flips", "flip_share", "failure",
+)  # fmt: skip
+# Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
+# point of a square of side 1 from its centre, and its root mean square.
+RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Temporal:
+    """What maps do along a path, one row a technique and step in `table`.
+
+    Attributes
+    ----------
+    table : DataFrame
+        label, frame (the first of the two that the row compares); of the `receivers` that look up the same map in
+        both frames: drift_mean, drift_rms, drift_max (texels a frame), scale (the factor by which the length of a
+        texel changes, the geometric mean of the factor or its inverse; 1 where it does not). Of all that face the
+        light and lie in both frustums: switched (share that asks another map), lost (share that one of the frames has
+        in no map, where it is lit whatever stands before it), judged (how many have the same truth in both frames),
+        flips (how many of those change their shadow all the same), flip_share. failure says why a row has no numbers.
+    """
+
+    table: Any
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """One row a label: means over the path, and the largest drift."""
+        rows = self.table[self.table["failure"] == ""]
+        grouped = rows.groupby("label", sort=False)
+        found = grouped[["drift_mean", "drift_rms", "scale", "switched", "lost", "flip_share"]].mean()
+        found.insert(2, "drift_max", grouped["drift_max"].max())
+        means: pd.DataFrame = found.reset_index()
+        return means
+
+    def __repr__(self) -> str:
+        return f"Temporal\n{self.summary.to_string(index=False, float_format=lambda v: f'{v:.4g}')}"
+
+    def _repr_html_(self) -> str:
+        failures = {f for f in self.table["failure"] if f}
+        tail = "".join(f"<p>{escape(f)}</p>" for f in sorted(failures))
+        return f"{self.summary.to_html(index=False, border=0, float_format=lambda v: f'{v:.4g}')}{tail}"
+
+
+def temporal(
+    scene: Any,
+    cameras: Iterable[Any],
+    light: Any,
+    techniques: Any = ("uniform", "uniform:stable=true"),
+    *,
+    resolution: int = 1024,
+    size: tuple[int, int] | None = None,
+    renderer: Any = None,
+    bias: Any = None,
+    filter: str = "nearest",
+    progress: bool = True,
+) -> Temporal:
+    """How shadows shimmer along a camera path: drift of the texel lattice, and flips of shadows that stand still.
+
+    Receivers are the surface points that the pixels of a frame see. For each step both maps, of this frame and of the
+    next, are asked at the very same points, those that both cameras see, so what changes is the map alone.
+
+    Parameters
+    ----------
+    scene : Scene
+    cameras : sequence of Camera
+        The path, at least two.
+    light : light, or sequence of lights
+        One for the whole path, or one a camera. Under a light that moves, receivers whose truth changes are left out.
+    techniques : sequence or dict
+        As for `sl.compare`; a dict gives each its label.
+    resolution : int
+        Texels along each side of the maps.
+    size : (int, int), optional
+        Pixels of the view, whose surfaces are the receivers; about 256 x 256 pixels of the camera's aspect where none
+        is given.
+    renderer, bias, filter
+        As for `sl.compare`.
+    progress : bool
+        Whether to show a progress bar, on terminals and in notebooks.
+
+    Returns
+    -------
+    Temporal
+
+    Raises
+    ------
+    ArgumentError
+        For less than two cameras, another number of lights than cameras, or arguments of another type.
+    UnknownNameError
+        For a technique, filter or renderer that does not exist.
+
+    References
+    ----------
+    Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 [valient2008] (snapping to whole texels).
+    """
+    path = checked_path(cameras)
+    lights = checked_lights(light, len(path))
+    for camera, of in zip(path, lights, strict=True):
+        check_types(scene, camera, of, bias, filter)
+    texels = whole("resolution", resolution)
+    picture = size_of(size, path[0]) if size is not None else small_size(path[0])
+    entries = labelled(techniques, lights[0])
+    draw = renderer_of(renderer)
+    table: list[dict[str, Any]] = []
+    drawn: dict[str, tuple[Any, Any]] = {}  # what each label has drawn for the second frame of the last pair
+    with Steps(len(path) - 1, progress) as step:
+        for i in range(len(path) - 1):
+            step(f"frame {i}")
+            pair = Pair(scene, path[i : i + 2], lights[i : i + 2], picture, draw, bias, filter, texels)
+            for label, item in entries:
+                row: dict[str, Any] = {"label": label, "frame": i, "failure": ""}
+                try:
+                    first = drawn.pop(label, None) or pair.maps(item, 0)
+                    drawn[label] = second = pair.maps(item, 1)
+                    table.append({**row, **pair.compared((first, second))})
+                except ShadowlabError as error:
+                    table.append({**row, "failure": str(error)})
+    import pandas as pd
+
+    frame = pd.DataFrame(table, columns=list(COLUMNS))
+    counts = dict.fromkeys(("receivers", "judged", "flips"), "Int64")
+    numbers = dict.fromkeys(
+        ("drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "flip_share"), "float64"
+    )
+    return Temporal(frame.astype({**counts, **numbers}))
+
+
+class Pair:
+    """Two frames of a path: the receivers of the first, and what the maps of both make of them."""
+
+    def __init__(
+        self, scene: Any, cameras: list[Any], lights: list[Any], size: tuple[int, int], renderer: Any, bias: Any,
+        filter: str, resolution: int,
+    ):  # fmt: skip
+        self.scene, self.cameras, self.lights, self.renderer = scene, cameras, lights, renderer
+        self.bias, self.filter, self.resolution = bias, filter, resolution
+        self.gbuffer = renderer.gbuffer(scene, cameras[0], size=size)
+        self.seen = (np.asarray(self.gbuffer.triangle) >= 0) & seen_by(cameras[1], self.gbuffer.position)
+        self.steady = self.seen
+        if lights[0] != lights[1]:
+            first, second = (_core.trace_shadow_mask(scene, cameras[0], of, size=size) for of in lights)
+            self.steady = self.seen & (first == second) & (first >= 0)
+
+    def maps(self, item: Any, frame: int) -> tuple[Any, Any]:
+        """The parameterization of one of the two frames, and its maps."""
+        camera, light = self.cameras[frame], self.lights[frame]
+        p = item
+        if hasattr(item, "parameterize"):
+            samples = {}
+            if getattr(item, "needs_samples", False):
+                size = self.gbuffer.size
+                seen = self.gbuffer if frame == 0 else self.renderer.gbuffer(self.scene, camera, size=size)
+                samples = {"samples": seen}
+            p = item.parameterize(self.scene, camera, light, resolution=self.resolution, **samples)
+        return p, self.renderer.shadow_map(self.scene, p, resolution=self.resolution)
+
+    def compared(self, frames: tuple[tuple[Any, Any], tuple[Any, Any]]) -> dict[str, Any]:
+        """A row of the table."""
+        texels, which, masks = [], [], []
+        for camera, light, (p, maps) in zip(self.cameras, self.lights, frames, strict=True):
+            texel, chosen = texel_coordinates(self.gbuffer, camera, light, p, resolution=self.resolution)
+            masks.append(look_up(maps, self.gbuffer, camera, light, p, bias=self.bias, filter=self.filter))
+            texels.append(texel)
+            which.append(chosen)
+        facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
+        held = facing & (which[0] >= 0) & (which[1] >= 0)
+        same = held & (which[0] == which[1])
+        # Held by no map in either frame a receiver is lit in both: nothing is judged by it.
+        judged = self.steady & facing & ((which[0] >= 0) | (which[1] >= 0))
+        flips = int(np.count_nonzero(((masks[0] >= 0.5) != (masks[1] >= 0.5)) & judged))
+        count = int(np.count_nonzero(facing))
+        row: dict[str, Any] = {"receivers": int(np.count_nonzero(same)), "judged": int(np.count_nonzero(judged))}
+        row["flips"] = flips
+        row["flip_share"] = flips / row["judged"] if row["judged"] else None
+        if count:
+            row["switched"] = int(np.count_nonzero(held & ~same)) / count
+            row["lost"] = int(np.count_nonzero(facing & ~held)) / count
+        if row["receivers"]:
+            row |= drift_of(texels[0][same], texels[1][same])
+            row["scale"] = scale_change(texels, np.where(same, which[0], -1))
+        return row
+
+
+def drift_of(first: NDArray[np.float64], second: NDArray[np.float64]) -> dict[str, float]:
+    """How far receivers have moved in the lattice: the part of their way that is no whole number of texels.
+
+    Parameters
+    ----------
+    first, second : (N, 2) float64
+        Their texel coordinates in two frames.
+
+    Returns
+    -------
+    dict
+        drift_mean, drift_rms, drift_max: lengths, texels; at most the square root of one half.
+    """
+    way = second - first
+    drift = np.linalg.norm(way - np.rint(way), axis=-1)
+    rms = float(np.sqrt(np.mean(np.square(drift))))
+    return {"drift_mean": float(drift.mean()), "drift_rms": rms, "drift_max": float(drift.max())}
+
+
+def scale_change(texels: list[NDArray[np.float64]], which: NDArray[np.int16]) -> float | None:
+    """By how much the distance of neighbouring receivers of one map, told in texels, changes: a factor of 1 or more.
+
+    Parameters
+    ----------
+    texels : two (H, W, 2) float64
+        Their texel coordinates in two frames.
+    which : (H, W) int
+        The map that both frames ask, -1 where they ask none or not the same.
+    """
+    factors = []
+    for axis in (0, 1):
+        pairs = (which >= 0) & (which == np.roll(which, -1, axis))
+        pairs[(-1,) if axis == 0 else (slice(None), -1)] = False
+        ways = [np.linalg.norm(np.roll(t, -1, axis)[pairs] - t[pairs], axis=-1) for t in texels]
+        apart = (ways[0] > 0) & (ways[1] > 0)
+        factors.append(np.abs(np.log(ways[1][apart] / ways[0][apart])))
+    logs = np.concatenate(factors)
+    return float(np.exp(logs.mean())) if logs.size else None
+
+
+def seen_by(camera: Any, points: Any) -> NDArray[np.bool_]:
+    """Which points (..., 3) lie in a camera's frustum."""
+    clip = np.asarray(points) @ np.asarray(camera.clip_from_world)[:, :3].T + np.asarray(camera.clip_from_world)[:, 3]
+    w = clip[..., 3:]
+    depth, w = clip[..., 2], w[..., 0]
+    inside: NDArray[np.bool_] = (
+        (np.abs(clip[..., :2]) <= w[..., None]).all(axis=-1) & (depth >= 0) & (depth <= w) & (w > 0)
+    )
+    return inside
+
+
+def checked_path(cameras: Any) -> list[Any]:
+    """The cameras of a path, at least two."""
+    path = list(cameras) if isinstance(cameras, Iterable) and not isinstance(cameras, (str, Mapping)) else []
+    if len(path) < 2:
+        raise ArgumentError(
+            f"cameras: expected at least two cameras, got {shown(cameras)}; make some with "
+            "sl.Camera.look_at(eye, target)"
+        )
+    return path
+
+
+def checked_lights(light: Any, count: int) -> list[Any]:
+    """One light a camera."""
+    if not isinstance(light, Iterable):
+        return [light] * count
+    lights = list(light)
+    if len(lights) != count:
+        raise ArgumentError(
+            f"light: expected one light, or {count}, one a camera, got {len(lights)}; give as many as cameras"
+        )
+    return lights
+
+
+def small_size(camera: Any) -> tuple[int, int]:
+    """The view whose pixels are the receivers, where nobody chose one: enough for a share to a thousandth."""
+    from .arguments import picture_size
+
+    return picture_size(camera.aspect, 256 * 256)

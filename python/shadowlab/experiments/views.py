@@ -1,0 +1,170 @@
+r"""The views of an advice: every camera with every light, with names that tell them apart and the angle between both.
+
+       eye                      The light angle is that between the way the light travels and the way the eye
+        \  view                 looks: 0 where the light comes from behind the eye, 90 degrees from the side, 180
+ light   \                      straight into it. Warps gain least at both ends, where light and view run along
+--------> x  the angle          one line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..errors import ArgumentError
+from ..text import shown
+
+# Angles this close, radians, are ordered by other things: half a degree, as texts round.
+SAME_ANGLE = math.radians(0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One camera and one light.
+
+    Attributes
+    ----------
+    label : str
+        Of camera and light together; of the one that has several alone.
+    camera_label, light_label : str
+    camera : Camera
+    light : DirectionalLight, SpotLight or PointLight
+    size : (int, int)
+        Pixels of the picture.
+    light_angle : float or None
+        Between the way the light travels and the view, radians, 0 to pi; None where the light has no way.
+    light_elevation : float or None
+        Of the light above the horizon, radians, -pi/2 to pi/2.
+    """
+
+    label: str
+    camera_label: str
+    light_label: str
+    camera: Any = field(repr=False)
+    light: Any = field(repr=False)
+    size: tuple[int, int]
+    light_angle: float | None
+    light_elevation: float | None
+
+
+def views_of(scene: Any, cameras: Any, lights: Any, sizes: Any) -> list[View]:
+    """The product of cameras and lights, cameras first; `sizes` gives the pixels of a camera's picture.
+
+    Raises
+    ------
+    ArgumentError
+        For none of either, something else among them, or a label that comes twice.
+    """
+    from .. import _core
+
+    kinds = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
+    of_cameras = named("cameras", cameras, _core.Camera, "a Camera", "sl.Camera.look_at makes one")
+    of_lights = named(
+        "lights", lights, kinds, "a DirectionalLight, a SpotLight or a PointLight",
+        "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
+    )  # fmt: skip
+    single = of_cameras[0][1] if len(of_cameras) == 1 else None
+    ways = [light_way(scene, light) for _, light in of_lights]
+    names = [text or light_label(way, light, single) for (text, light), way in zip(of_lights, ways, strict=True)]
+    views = []
+    for i, (camera_name, camera) in enumerate(of_cameras):
+        size = sizes(camera)
+        for light_name, (given, light), way in zip(apart(names), of_lights, ways, strict=True):
+            parts = [camera_name or f"camera {i + 1}"] if camera_name or len(of_cameras) > 1 else []
+            parts += [light_name] if given or len(of_lights) > 1 or not parts else []
+            angle, elevation = angle_to(way, camera), elevation_of(way)
+            own = camera_name or ("camera" if single is not None else f"camera {i + 1}")
+            views.append(View(", ".join(parts), own, light_name, camera, light, size, angle, elevation))
+    labels = [view.label for view in views]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ArgumentError(f"cameras: with the lights' labels two views are {label!r}; give others")
+    return views
+
+
+def named(name: str, value: Any, kind: Any, what: str, hint: str) -> list[tuple[str | None, Any]]:
+    """(label or None, thing) of one thing, several, or a dict of them."""
+    if isinstance(value, Mapping):
+        entries: list[tuple[str | None, Any]] = [(str(label), one) for label, one in value.items()]
+    elif isinstance(value, kind):
+        entries = [(None, value)]
+    elif isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
+        entries = [(None, one) for one in value]
+    else:
+        raise ArgumentError(f"{name}: expected {what}, several, or a dict of them, got {shown(value)}; {hint}")
+    if not entries:
+        raise ArgumentError(f"{name}: expected at least one, got none; {hint}")
+    for label, one in entries:
+        if not isinstance(one, kind):
+            where = "" if label is None else f" for {label!r}"
+            raise ArgumentError(f"{name}: expected {what}{where}, got {type(one).__name__}; {hint}")
+        if label is not None and not label.strip():
+            raise ArgumentError(f"{name}: expected labels with letters, got {label!r}; name it")
+    labels = [label for label, _ in entries if label is not None]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ArgumentError(f"{name}: the label {label!r} comes twice; give each its own")
+    return entries
+
+
+def apart(names: list[str]) -> list[str]:
+    """The names, with a number where one comes twice."""
+    return [f"{name} ({names[: i + 1].count(name)})" if names.count(name) > 1 else name for i, name in enumerate(names)]
+
+
+def light_way(scene: Any, light: Any) -> np.ndarray | None:
+    """The unit vector (3,) along which a light travels, of a point light towards the middle of the scene's box."""
+    if light.kind != "point":
+        way: np.ndarray = np.asarray(light.direction, np.float64)
+        return way
+    way = np.asarray(scene.bounds, np.float64).mean(axis=0) - np.asarray(light.position, np.float64)
+    length = float(np.linalg.norm(way))
+    return way / length if length > 0 else None
+
+
+def angle_to(way: np.ndarray | None, camera: Any) -> float | None:
+    """The angle between the way of a light and a view, radians; exact near 0 and pi, too."""
+    if way is None:
+        return None
+    forward = np.asarray(camera.forward, np.float64)
+    return float(math.atan2(np.linalg.norm(np.cross(way, forward)), np.dot(way, forward)))
+
+
+def elevation_of(way: np.ndarray | None) -> float | None:
+    """How high a light stands above the horizon, radians; y points up."""
+    return None if way is None else float(math.asin(np.clip(-way[1], -1.0, 1.0)))
+
+
+def axis_of(views: Sequence[View]) -> str:
+    """What sets views in a row apart most: the light's angle to the view, or its elevation, as the attribute's name.
+
+    A sun that climbs beside the viewer keeps its angle to the view; one that climbs behind or ahead changes both.
+    """
+
+    def spread(name: str) -> float:
+        values = [getattr(view, name) for view in views if getattr(view, name) is not None]
+        return max(values) - min(values) if values else 0.0
+
+    # By more than the rounding of angles: of equal spreads the angle to the view, which warps depend on.
+    return "light_elevation" if spread("light_elevation") > spread("light_angle") + SAME_ANGLE else "light_angle"
+
+
+def light_label(way: np.ndarray | None, light: Any, camera: Any) -> str:
+    """What tells a light from others: its elevation, and its angle to the view where there is one camera."""
+    kind = "light" if light.kind == "directional" else f"{light.kind} light"
+    elevation = elevation_of(way)
+    if elevation is None:
+        return kind
+    angle = None if camera is None else angle_to(way, camera)
+    beside = "" if angle is None else f", {degrees(angle)} to the view"
+    return f"{kind} {degrees(elevation)} up{beside}"
+
+
+def degrees(angle: float) -> str:
+    """An angle in whole degrees, with a digit where it is small."""
+    value = math.degrees(angle)
+    return f"{value + 0.0:.0f}°" if abs(value) >= 9.95 or value == round(value) else f"{value:.1f}°"

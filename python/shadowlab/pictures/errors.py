@@ -1,0 +1,245 @@
+"""The error of every pixel as a picture: how long a texel of the map is in the image, and the scale that says so.
+
+Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008]: 1 pixel a texel is green, 10 and more are dark
+red, on a logarithmic scale. Departures: lightness falls all the way, so that every kind of colour vision and a grey
+print read it; below 1 is blue and clearly lighter, since such pixels have texels to spare. Pixels without a texel are
+grey.
+
+    0.1          1          10 pixels a texel
+    | pale blue  | green, mustard, orange, red, dark red
+    lightness 95 to 89 | 79 to 21
+
+No plotting library here; `plot.error_map` puts the picture on axes.
+"""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..aliasing.footprint import AVERTED, NO_MAP, NOTHING, Footprint
+from ..errors import ArgumentError
+from ..text import shown
+from .eye import shade
+
+# Ends of the scale, pixels per texel. The upper one is published; the lower one mirrors it.
+BEST_PX, WORST_PX = 0.1, 10.0
+# sRGB, each list even in the logarithm of the error. Chosen in CIELCh as lightness, chroma, hue: 95 9 250, 93 12 250,
+# 89 18 250; and 79 52 140, 70 62 95, 58 68 62, 42 66 38, 21 46 28, where gaps of lightness outlast red-green blindness.
+OVERSAMPLED_RGB = ((227, 243, 255), (217, 238, 254), (194, 228, 254))
+UNDERSAMPLED_RGB = ((137, 214, 131), (193, 171, 49), (210, 115, 25), (183, 51, 34), (105, 7, 21))
+# Colours on either side of 1: finer than a byte of lightness.
+STEPS = 128
+
+# Darkest and lightest grey where no texel is looked up, and how much darker its hatching is. The ranges are apart, and
+# so are the directions, since one grey or another is as dark as some colour of the scale.
+GREYS = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
+WORDS = {NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen"}
+# Pixels from one line of the hatching to the next: wide enough to survive at half the size.
+HATCH_PX = 8
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+def _table() -> NDArray[np.uint8]:
+    """The colours (2 STEPS, 3) of the scale, the best first."""
+    halves = []
+    for colours in (OVERSAMPLED_RGB, UNDERSAMPLED_RGB):
+        at, anchors = np.linspace(0, 1, STEPS), np.linspace(0, 1, len(colours))
+        halves.append(np.stack([np.interp(at, anchors, channel) for channel in zip(*colours, strict=True)], axis=-1))
+    table: NDArray[np.uint8] = np.rint(np.concatenate(halves)).astype(np.uint8)
+    return table
+
+
+SCALE = _table()
+
+
+def error_colours(values: Any) -> NDArray[np.uint8]:
+    """The colours (..., 3) uint8 of errors (...) in pixels per texel; those beyond the ends take the ends' colours.
+
+    Parameters
+    ----------
+    values : (...) array_like of float
+        0 or more; infinity is the worst.
+
+    Raises
+    ------
+    ArgumentError
+        For NaN and negative numbers.
+    """
+    v = np.asarray(values)
+    if not (v >= 0).all():
+        raise ArgumentError(
+            "values: expected errors of 0 or more pixels wherever a texel is looked up, got NaN or a negative one; "
+            "mark such pixels in the footprint's map"
+        )
+    place = np.floor(STEPS * np.log10(np.clip(v, BEST_PX, WORST_PX))).astype(np.int32) + STEPS
+    # 1 itself begins the upper half, whatever the rounding of its neighbours.
+    index = np.where(v < 1, np.clip(place, 0, STEPS - 1), np.clip(place, STEPS, 2 * STEPS - 1))
+    colours: NDArray[np.uint8] = SCALE[index]
+    return colours
+
+
+def error_picture(
+    footprint: Footprint, *, values: Any = None, gbuffer: Any = None, light: Any = None
+) -> NDArray[np.uint8]:
+    """The error of each pixel in the colours of the scale: (H, W, 3) uint8.
+
+    Parameters
+    ----------
+    footprint : Footprint
+        Of an image.
+    values : (H, W) array_like of float, optional
+        Errors to draw, pixels per texel; ``footprint.major`` where none are given.
+    gbuffer, light : GBuffer and light, optional
+        Both: pixels without a texel show a pale eye view in the greys that say why.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+        Colours where a texel is looked up. Elsewhere grey, hatched: light where no map holds the pixel, darker where it
+        faces away from the light; white where nothing is seen.
+
+    Raises
+    ------
+    ArgumentError
+        For a footprint of points, values of another shape or that are no errors, and a G-buffer without a light.
+    """
+    codes = image_codes(footprint)
+    errors = footprint.major if values is None else values_of(values, codes.shape)
+    picture = greys(codes, gbuffer, light)
+    measured = codes >= 0
+    picture[measured] = error_colours(np.asarray(errors)[measured])
+    return picture
+
+
+def image_codes(footprint: Any) -> NDArray[np.int16]:
+    """The map codes (H, W) of the footprint of an image."""
+    if not isinstance(footprint, Footprint):
+        raise ArgumentError(
+            f"footprint: expected a Footprint, got {shown(footprint)}; sl.aliasing.footprint(...) makes one"
+        )
+    if np.ndim(footprint.map) != 2 or 0 in np.shape(footprint.map):
+        raise ArgumentError(
+            f"footprint: expected one of an image (H, W), got shape {np.shape(footprint.map)}; "
+            "sl.aliasing.footprint(...) makes one of a G-buffer"
+        )
+    return np.asarray(footprint.map)
+
+
+def values_of(values: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The values as numbers of this shape."""
+    try:
+        v = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        v = np.empty(())
+    if v.shape != shape:
+        raise ArgumentError(
+            f"values: expected numbers of shape {shape}, the footprint's, got {shown(values)}; crop both"
+        )
+    return v
+
+
+def greys(codes: NDArray[np.int16], gbuffer: Any, light: Any) -> NDArray[np.uint8]:
+    """The picture (H, W, 3) of what the codes below 0 say; middle tones where no eye view is given."""
+    if (gbuffer is None) != (light is None):
+        raise ArgumentError("gbuffer, light: expected both or neither, got one; the eye view is shaded with both")
+    tone: NDArray[Any] = np.full(codes.shape, 0.5, np.float32)
+    if gbuffer is not None:
+        if np.shape(gbuffer.triangle) != codes.shape:
+            raise ArgumentError(
+                f"gbuffer: expected shape {codes.shape}, the footprint's, got {np.shape(gbuffer.triangle)}; "
+                "render it at the same size"
+            )
+        tone = shade(gbuffer, light, np.ones(codes.shape, np.float32)).astype(np.float32) @ LUMINANCE / 255
+    grey = np.full(codes.shape, 255, np.uint8)
+    for code, (darkest, lightest, hatch) in GREYS.items():
+        rows, columns = np.nonzero(codes == code)
+        drawn = darkest + (lightest - darkest) * tone[rows, columns]
+        if code == NO_MAP:
+            drawn -= hatch * ((columns - rows) % HATCH_PX < 1)
+        elif code == AVERTED:
+            drawn -= hatch * ((columns + rows) % HATCH_PX < 2)
+        grey[rows, columns] = np.rint(drawn).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=-1)
+
+
+def middle_grey(code: int) -> int:
+    """The grey of a code without an eye view, between the lines of its hatching."""
+    darkest, lightest, _ = GREYS[code]
+    return round(0.5 * (darkest + lightest))
+
+
+# The scale as SVG, in its pixels.
+WIDTH, BAR, LEFT = 560, 14, 28
+TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)
+
+
+def error_scale_svg(
+    codes: Any = (NO_MAP, AVERTED, NOTHING), *, label: str = "longest extent of a texel, pixels per texel"
+) -> str:
+    """The scale of `error_picture` as an SVG element; its text takes the page's colour.
+
+    Parameters
+    ----------
+    codes : iterable of int
+        The codes of pixels without a texel to explain, of `Footprint.map`; those of 0 and more are left out.
+    label : str
+        What is drawn, and its unit.
+    """
+    inner = WIDTH - 2 * LEFT
+    # Twelve pieces a decade and more: no seam is seen, and a page stays small.
+    pieces = 64
+
+    def x(value: float) -> float:
+        return LEFT + inner * math.log10(value / BEST_PX) / math.log10(WORST_PX / BEST_PX)
+
+    parts = []
+    for i in range(pieces):
+        colour = rgb(SCALE[round((i + 0.5) * len(SCALE) / pieces)])
+        parts.append(
+            f'<rect x="{LEFT + inner * i / pieces:.2f}" y="20" width="{inner / pieces:.2f}" height="{BAR}" '
+            f'fill="{colour}" shape-rendering="crispEdges"/>'
+        )
+    top, middle, bottom = 20, 20 + BAR / 2, 20 + BAR
+    for end, tip, colour in ((LEFT, LEFT - 12, SCALE[0]), (LEFT + inner, LEFT + inner + 12, SCALE[-1])):
+        parts.append(f'<path d="M{end} {top}L{tip} {middle:g}L{end} {bottom}z" fill="{rgb(colour)}"/>')
+    for value in TICKS:
+        parts.append(f'<path d="M{x(value):.1f} {bottom}v4" stroke="currentColor"/>')
+        parts.append(f'<text x="{x(value):.1f}" y="{bottom + 17}" text-anchor="middle">{value:g}</text>')
+    parts.append(f'<text x="{x(1) - 8:.1f}" y="14" text-anchor="end">oversampled</text>')
+    parts.append(f'<text x="{x(1) + 8:.1f}" y="14">undersampled</text>')
+    parts.append(f'<text x="{WIDTH / 2}" y="{bottom + 35}" text-anchor="middle">{escape(label)}</text>')
+    at, y = float(LEFT), bottom + 48
+    known = [code for code in GREYS if code in set(codes)]
+    for code in known:
+        parts.append(swatch(code, at, y))
+        parts.append(f'<text x="{at + 26:.0f}" y="{y + 11}">{WORDS[code]}</text>')
+        at += 50 + 6.3 * len(WORDS[code])  # the width of a letter of 13 pixels, on average
+    height = y + 20 if known else bottom + 42
+    text = "Colours of the error: green is one pixel a texel, dark red ten and more, blue less than one"
+    return (
+        f'<svg class="scale" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{text}" fill="currentColor" '
+        f'style="display:block;width:100%;max-width:{WIDTH}px;font:13px system-ui,sans-serif">{"".join(parts)}</svg>'
+    )
+
+
+def swatch(code: int, x: float, y: float) -> str:
+    """A sample of the grey of a code, hatched as in the picture."""
+    hatch = GREYS[code][2]
+    dark = middle_grey(code) - hatch
+    slope = 14 if code == NO_MAP else -14
+    start = y if code == NO_MAP else y + 14
+    lines = "".join(f"M{x + shift:.0f} {start}l4 {slope}" for shift in (2, 8, 14)) if hatch else ""
+    return (
+        f'<rect x="{x:.0f}" y="{y}" width="20" height="14" fill="{rgb((middle_grey(code),) * 3)}" stroke="#888"/>'
+        f'<path d="{lines}" stroke="{rgb((dark,) * 3)}" stroke-width="1.5"/>'
+    )
+
+
+def rgb(colour: Any) -> str:
+    """A colour of bytes as six hexadecimal digits."""
+    return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))

@@ -1,0 +1,133 @@
+"""The eye view: shaded, and its differences from the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+# Two colours of [okabe2008] that all common kinds of colour vision tell apart, from each other and from grey.
+FALSE_SHADOW_RGB = (213, 94, 0)
+FALSE_LIGHT_RGB = (0, 114, 178)
+
+# Linear-light colours, chosen so that a lit, a shadowed and an averted face of one neutral material stay apart.
+ALBEDO = np.array([0.60, 0.59, 0.57])
+SUN = np.array([1.32, 1.22, 1.05])
+SKY = np.array([0.30, 0.37, 0.50])
+BOUNCE = np.array([0.17, 0.145, 0.12])
+# Background in sRGB bytes, from the top row to the bottom row.
+BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
+BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
+
+
+def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
+    """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
+
+    Parameters
+    ----------
+    gbuffer : GBuffer
+        What the camera sees.
+    light : DirectionalLight, SpotLight or PointLight
+        Where Lambert's cosine comes from.
+    mask : (H, W) float
+        Share of the light that arrives. Not read where nothing is seen.
+    """
+    normal = np.asarray(gbuffer.normal, dtype=np.float32)
+    seen = np.asarray(gbuffer.triangle) >= 0
+    cosine = np.clip(-np.einsum("hwc,hwc->hw", normal, light_directions(gbuffer, light)), 0.0, 1.0)
+    arrives = cosine * np.nan_to_num(np.asarray(mask, dtype=np.float32), nan=0.0)
+    upward = 0.5 + 0.5 * normal[..., 1]
+    picture = np.empty((*seen.shape, 3), np.uint8)
+    # One channel at a time, in single precision: bytes come of it, and single planes are several times faster.
+    for i, (flat, rise, sun) in enumerate((ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).T.astype(np.float32)):
+        picture[..., i] = srgb_bytes(flat + rise * upward + sun * arrives)
+    np.copyto(picture, background(seen.shape), where=~seen[..., None])
+    return picture
+
+
+def light_directions(gbuffer: Any, light: Any) -> np.ndarray:
+    """The unit way the light travels at each pixel, broadcastable to (H, W, 3)."""
+    if light.kind == "directional":
+        return np.asarray(light.direction, dtype=np.float32)[None, None, :]
+    away = np.asarray(gbuffer.position, dtype=np.float64) - np.asarray(light.position, dtype=np.float64)
+    length = np.linalg.norm(away, axis=-1, keepdims=True)
+    return (away / np.where(length > 0, length, 1.0)).astype(np.float32)
+
+
+def background(shape: tuple[int, int]) -> np.ndarray:
+    """A soft vertical gradient (H, W, 3) uint8 for pixels that see nothing."""
+    t = ((np.arange(shape[0]) + 0.5) / shape[0])[:, None, None]
+    rows = BACKGROUND_TOP * (1.0 - t) + BACKGROUND_BOTTOM * t
+    return np.broadcast_to(np.rint(rows).astype(np.uint8), (*shape, 3))
+
+
+def srgb_bytes(linear: np.ndarray) -> np.ndarray:
+    """Linear light in [0, 1] (clipped) as sRGB bytes, IEC 61966-2-1."""
+    steps = SRGB.size - 1
+    coded: np.ndarray = SRGB[(np.clip(linear, 0.0, 1.0) * steps + 0.5).astype(np.uint16)]
+    return coded
+
+
+def srgb_table() -> np.ndarray:
+    """The bytes of 65536 shades from 0 to 1: a step is a twentieth of a byte where they rise fastest."""
+    x = np.linspace(0.0, 1.0, 1 << 16)
+    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1 / 2.4) - 0.055)
+    coded: np.ndarray = np.rint(255.0 * encoded).astype(np.uint8)
+    return coded
+
+
+SRGB = srgb_table()
+
+
+def truth_mask(truth: np.ndarray) -> np.ndarray:
+    """The traced truth (H, W) int8 as light that arrives: undecided is half, nothing is NaN."""
+    table = np.array([np.nan, 0.5, 0.0, 1.0], dtype=np.float32)
+    return table[np.asarray(truth, dtype=np.int8) + 2]
+
+
+def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
+    """The wrong pixels over a pale grey eye view.
+
+    `FALSE_SHADOW_RGB` where the map shades what is lit, `FALSE_LIGHT_RGB` where it lights what is in shadow.
+
+    Parameters
+    ----------
+    truth : (H, W) int8
+        From `sl.trace.shadow_mask`; it shades the grey view.
+    image : (H, W) int8
+        From `sl.aliasing.misclassified`: 1 false shadow, 2 false light, everything else is left grey.
+    width : int
+        Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
+    """
+    grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    # Lifted into the upper third, so that both colours are darker than anything beside them.
+    picture = np.repeat(np.rint(158.0 + 0.36 * grey)[..., None], 3, axis=-1).astype(np.uint8)
+    kinds = ((1, FALSE_SHADOW_RGB), (2, FALSE_LIGHT_RGB))
+    for kind, colour in kinds if width > 1 else ():
+        picture[widened(np.asarray(image) == kind, width)] = colour
+    for kind, colour in kinds:  # the pixels themselves last, so that none is hidden by its neighbour
+        picture[np.asarray(image) == kind] = colour
+    return picture
+
+
+def widened(marked: np.ndarray, width: int) -> np.ndarray:
+    """The marks (H, W), each grown to a square of `width` pixels to the right and down."""
+    grown = marked.copy()
+    for shift in range(1, width):
+        grown[:, shift:] |= marked[:, : marked.shape[1] - shift]
+    rows = grown.copy()
+    for shift in range(1, width):
+        grown[shift:] |= rows[: rows.shape[0] - shift]
+    return grown
+
+
+def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
+    """Row and column of the window of `side` pixels with the most wrong pixels, all difference images together."""
+    wrong = np.sum([np.asarray(image) > 0 for image in images], axis=0, dtype=np.int64)
+    height, width = wrong.shape
+    rows, columns = min(side, height), min(side, width)
+    total = np.zeros((height + 1, width + 1), np.int64)
+    total[1:, 1:] = wrong.cumsum(0).cumsum(1)
+    sums = total[rows:, columns:] - total[:-rows, columns:] - total[rows:, :-columns] + total[:-rows, :-columns]
+    row, column = np.unravel_index(int(sums.argmax()), sums.shape)
+    return int(row), int(column)

@@ -1,0 +1,80 @@
+"""The camera's frustum in the picture of a map."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+FRUSTUM_RGB = (255, 149, 0)
+
+
+def frustum_segments(shadow_clip_from_world: np.ndarray, camera: Any, depths: Any = None) -> np.ndarray:
+    """The camera frustum's edges inside a map: (N, 2, 2) NDC x, y of both ends, each within [-1, 1].
+
+    Edges are clipped as homogeneous points against -w <= x <= w and -w <= y <= w. Together these hold only where
+    w >= 0, so an edge that passes behind the projection's centre is cut there and never returns from the other side.
+
+    Parameters
+    ----------
+    shadow_clip_from_world : (4, 4) float
+    camera : Camera
+    depths : sequence of float, optional
+        Camera depths at which a cross-section is drawn; the near and far planes where none is given.
+    """
+    matrix = np.asarray(shadow_clip_from_world, dtype=np.float64)
+    clipped = [clip_segment(matrix @ a, matrix @ b) for a, b in frustum_edges(camera, depths)]
+    return np.array([s for s in clipped if s is not None]).reshape(-1, 2, 2)
+
+
+def frustum_edges(camera: Any, depths: Any = None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Both ends of each edge of a camera's frustum as homogeneous world points, with cross-sections at some depths."""
+    depths = (camera.near, camera.far) if depths is None else tuple(depths)
+    tan_y = np.tan(0.5 * camera.fov_y)
+    rays = [
+        np.asarray(camera.forward)
+        + sx * tan_y * camera.aspect * np.asarray(camera.right)
+        + sy * tan_y * np.asarray(camera.up)
+        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    eye = np.asarray(camera.eye, dtype=np.float64)
+    rings = [[np.append(eye + z * ray, 1.0) for ray in rays] for z in depths]
+    edges = [(ring[i], ring[(i + 1) % 4]) for ring in rings for i in range(4)]
+    return edges + [(a[i], b[i]) for a, b in itertools.pairwise(rings) for i in range(4)]
+
+
+def clip_segment(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
+    """NDC x, y (2, 2) of the part of a homogeneous segment inside |x| <= w, |y| <= w; None where there is none."""
+    start, end = 0.0, 1.0
+    for axis, sign in itertools.product((0, 1), (1.0, -1.0)):
+        da, db = a[3] - sign * a[axis], b[3] - sign * b[axis]
+        if da < 0 and db < 0:
+            return None
+        if da < 0:
+            start = max(start, da / (da - db))
+        elif db < 0:
+            end = min(end, da / (da - db))
+    if not start <= end:
+        return None
+    ends = [a + t * (b - a) for t in (start, end)]
+    if any(not p[3] > 0 for p in ends):
+        return None  # touches the square only at the projection's centre, which has no place in the image
+    # Rounding may leave an end a step outside of the edge it was cut at.
+    inside: np.ndarray = np.clip([p[:2] / p[3] for p in ends], -1.0, 1.0)
+    return inside
+
+
+def with_frustum(picture: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    """The picture with NDC segments drawn into it, dark casing under an orange line."""
+    from PIL import Image, ImageDraw
+
+    # Twice the size and back: a line without stairs.
+    image = Image.fromarray(picture).resize((2 * picture.shape[1], 2 * picture.shape[0]), Image.Resampling.NEAREST)
+    pixels = (np.asarray(segments) * [1.0, -1.0] * 0.5 + 0.5) * [image.width - 1, image.height - 1]
+    draw = ImageDraw.Draw(image)
+    unit = max(1.0, max(picture.shape[:2]) / 512)
+    for width, colour in ((7 * unit, (20, 20, 20)), (3.4 * unit, FRUSTUM_RGB)):
+        for (x0, y0), (x1, y1) in pixels:
+            draw.line((x0, y0, x1, y1), fill=colour, width=round(width))
+    return np.asarray(image.resize((picture.shape[1], picture.shape[0]), Image.Resampling.BOX))

@@ -1,0 +1,165 @@
+"""Pictures of shadow maps, one or several: as the light sees them, side by side, and which of them each pixel asks.
+
+All return (H, W, 3) uint8.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .eye import shade
+from .frustum import frustum_edges, frustum_segments, with_frustum
+
+# The colours of [okabe2008] in an order in which neighbours differ most, for the first eight maps and again.
+MAP_RGB = (
+    (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167), (240, 228, 66), (0, 114, 178), (213, 94, 0),
+    (120, 120, 120),
+)  # fmt: skip
+# Share of a picture's side that is the frame around it, in the map's colour.
+FRAME = 0.015
+# Pieces of an edge that a logarithm bends: short enough to look smooth, and longer than the line is wide.
+PIECES = 48
+
+
+def map_colour(index: int) -> tuple[int, int, int]:
+    """The colour of a map."""
+    return MAP_RGB[index % len(MAP_RGB)]
+
+
+def relief(depth: np.ndarray) -> np.ndarray:
+    """A shadow map (H, W) as the light sees it: near is light, slopes are modelled, empty is flat and dark."""
+    depth = np.asarray(depth, dtype=np.float32)
+    covered = depth < 1.0
+    picture = np.empty((*depth.shape, 3), np.uint8)
+    picture[...] = (30, 33, 38)
+    if not covered.any():
+        return picture
+    values = depth[covered]
+    low, high = np.percentile(values[:: max(1, values.size // 200_000)], (0.5, 99.5))
+    span = float(high - low) or 1.0
+    tone = 0.86 - 0.52 * np.clip((depth - low) / span, 0.0, 1.0)
+    # A lamp from the upper left over the height field. The commonest slope, mostly the ground's, is taken as level, and
+    # the slopes that stand out from it say how steep is steep, so no unit is assumed.
+    gy, gx = np.gradient(np.where(covered, depth, high)) if min(depth.shape) > 1 else (np.zeros_like(depth),) * 2
+    slope = gx + gy
+    slope = slope - np.median(slope[covered])
+    # Where all is one plane only rounding stands out; a slope through a fourth of the depths over the map is not less.
+    steep = max(float(np.percentile(np.abs(slope[covered]), 85.0)), 0.25 * span / max(depth.shape))
+    tone = np.clip(tone + 0.16 * np.tanh(slope / (2.0 * steep)), 0.0, 1.0)
+    picture[covered] = np.rint(255.0 * tone[covered, None] * np.array([0.97, 0.985, 1.0])).astype(np.uint8)
+    return picture
+
+
+def reduced(depth: np.ndarray, side: int) -> np.ndarray:
+    """The map with at most `side` texels along each edge: the nearest depth of each block, so thin casters stay."""
+    height, width = depth.shape
+    step = max(1, -(-max(height, width) // side))
+    if step == 1:
+        return depth
+    padded = np.pad(depth, ((0, -height % step), (0, -width % step)), constant_values=1.0)
+    blocks = padded.reshape(padded.shape[0] // step, step, padded.shape[1] // step, step)
+    nearest: np.ndarray = blocks.min(axis=(1, 3))
+    return nearest
+
+
+def depths_of(partition: Any, camera: Any) -> tuple[float, float] | None:
+    """The camera depths that a map serves; None where it serves all that the camera sees."""
+    near, far = (min(max(depth, camera.near), camera.far) for depth in partition.eye_depth)
+    return (near, far) if near < far else None
+
+
+def map_picture(depth: np.ndarray, partition: Any, camera: Any, side: int = 1024, *, depths: Any = None) -> np.ndarray:
+    """A shadow map as the light sees it, with the camera frustum, at most `side` pixels along each edge.
+
+    `depths` are the camera depths that the frustum is drawn for; its near and far planes where none are given.
+    """
+    small = reduced(np.asarray(depth), side)
+    return with_frustum(relief(small), frustum_in(partition, camera, depths))
+
+
+def frustum_in(partition: Any, camera: Any, depths: Any = None) -> np.ndarray:
+    """The camera frustum's edges inside a map: (N, 2, 2) x, y of both ends; in pieces where a logarithm bends them."""
+    matrix = np.asarray(partition.matrix, dtype=np.float64)
+    if partition.post_warp == "none":
+        return frustum_segments(matrix, camera, depths)
+    terms = partition.post_warp_terms
+    segments = []
+    for a, b in frustum_edges(camera, depths):
+        share = even_in_log(float(matrix[3] @ a), float(matrix[3] @ b))[:, None]
+        clip = ((1.0 - share) * a + share * b) @ matrix.T
+        ahead = clip[:, 3] > 0
+        w = np.where(ahead, clip[:, 3], 1.0)
+        places = np.column_stack([clip[:, 0] / w, terms["scale"] * np.log(w) + terms["offset"]])
+        # The ends of a fitted map lie on its edge, but for rounding.
+        inside = ahead & (np.abs(places) <= 1.0 + 16.0 * np.finfo(np.float64).eps).all(axis=1)
+        places = np.clip(places, -1.0, 1.0)
+        both = inside[:-1] & inside[1:]
+        segments.append(np.stack([places[:-1][both], places[1:][both]], axis=1))
+    return np.concatenate(segments)
+
+
+def even_in_log(start: float, end: float) -> np.ndarray:
+    """(PIECES + 1,) places from 0 to 1 between two values of w, even in its logarithm, and so in the map."""
+    even = np.linspace(0.0, 1.0, PIECES + 1)
+    if not (start > 0 and end > 0) or np.isclose(start, end):
+        return even
+    return np.asarray(np.expm1(even * np.log(end / start)) / (end / start - 1.0))
+
+
+def pictures_of_run(run: Any, camera: Any, side: int) -> list[np.ndarray]:
+    """The maps of a run, each with the part of the camera frustum that it serves, framed in its colour if several."""
+    layers = run.maps if run.maps.ndim == 3 else run.maps[None]
+    parts = run.parameterization.partitions
+    made = []
+    for i, (layer, part) in enumerate(zip(layers, parts, strict=True)):
+        depths = depths_of(part, camera) if len(parts) > 1 else None
+        picture = map_picture(layer, part, camera, side, depths=depths)
+        made.append(framed(picture, map_colour(i)) if len(parts) > 1 else picture)
+    return made
+
+
+def framed(picture: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
+    """The picture with a frame of this colour over its edge."""
+    width = max(1, round(FRAME * max(picture.shape[:2])))
+    made = picture.copy()
+    for edge in (made[:width], made[-width:], made[:, :width], made[:, -width:]):
+        edge[...] = colour
+    return made
+
+
+def mosaic(pictures: list[np.ndarray]) -> np.ndarray:
+    """Pictures of one size in as many columns as rows or one more, row after row, on white."""
+    columns = math.ceil(math.sqrt(len(pictures)))
+    height, width = pictures[0].shape[:2]
+    gap = 0 if len(pictures) == 1 else max(1, round(FRAME * max(height, width)))
+    rows = -(-len(pictures) // columns)
+    made = np.full((rows * (height + gap) - gap, columns * (width + gap) - gap, 3), 255, np.uint8)
+    for i, picture in enumerate(pictures):
+        row, column = divmod(i, columns)
+        made[row * (height + gap) :, column * (width + gap) :][:height, :width] = picture
+    return made
+
+
+def chosen_picture(gbuffer: Any, light: Any, mask: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """The eye view in the colours of the maps that its pixels ask; grey where they ask none.
+
+    Parameters
+    ----------
+    mask : (H, W) float
+        Share of the light that arrives.
+    chosen : (H, W) int
+        From `Renderer.chosen_map`; -1 for none.
+    """
+    chosen = np.asarray(chosen)
+    picture = shade(gbuffer, light, mask)
+    grey = picture.astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    colours = np.array([*MAP_RGB, (200, 200, 200)], np.float32)
+    index = np.where(chosen >= 0, chosen % len(MAP_RGB), len(MAP_RGB))
+    # Shadows stay readable, and the colour of a dark pixel too.
+    tinted = colours[index] * (0.35 + 0.65 * grey / 255.0)[..., None]
+    seen = np.asarray(gbuffer.triangle) >= 0
+    result: np.ndarray = np.where(seen[..., None], np.rint(tinted).astype(np.uint8), picture)
+    return result

@@ -1,0 +1,169 @@
+"""The figure of an advice: the error over the light angle, and over memory, a line a candidate.
+
+Each candidate has a colour, a marker and a kind of line, the same in every panel; the winner of a panel is drawn thick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..experiments.memory import memory_text
+from ..experiments.ranking import place_of
+from ..experiments.views import SAME_ANGLE, axis_of
+from .axes import legend_beside, log_axis, padded, plain, say, series_style, short_label
+
+# Panels over the views: more budgets than these are told by the panel over memory.
+MOST_BUDGETS = 2
+AXES = {"light_angle": "angle between light and view (degrees)", "light_elevation": "elevation of the light (degrees)"}
+# Letters of a candidate in the legend.
+WIDEST = 52
+PANEL_INCHES, HEIGHT_INCHES, LEGEND_INCHES = 4.4, 4.2, 3.0
+
+
+def advice_figure(advice: Any) -> Any:
+    """A matplotlib figure: a panel over the views for the least and the largest budget, and one over memory."""
+    import matplotlib.pyplot as plt
+
+    ranking = advice.standings
+    views, budgets = advice.counted, list(advice.budgets)
+    chosen = budgets if len(budgets) <= MOST_BUDGETS else [budgets[0], budgets[-1]]
+    over_views = chosen if len(views) > 1 else []
+    over_memory = len(budgets) > 1
+    panels = max(1, len(over_views) + over_memory)
+    figure, grid = plt.subplots(
+        1, panels, figsize=(PANEL_INCHES * panels + LEGEND_INCHES, HEIGHT_INCHES), squeeze=False, layout="constrained"
+    )
+    axes = list(grid[0])
+    styles = {one.label: series_style(i) for i, one in enumerate(advice.candidates)}
+    for ax, memory in zip(axes, over_views, strict=False):
+        of_views(ax, advice, memory, styles)
+    if over_memory:
+        of_memory(axes[-1], advice, ranking, styles)
+    elif not over_views:
+        of_candidates(axes[0], advice, ranking, styles)
+    shared_scale(axes if over_views or over_memory else [], advice)
+    if over_views or over_memory:
+        legend(axes[-1], advice, ranking, styles)
+    source = advice.source.name
+    figure.suptitle(f"{source}: {advice.measure.title} at equal memory", fontsize="medium")
+    return figure
+
+
+def axis_title(advice: Any) -> str:
+    """The measure with its unit; shares are drawn in per cent."""
+    return f"{advice.measure.title} ({'%' if advice.measure.unit == 'share' else 'px'})"
+
+
+def scaled(advice: Any, values: Sequence[float | None]) -> np.ndarray:
+    """Errors as they are drawn; NaN, which leaves a gap, where there is none."""
+    factor = 100.0 if advice.measure.unit == "share" else 1.0
+    return np.array([math.nan if v is None else factor * v for v in values], np.float64)
+
+
+def of_views(ax: Any, advice: Any, memory: int, styles: Any) -> None:
+    """The errors in each view, over the light angle where one camera has several, else view by view."""
+    views = advice.counted
+    axis = axis_of(views)
+    angles = [getattr(view, axis) for view in views]
+    one_camera = len({view.camera_label for view in views}) == 1
+    by_angle = one_camera and None not in angles and len({round(a / SAME_ANGLE) for a in angles}) == len(angles)
+    if by_angle:
+        views = sorted(views, key=lambda view: place_of(view, axis))
+    places = [math.degrees(getattr(view, axis)) if by_angle else i for i, view in enumerate(views)]
+    found = {(o.candidate, o.view.label): o.error for o in advice.outcomes if o.memory == memory}
+    lines = {}
+    for label, style in styles.items():
+        values = scaled(advice, [found.get((label, view.label)) for view in views])
+        (lines[label],) = ax.plot(places, values, **style)
+    thicken(lines, [s for s in advice.standings if s.memory == memory])
+    plain(ax)
+    ax.set_title(memory_text(memory), fontsize="medium")
+    ax.set_ylabel(axis_title(advice))
+    if by_angle:
+        ax.set_xlabel(AXES[axis])
+    else:
+        ax.set_xticks(places, [short_label(view.label) for view in views], rotation=30, ha="right", fontsize="small")
+
+
+def of_memory(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+    """The error over all views, over the budget."""
+    found = {(s.candidate, s.memory): s.error for s in ranking}
+    lines = {}
+    for label, style in styles.items():
+        values = scaled(advice, [found.get((label, memory)) for memory in advice.budgets])
+        (lines[label],) = ax.plot([memory / 2**20 for memory in advice.budgets], values, **style)
+    thicken(lines, [s for s in ranking if s.memory == advice.budgets[-1]])
+    plain(ax)
+    many = len(advice.counted)
+    ax.set_title(f"{advice.over} of {many} views" if many > 1 else "over memory", fontsize="medium")
+    ax.set(xlabel="memory (MiB)", ylabel=axis_title(advice))
+    ax.set_xscale("log")
+    ax.set_xticks([m / 2**20 for m in advice.budgets], [f"{m / 2**20:.3g}" for m in advice.budgets])
+    ax.minorticks_off()
+
+
+def of_candidates(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+    """The candidates one under the other, the best at the top, of one view and one budget."""
+    shown = [one for one in ranking if one.error is not None][::-1]
+    if not shown:
+        say(ax, "nothing was measured")
+        ax.set_axis_off()
+        return
+    values = scaled(advice, [one.error for one in shown])
+    for i, (one, value) in enumerate(zip(shown, values, strict=True)):
+        style = styles[one.candidate]
+        ax.plot([value], [i], color=style["color"], marker=style["marker"], markersize=8)
+        ax.annotate(
+            f" {advice.measure.text(one.error)}", (value, i), xytext=(6, 0), textcoords="offset points", va="center",
+            fontsize="small",
+        )  # fmt: skip
+    plain(ax)
+    ax.set_yticks(range(len(shown)), [name_of(one.candidate) for one in shown])
+    ax.set_title(memory_text(advice.budgets[0]), fontsize="medium")
+    ax.set_xlabel(axis_title(advice))
+    ax.set_xlim(0, 1.25 * float(values.max()) or 1.0)
+
+
+def name_of(label: str) -> str:
+    """A candidate for the legend, its middle left out where it is too long."""
+    return label if len(label) <= WIDEST else short_label(label)
+
+
+def thicken(lines: dict[str, Any], ranking: Sequence[Any]) -> None:
+    """Draw the best of a panel thick and in front."""
+    if ranking and ranking[0].rank is not None:
+        line = lines[ranking[0].candidate]
+        line.set(linewidth=3.0, markersize=7.5, zorder=3)
+
+
+def shared_scale(axes: Sequence[Any], advice: Any) -> None:
+    """One range of errors for all panels, logarithmic where all errors are above 0."""
+    every = [
+        float(v) for ax in axes for line in ax.get_lines() for v in np.asarray(line.get_ydata()) if math.isfinite(v)
+    ]
+    if not every:
+        for ax in axes:
+            say(ax, "nothing was measured")
+        return
+    positive = min(every) > 0
+    for ax in axes:
+        if positive:
+            log_axis(ax, "y", padded(every))
+        else:
+            ax.set_ylim(0, 1.08 * max(every) or 1.0)
+
+
+def legend(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+    """The candidates beside the last panel, in the order of the largest budget."""
+    from matplotlib.lines import Line2D
+
+    order = [s for s in ranking if s.memory == advice.budgets[-1]]
+    handles = [
+        Line2D([], [], **styles[s.candidate], label=name_of(s.candidate) + ("" if s.error is not None else " (failed)"))
+        for s in order
+    ]
+    legend_beside(ax, handles, fontsize="small")

@@ -1,0 +1,136 @@
+"""What plots ask of their arguments: dictionaries of labels, tables with columns, and what a column's unit is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..aliasing.footprint import Footprint
+from ..errors import ArgumentError
+from ..text import shown
+
+# Columns of tables that say more than their name.
+COLUMN_LABELS = {
+    "angle_deg": "angle between light and view, degrees",
+    "elevation_deg": "elevation of the light, degrees",
+    "azimuth_deg": "azimuth of the light, degrees",
+    "resolution": "texels along each side of the map",
+    "max": "longest extent of a texel, worst, pixels per texel",
+    "mean": "longest extent of a texel, mean, pixels per texel",
+    "rms": "longest extent of a texel, root mean square, pixels per texel",
+    "p50": "longest extent of a texel, median, pixels per texel",
+    "p95": "longest extent of a texel, 95th percentile, pixels per texel",
+    "p99": "longest extent of a texel, 99th percentile, pixels per texel",
+    "perspective_max": "extent of a texel by perspective alone, worst, pixels",
+    "perspective_mean": "extent of a texel by perspective alone, mean, pixels",
+    "undersampled": "undersampled pixels, share of those measured",
+    "share": "wrong pixels, share of those compared",
+    "count": "wrong pixels, count",
+    "storage_factor": "storage factor, texels per pixel",
+}
+UNITS = {
+    "_px": "pixels", "_texels": "texels", "_deg": "degrees", "_ms": "milliseconds", "_s": "seconds",
+    "_world": "world units", "_ndc": "NDC", "_fraction": "share",
+}  # fmt: skip
+
+
+def column_label(column: Any) -> str:
+    """What an axis says of a column, with its unit where the name tells one."""
+    name = str(column)
+    if name in COLUMN_LABELS:
+        return COLUMN_LABELS[name]
+    for suffix, unit in UNITS.items():
+        if name.endswith(suffix) and len(name) > len(suffix):
+            return f"{name[: -len(suffix)].replace('_', ' ')}, {unit}"
+    return name.replace("_", " ")
+
+
+def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
+    """The dictionary, checked to be one that has an entry."""
+    if not isinstance(given, Mapping) or not given:
+        came = "an empty one" if isinstance(given, Mapping) else shown(given)
+        raise ArgumentError(f'{name}: expected a dictionary of labels and {what}, got {came}; give {{"label": ...}}')
+    return dict(given)
+
+
+def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
+    """The dictionary of footprints, or one without a label, checked; `also` is another type that may stand for one."""
+    found = {"": given} if isinstance(given, (Footprint, also)) else labelled(given, "footprints", "footprints")
+    for label, value in found.items():
+        if not isinstance(value, (Footprint, also)):
+            raise ArgumentError(
+                f"footprints: expected a Footprint of {label!r}, got {shown(value)}; "
+                "sl.aliasing.footprint(...) makes one"
+            )
+    return found
+
+
+def pair_of(given: Any, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Depths and values (N,) of a curve, checked: positive where they are numbers; values may have gaps."""
+    try:
+        z, values = given
+        z, values = np.atleast_1d(np.asarray(z, np.float64)), np.atleast_1d(np.asarray(values, np.float64))
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name}: expected depths and values, two arrays (N,), got {shown(given)}") from None
+    if z.ndim != 1 or z.shape != values.shape:
+        raise ArgumentError(
+            f"{name}: expected as many depths as values, both (N,), got shapes {z.shape} and {values.shape}; "
+            "evaluate the curve at its depths"
+        )
+    if not (np.isfinite(z) & (z > 0)).all() or (values <= 0).any():
+        raise ArgumentError(
+            f"{name}: expected positive numbers, for logarithmic axes, got others; leave those points out, "
+            "or make values NaN where the line shall have a gap"
+        )
+    return z, np.where(np.isfinite(values), values, np.nan)
+
+
+def columns_of(table: Any, needed: Iterable[Any], name: str = "table") -> Any:
+    """The table, checked to be a pandas one with these columns."""
+    import pandas as pd
+
+    needed = list(needed)
+    if not isinstance(table, pd.DataFrame):
+        raise ArgumentError(
+            f"{name}: expected a pandas table with columns {', '.join(map(str, needed))}, got {shown(table)}"
+        )
+    absent = [column for column in needed if column not in table.columns]
+    if absent:
+        raise ArgumentError(
+            f"{name}: expected columns {', '.join(map(str, needed))}; there is no {', '.join(map(str, absent))} among "
+            f"{', '.join(map(str, table.columns)) or 'none'}; rename or name another"
+        )
+    return table
+
+
+def numbers_of(table: Any, column: Any) -> NDArray[np.float64]:
+    """A column as numbers; NaN where there is none."""
+    try:
+        return np.asarray(table[column].to_numpy(dtype=np.float64, na_value=np.nan))
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            f"{column}: expected a column of numbers, got {shown(list(table[column])[:4])}; convert it, e.g. with "
+            "pandas.to_numeric"
+        ) from None
+
+
+def image_of(given: Any, shape: tuple[int, ...], name: str) -> NDArray[Any]:
+    """The image, checked to have this shape."""
+    image = np.asarray(given)
+    if image.shape != shape:
+        raise ArgumentError(
+            f"{name}: expected shape {shape}, the G-buffer's, got {image.shape}; render both at one size"
+        )
+    return image
+
+
+def count_of(value: Any, name: str, *, least: int = 1, most: int | None = None) -> int:
+    """A whole number that is neither less nor more."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ArgumentError(f"{name}: expected a whole number of at least {least}, got {shown(value)}")
+    if most is not None and value > most:
+        raise ArgumentError(f"{name}: expected at most {most:,}, got {shown(value)}; a plot shows no more")
+    return int(value)

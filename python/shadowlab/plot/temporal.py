@@ -1,0 +1,101 @@
+"""How far the texels of a shadow map wander from frame to frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import ArgumentError
+from ..experiments.temporal import Temporal
+from .arguments import columns_of, numbers_of
+from .axes import _axes, legend_beside, plain, say, series_style, short_label
+
+# Drifts that span more than this are read on a logarithm only; below a thousandth of a texel a frame, at which a
+# lattice takes half a minute to move by one, the axis is linear.
+WIDE, SLOW_TEXELS = 30.0, 1e-3
+# Root mean square of the distance of a point of a texel from its middle: of a lattice that lies anywhere each frame.
+RANDOM_RMS = float(np.sqrt(1 / 6))
+
+
+def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
+    """Axes with the drift of the texel lattice over the frames, a line a label: root mean square, and thin the largest.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame or Temporal
+        Columns label, frame, drift_rms, drift_max (texels per frame) and flips (pixels whose shadow changes while the
+        truth does not). A drift that is no number is a gap.
+    ax : matplotlib axes, optional
+        Made where none are given.
+    title : str
+
+    Returns
+    -------
+    matplotlib axes
+        The legend has the flips, on average a frame. Drifts that span decades are on a logarithm that is linear below a
+        thousandth of a texel. A line marks the root mean square of a lattice that lies anywhere in each frame.
+
+    Raises
+    ------
+    ArgumentError
+        For a column that the table does not have, and negative drifts.
+
+    Examples
+    --------
+    >>> import pandas as pd, shadowlab as sl
+    >>> rows = [("uniform", 0, 0.41, 0.7, 12), ("uniform", 1, 0.4, 0.7, 9), ("stable", 0, 0, 0, 0)]
+    >>> table = pd.DataFrame(rows, columns=["label", "frame", "drift_rms", "drift_max", "flips"])
+    >>> ax = sl.plot.drift(table)
+    """
+    if isinstance(table, Temporal):
+        table = table.table
+    columns_of(table, ["label", "frame", "drift_rms", "drift_max", "flips"])
+    names = ("frame", "drift_rms", "drift_max", "flips")
+    rows = table.assign(**{name: numbers_of(table, name) for name in names})
+    drifts = rows[["drift_rms", "drift_max"]].to_numpy(np.float64)
+    if (drifts < 0).any():
+        raise ArgumentError("table: expected drifts of 0 texels per frame or more, got a negative one; take its length")
+    ax = _axes(ax)
+    finite = drifts[np.isfinite(drifts)]
+    for i, (label, group) in enumerate(rows.groupby("label", sort=False)):
+        group = group.sort_values("frame")
+        flips = group["flips"].to_numpy(np.float64)
+        flips = flips[np.isfinite(flips)]
+        mean = float(flips.mean()) if flips.size else np.nan
+        count = f"{mean:,.0f}" if mean >= 10 else f"{mean:.2g}"
+        said = "flips not counted" if np.isnan(mean) else f"{count} flips a frame"
+        frames, style = group["frame"].to_numpy(np.float64), series_style(i)
+        rms, largest = (np.where(np.isfinite(group[c]), group[c], np.nan) for c in ("drift_rms", "drift_max"))
+        every = max(1, len(frames) // 12)
+        ax.plot(frames, rms, label=f"{short_label(label)}\n{said}", **style, markevery=(i % every, every))
+        ax.plot(frames, largest, color=style["color"], linestyle=style["linestyle"], linewidth=0.8)
+    ax.margins(x=0.03)
+    plain(ax)
+    ax.set(xlabel="frame, number", ylabel="drift of the texel lattice, texels per frame", title=title)
+    if not finite.size:
+        say(ax, "no drift was measured")
+        return ax
+    ax.plot([], [], color="#555555", marker="o", markersize=4, linewidth=1.6, label="root mean square")
+    ax.plot([], [], color="#555555", linewidth=0.8, label="largest")
+    _scale(ax, finite)
+    legend_beside(ax, fontsize="small")
+    return ax
+
+
+def _scale(ax: Any, values: np.ndarray) -> None:
+    """The scale of the axis of drifts, and its limits."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    top = float(values.max(initial=0.0)) or 1.0
+    notable = values[values >= SLOW_TEXELS]
+    if notable.size and notable.max() > WIDE * notable.min():
+        ax.set_yscale("symlog", linthresh=SLOW_TEXELS, linscale=0.5)
+        ax.set_ylim(-0.1 * SLOW_TEXELS, 1.3 * top)
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        ax.yaxis.minorticks_off()
+    else:
+        ax.set_ylim(-0.03 * top, 1.12 * top)
+    if top > 0.75 * RANDOM_RMS and values.size:
+        ax.axhline(RANDOM_RMS, color="#333333", linewidth=1.0, zorder=1.5, label="root mean square of chance")

@@ -1,0 +1,130 @@
+"""Why pixels are wrong and how large texels are, in the page: tables of all runs, and two pictures of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from ... import pictures
+from ...aliasing.causes import CAUSES, MEANINGS
+from ...pictures.causes import CAUSES as COLOURS
+from ...pictures.causes import cause_picture
+from ...pictures.errors import error_picture, error_scale_svg
+from ..words import digits, px_text, share_text, size_text
+from .parts import figure, picture
+
+CODES = {name: code for code, name in CAUSES.items()}
+
+
+def section_errors(study: Any) -> str:
+    """Why pixels are wrong, and how large the runs' texels are; nothing where no run was measured."""
+    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, study.table.to_dict("records"), strict=True))]
+    rows = [entry for entry in rows if entry[1].summary is not None]
+    parts = [why(rows)] if any(run.causes is not None for _, run, _ in rows) else []
+    parts += [how_large(rows)] if rows else []
+    return "".join(parts)
+
+
+def why(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+    """The table of causes."""
+    most = max((run.causes.count for _, run, _ in rows if run.causes is not None), default=0)
+    lines = [
+        f"<tr>{head(i, row)}{bar(run.causes, most)}"
+        f"{''.join(cell(row, name, '{:,}'.format) for name in CODES)}{cell(row, 'edge_px', px_text)}</tr>"
+        for i, run, row in rows
+    ]
+    words = "; ".join(f"<b>{name}</b>, {escape(MEANINGS[name])}" for name in CODES)
+    keys = "".join(f"{swatch(name)}<span>{name}</span>" for name in CODES)
+    return (
+        '<section><h2>Why pixels are wrong</h2><p class="lede">Each wrong pixel has one cause: '
+        f"{words}. Edges are moved by the distance to the nearest pixel whose truth is what the map says.</p>"
+        f"{table(('<bar>', *CODES, 'edges moved'), lines)}"
+        f'<p class="key">{keys}</p></section>\n'
+    )
+
+
+def how_large(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+    """The table of texels."""
+    forms: dict[str, Callable[[Any], str]] = {
+        "error_mean": px_text, "error_p95": px_text, "error_max": px_text, "undersampled": share_text,
+        "perspective_max": px_text,
+        "storage_factor": digits, "unused": share_text,
+    }  # fmt: skip
+    lines = [
+        f"<tr>{head(i, row)}{''.join(cell(row, key, form) for key, form in forms.items())}</tr>" for i, _, row in rows
+    ]
+    heads = ("mean", "95 %", "worst", "undersampled", "by perspective", "storage", "unread")
+    return (
+        '<section><h2>How large texels are</h2><p class="lede">The longest extent of a texel in the picture: its '
+        "mean, what 95 % of the pixels do not exceed, the worst, and the worst that remains where slopes add nothing. "
+        "Above one pixel it shows: the pixel is undersampled. Storage is texels over pixels that would leave no error "
+        f"of perspective; unread texels are seen by no pixel.</p>{table(heads, lines)}</section>\n"
+    )
+
+
+def table(heads: Sequence[str], lines: Sequence[str]) -> str:
+    """A table of runs; "<bar>" is the head of a bar."""
+    wide = '<th scope="col" class="bar-cell"></th>'
+    cells = "".join(wide if h == "<bar>" else f'<th scope="col">{h}</th>' for h in heads)
+    first = '<th scope="col">technique</th><th scope="col">resolution</th>'
+    rows = f"<thead><tr>{first}{cells}</tr></thead><tbody>{''.join(lines)}</tbody>"
+    return f'<div class="scroll"><table>{rows}</table></div>'
+
+
+def head(index: int, row: Mapping[str, Any]) -> str:
+    """The first cells of a row."""
+    return f'<td><a href="#run-{index}">{escape(str(row["technique"]))}</a></td><td>{escape(size_text(row))}</td>'
+
+
+def cell(row: Mapping[str, Any], key: str, form: Callable[[Any], str]) -> str:
+    """A cell; a dash where nothing was measured."""
+    import pandas as pd
+
+    return f"<td>{'–' if pd.isna(row[key]) else escape(form(row[key]))}</td>"
+
+
+def bar(causes: Any, most: int) -> str:
+    """A bar of all causes, as long as its share of the largest count."""
+    if causes is None or most == 0:
+        return '<td class="bar-cell"></td>'
+    parts = "".join(
+        f'<i style="width:{100 * causes.counts[name] / most:.3f}%;background:{colour(name)}"></i>' for name in CODES
+    )
+    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
+
+
+def colour(name: str) -> str:
+    """The colour of a cause as CSS."""
+    return f"rgb{COLOURS[CODES[name]][1]}"
+
+
+def swatch(name: str) -> str:
+    """A square in the colour of a cause."""
+    return f'<i style="background:{colour(name)}"></i>'
+
+
+def error_figures(study: Any, run: Any, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
+    """The size of texels at every pixel of a run, and the causes of its wrong pixels, `width` pixels wide each."""
+    aspect = study.camera.aspect
+    e = study.footprint(run.label, run.resolution)
+    drawn = error_picture(e, gbuffer=study.gbuffer, light=study.light)
+    files[f"{stem}_texels.png"] = pictures.png(drawn)
+    s = run.summary
+    told = "Nothing looks up a texel."
+    if s.measured:
+        told = f"95 % of the pixels up to {px_text(s.percentiles[95])}, {share_text(s.undersampled)} undersampled."
+    text = f"Length of a texel of {name} at every pixel. {told}"
+    caption = (
+        f"<b>Length of a texel</b> in the picture. {escape(told)}{error_scale_svg(e.map.ravel()[:0], label='pixels')}"
+    )
+    found = figure(picture(drawn, text, aspect), caption, aspect)
+    if run.causes is None:
+        return found
+    image = run.causes.image
+    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, study.truth, image))
+    wide = cause_picture(study.gbuffer, study.light, study.truth, image, width=width)
+    counts = ", ".join(f"{count:,} {cause}" for cause, count in run.causes.counts.items())
+    keys = "".join(f"{swatch(cause)}{cause} " for cause in CODES)
+    caption = f'<b>Why pixels are wrong</b>: {counts}.<br><span class="key">{keys}</span>'
+    return found + figure(picture(wide, f"Causes of the wrong pixels of {name}: {counts}", aspect), caption, aspect)

@@ -1,0 +1,305 @@
+"""The page of a study: one file that stands alone, with its pictures inside, and the tables and pictures beside it.
+
+The page names no other resource: pictures are data URIs, its style is in it, it runs no script, and its content policy
+says so. A picture that is shown more than once (the truth) is stored once, as an SVG symbol.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from ... import pictures
+from ...errors import ArgumentError
+from ...experiments.tables import HEADS, Steps, cells
+from .. import study_record as record
+from ..reproduce import command_line, python_snippet
+from ..words import share_text
+from .chart import error_chart
+from .errors import error_figures, section_errors
+from .maps import chosen_figure, map_figure, map_table
+from .parts import data_uri, document, figure, flipping, picture, slug, symbol, use
+
+# What the pictures of a report are called: letters, digits and the like, no folder.
+PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
+# The close look is this part of the picture's shorter side: pixels become visible, and where they are stays clear.
+WINDOW_SHARE = 8
+# Width that the page shows a picture of the eye view in, pixels of the screen; single pixels of larger ones would fade.
+SHOWN_PX = 520
+
+
+def save(study: Any, directory: Path, progress: bool = True) -> Path:
+    """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
+
+    Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
+
+    Raises
+    ------
+    ArgumentError
+        Where it cannot be made or written.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        page, files = build(study, progress)
+        stale = own_pictures(directory / "results.json") - files.keys()
+        for name, content in files.items():
+            (directory / name).write_bytes(content)
+        study.table.to_csv(directory / "results.csv", index=False)
+        (directory / "results.json").write_text(record.dumps(study, sorted(files)), encoding="utf-8")
+        path = directory / "report.html"
+        path.write_text(page, encoding="utf-8")
+        for name in stale:
+            (directory / name).unlink(missing_ok=True)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
+    return path
+
+
+def own_pictures(results: Path) -> set[str]:
+    """The pictures that an earlier report names as its own: bare names of PNGs, whatever else the file may say."""
+    try:
+        data = json.loads(results.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()  # no earlier report, or a file of somebody else
+    named = data.get("pictures") if isinstance(data, dict) else None
+    names = {name for name in named if isinstance(name, str)} if isinstance(named, list) else set()
+    return {name for name in names if PNG_NAME.fullmatch(name) and (results.parent / name).is_file()}
+
+
+def build(study: Any, progress: bool = False) -> tuple[str, dict[str, bytes]]:
+    """The page, and its pictures by file name."""
+    files: dict[str, bytes] = {}
+    shared: list[str] = []
+    if study.truth is not None:
+        lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(study.truth))
+        files["truth.png"] = pictures.png(lit)
+        shared.append(symbol("truth", files["truth.png"], study.camera.aspect))
+    with Steps(1 + len(study.runs), progress) as step:
+        step("report: a close look")
+        look = section_look(study)
+        runs = []
+        for run in study.runs:
+            step(f"report: {run.label} {run.resolution}²")
+            runs.append(section_run(study, run, files))
+    body = [
+        head_of(study),
+        section_table(study),
+        section_errors(study),
+        look,
+        "<section><h2>Each run</h2>",
+        *runs,
+        "</section>",
+        section_record(study),
+    ]
+    return document(f"Shadow report: {study.source.name}", "".join(shared), "".join(body)), files
+
+
+def head_of(study: Any) -> str:
+    """Title, facts and verdict."""
+    scene = study.scene
+    instances = f" in {scene.instance_count:,} instances" if scene.instance_count > 1 else ""
+    facts = [
+        f"{scene.triangle_count:,} triangles{instances}",
+        f"{study.light.kind} light",
+        f"{study.size[0]} × {study.size[1]} pixels",
+        f"{study.filter} lookup",
+        f"{study.backend} renderer",
+    ]
+    sentences = re.split(r"(?<=[.;])\s+(?=[A-Za-z])(?<![a-z]\.[a-z]\.\s)", study.verdict, maxsplit=1)
+    paragraphs = "".join(f"<p>{escape(s)}</p>" for s in sentences)
+    return (
+        f'<header class="top"><p class="eyebrow">shadowlab · shadow report</p><h1>{escape(study.source.name)}</h1>'
+        f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
+        f'<div class="verdict" role="note" aria-label="Verdict">{paragraphs}</div></header>\n<main>'
+    )
+
+
+def section_table(study: Any) -> str:
+    """The numbers, with a bar for the wrong pixels, and a chart where there are several resolutions."""
+    rows = study.table.to_dict("records")
+    wrong = [int(run.errors.count) for run in study.runs if run.errors is not None]
+    most, least = max(wrong, default=0), min(wrong, default=0)
+    lines = []
+    for i, (run, row) in enumerate(zip(study.runs, rows, strict=True)):
+        label, *values = (escape(cell) for cell in cells(row))
+        best = run.errors is not None and len(wrong) > 1 and int(run.errors.count) == least
+        link = f'<td><a href="#run-{i}">{label}</a></td>'
+        middle = "".join(f"<td>{value}</td>" for value in values[:3])
+        times = "".join(f'<td class="timing">{value}</td>' for value in values[6:])  # texels have a table of their own
+        kinds = "".join(f"<td>{value}</td>" for value in values[3:5])
+        lines.append(f"<tr{' class=best' if best else ''}>{link}{middle}{bar(run.errors, most)}{kinds}{times}</tr>")
+    key = '<p class="key"><i class="s"></i><span>false shadow: dark in the map, lit in truth</span>'
+    key += '<i class="l"></i><span>false light: lit by the map, dark in truth</span></p>'
+    heads = ("resolution", "wrong pixels", "share")
+    timing = "".join(f'<th scope="col" class="timing">{h}</th>' for h in ("fit", "map", "mask"))
+    return (
+        '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
+        "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "
+        "not compared; surfaces that face away from the light are dark in both.</p>"
+        '<div class="scroll"><table><thead><tr><th scope="col">technique</th>'
+        + "".join(f'<th scope="col">{h}</th>' for h in heads)
+        + '<th scope="col" class="bar-cell"></th><th scope="col">false shadow</th><th scope="col">false light</th>'
+        + f"{timing}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
+        + f"{key}{error_chart(study.table)}</section>\n"
+    )
+
+
+def bar(errors: Any, most: int) -> str:
+    """A bar of both kinds of error, as long as its share of the largest count."""
+    if errors is None or most == 0:
+        return '<td class="bar-cell"></td>'
+    kinds = ((errors.false_shadow, "s"), (errors.false_light, "l"))
+    parts = "".join(f'<i class="{kind}" style="width:{100 * int(n) / most:.3f}%"></i>' for n, kind in kinds)
+    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
+
+
+def section_look(study: Any) -> str:
+    """The same small window of the truth and of every run, magnified: where most pixels are wrong."""
+    runs = [run for run in study.runs if run.errors is not None]
+    if not any(int(run.errors.count) for run in runs):
+        return ""
+    width, height = study.size
+    side = max(1, min(width, height) // WINDOW_SHARE)
+    row, column = pictures.densest_window([run.errors.image for run in runs], side)
+    window = (slice(row, row + side), slice(column, column + side))
+    aspect = study.camera.aspect * height / width
+    lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(study.truth))[window]
+    frame = (
+        f'<rect x="{100 * column / width}" y="{100 * row / height / study.camera.aspect}" width="{100 * side / width}" '
+        f'height="{100 * side / height / study.camera.aspect}" fill="none" stroke="#d00068" stroke-width="1.2"/>'
+    )
+    place = use("truth", study.camera.aspect, "Where the window lies in the picture", frame)
+    figures = [
+        f"<figure>{picture(lit, 'Truth, magnified', aspect, True)}{place}<figcaption><b>truth</b></figcaption></figure>"
+    ]
+    for run in runs:
+        name = f"{run.label}, {run.resolution}²"
+        shaded = pictures.shade(study.gbuffer, study.light, run.mask)[window]
+        wrong = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image)[window]
+        inside = run.errors.image[window]
+        counts = f"{int((inside == 1).sum()):,} false shadow, {int((inside == 2).sum()):,} false light here"
+        figures.append(
+            f"<figure>{picture(shaded, f'{name}, magnified', aspect, True)}"
+            f"{picture(wrong, f'Wrong pixels of {name}, magnified: {counts}', aspect, True)}"
+            f"<figcaption><b>{escape(run.label)}</b> {run.resolution}²<br>{counts}</figcaption></figure>"
+        )
+    return (
+        f'<section><h2>A close look</h2><p class="lede">The {side} × {side} pixels where most are wrong, the same for '
+        "every run: the shadow above, its wrong pixels below.</p>"
+        f'<div class="look">{"".join(figures)}</div></section>\n'
+    )
+
+
+def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
+    """One run: its pictures, its notes, and how to get it again. Adds its pictures to `files`."""
+    index = study.runs.index(run)
+    title = f'<h3>{escape(run.label)} <span class="res">{run.resolution}²</span></h3>'
+    notes = "".join(f"<li>{escape(note)}</li>" for note in run.notes)
+    tail = (f'<ul class="notes">{notes}</ul>' if notes else "") + again(study, [run], "Run it again")
+    if run.failure:
+        return (
+            f'<article class="run" id="run-{index}">{title}<p class="failure">{escape(run.failure)}</p>{tail}</article>'
+        )
+    stem = f"{slug(run.label)}_{run.resolution}"
+    stem = stem if f"{stem}_eye.png" not in files else f"{stem}_{index}"
+    aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
+    shaded = pictures.shade(study.gbuffer, study.light, run.mask)
+    files[f"{stem}_eye.png"] = pictures.png(shaded)
+    light_view = map_figure(study.camera, run, name, stem, files)
+    eye_text = f"Eye view with the shadows of {name}"
+    if run.errors is None:
+        eye = figure(picture(shaded, eye_text, aspect), "<b>Eye view</b> with its shadows", aspect)
+        rows = [eye + light_view]
+    else:
+        hint = '<span class="screen-only"> Point at it or tap it to see the truth in its place.</span>'
+        flip = flipping(files[f"{stem}_eye.png"], eye_text, aspect)
+        wrong = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image)
+        files[f"{stem}_difference.png"] = pictures.png(wrong)
+        width = max(1, round(max(study.size) / SHOWN_PX))
+        wide = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image, width=width)
+        drawn = f", each drawn {width} pixels wide" if width > 1 else ""
+        counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
+        swatches = '<span class="key"><i class="s"></i>false shadow <i class="l"></i>false light</span>'
+        rows = [
+            figure(flip, f"<b>Eye view</b> with its shadows.{hint}", aspect) + light_view,
+            figure(use("truth", aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray.", aspect)
+            + figure(
+                picture(wide, f"Wrong pixels of {name}: {counts}", aspect),
+                f"<b>Wrong pixels</b>{drawn}: {counts}.<br>{swatches}",
+                aspect,
+            ),
+        ]
+    rows += [error_figures(study, run, name, stem, files, max(1, round(max(study.size) / SHOWN_PX)))]
+    rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
+    grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
+    return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
+
+
+def numbers_of(run: Any) -> str:
+    """The line under the title of a run."""
+    parts = []
+    if run.errors is not None:
+        e = run.errors
+        parts.append(f"<b>{int(e.count):,}</b> wrong of {int(e.compared):,} pixels ({share_text(e.fraction)})")
+        parts.append(f"{int(e.undecided):,} undecided")
+        if e.unmatched:
+            parts.append(f"{int(e.unmatched):,} on silhouettes seen by one alone")
+    parts += [f"fit {run.fit_us:.1f} µs"] if run.fit_us is not None else []
+    parts += [f"map {run.render_ms:.1f} ms", f"mask {run.mask_ms:.1f} ms"]
+    return f'<p class="numbers">{" · ".join(parts)}</p>'
+
+
+def again(study: Any, runs: Sequence[Any], title: str) -> str:
+    """The Python and the command line that compute these runs again."""
+    command = command_line(study, runs)
+    shell = (
+        f'<pre class="wrap">{escape(command)}</pre>'
+        if command
+        else "<p>The command line cannot say all of this; Python can.</p>"
+    )
+    return f"<details><summary>{title}</summary><pre>{escape(python_snippet(study, runs))}</pre>{shell}</details>"
+
+
+def section_record(study: Any) -> str:
+    """What the study was: scene, camera, light, settings, versions."""
+    lines = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in record.facts(study))
+    versions = ", ".join(f"{k} {v}" for k, v in record.versions().items())
+    return (
+        f"<section><h2>What was run</h2><dl>{lines}</dl>{again(study, study.runs, 'Run all of it again')}</section>"
+        "</main>\n"
+        f"<footer>Made {escape(record.now())} with {escape(versions)}.</footer>\n"
+    )
+
+
+def notebook_html(study: Any) -> str:
+    """What a notebook shows: the verdict, the table, small pictures."""
+    rows = study.table.to_dict("records")
+    cell = "padding:4px 12px 4px 0;text-align:right"
+    head = "".join(f'<th style="{cell}">{h}</th>' for h in HEADS)
+    lines = "".join(
+        "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in cells(row)) + "</tr>" for row in rows
+    )
+    images = []
+    for run in study.runs:
+        if run.mask is None:
+            continue
+        step = max(1, -(-max(study.size) // 320))
+        shaded = pictures.shade(study.gbuffer, study.light, run.mask)[::step, ::step]
+        uri = data_uri(pictures.png(shaded))
+        text = escape(f"{run.label}, {run.resolution}²", quote=True)
+        width = f"width:240px;aspect-ratio:{study.camera.aspect}"
+        images.append(
+            f'<figure style="margin:0"><img alt="{text}" style="{width}" src="{uri}">'
+            f"<figcaption>{text}</figcaption></figure>"
+        )
+    failures = "".join(f"<p>{escape(f'{r.label}: {r.failure}')}</p>" for r in study.runs if r.failure)
+    return (
+        f"<div><p><b>{escape(study.verdict)}</b></p><table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
+        f"{failures}"
+        f'<div style="display:flex;flex-wrap:wrap;gap:12px;margin-top:8px">{"".join(images)}</div></div>'
+    )

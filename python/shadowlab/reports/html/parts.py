@@ -1,0 +1,76 @@
+"""Parts of a page: pictures as SVG with their data inside, figures, the document around them."""
+
+from __future__ import annotations
+
+import base64
+import re
+from html import escape
+from importlib import resources
+
+import numpy as np
+
+from ... import pictures
+
+
+def document(title: str, shared: str, body: str) -> str:
+    """The whole page."""
+    style = resources.files(__package__).joinpath("report.css").read_text(encoding="utf-8")
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+        f"<title>{escape(title)}</title><style>\n{style}</style></head>\n<body>"
+        f'<svg width="0" height="0" style="position:absolute" aria-hidden="true"><defs>{shared}</defs></svg>\n'
+        f"{body}</body></html>\n"
+    )
+
+
+def figure(content: str, caption: str, aspect: float) -> str:
+    """A figure with its caption, both HTML; figures of one row share its width so that they are equally high."""
+    return f'<figure style="flex:{aspect:.4g} 1 0">{content}<figcaption>{caption}</figcaption></figure>'
+
+
+def data_uri(content: bytes) -> str:
+    """A PNG as text."""
+    return "data:image/png;base64," + base64.b64encode(content).decode("ascii")
+
+
+def image(content: bytes, aspect: float) -> str:
+    """The picture of an SVG whose view box is 100 wide and has this aspect."""
+    return f'<image width="100" height="{100 / aspect:.6g}" preserveAspectRatio="none" href="{data_uri(content)}"/>'
+
+
+def symbol(name: str, content: bytes, aspect: float) -> str:
+    """A picture stored once, for `use`; drawn in the camera's aspect whatever its pixels are."""
+    return f'<symbol id="{name}" viewBox="0 0 100 {100 / aspect:.6g}">{image(content, aspect)}</symbol>'
+
+
+def svg(content: str, text: str, aspect: float, classes: str = "", extra: str = "") -> str:
+    """An SVG of this aspect with its alternative text."""
+    return (
+        f'<svg class="pic{classes}" viewBox="0 0 100 {100 / aspect:.6g}" role="img" '
+        f'aria-label="{escape(text, quote=True)}"{extra}>'
+        f"<title>{escape(text)}</title>{content}</svg>"
+    )
+
+
+def use(name: str, aspect: float, text: str, extra: str = "") -> str:
+    """A stored picture, with more drawn on it."""
+    return svg(f'<use href="#{name}" width="100" height="{100 / aspect:.6g}"/>{extra}', text, aspect)
+
+
+def picture(array: np.ndarray, text: str, aspect: float, pixels: bool = False) -> str:
+    """A picture with its alternative text."""
+    return svg(image(pictures.png(array), aspect), text, aspect, " pixels" if pixels else "")
+
+
+def flipping(content: bytes, text: str, aspect: float) -> str:
+    """A picture that gives way to the truth under the pointer or the focus."""
+    over = f'<use class="over" href="#truth" width="100" height="{100 / aspect:.6g}"/>'
+    return svg(image(content, aspect) + over, text, aspect, " flip", ' tabindex="0"')
+
+
+def slug(label: str) -> str:
+    """A label as part of a file name."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", label).strip("-").lower()[:60] or "run"

@@ -1,0 +1,229 @@
+"""How to get a run again: the Python that does it, and the command line where it can say the same.
+
+Numbers are written with all their digits, so that what is run again is what was run.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..text import format_bias, format_spec, format_value
+
+UNKNOWN_SCENE = "scene = ...  # the scene of this study"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
+
+    `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a
+    camera keeps no target, and a direction not its length.
+    """
+
+    name: str
+    python: str = UNKNOWN_SCENE
+    arguments: tuple[str, ...] = ()
+    up: str = "y"
+    out: str = ""
+    given: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def of_scene(cls, scene: Any) -> Source:
+        """What a scene knows of itself: a file as it is, a scene of the library, or only its size."""
+        origin, recipe = getattr(scene, "source", ""), getattr(scene, "recipe", "")
+        name = Path(origin).name if origin and not origin.startswith("@") else origin.removeprefix("@")
+        python = f"scene = {recipe}" if recipe else UNKNOWN_SCENE
+        arguments: tuple[str, ...] = ()
+        of_library = origin.startswith("@") and recipe.startswith("sl.library.scene(") and recipe.count("(") == 1
+        if of_library or (origin and recipe == f"sl.load_scene({origin!r})"):
+            arguments = (origin,)
+        return cls(name or f"{scene.triangle_count:,} triangles", python, arguments)
+
+
+def numbers(values: Any) -> str:
+    """Floats with all their digits, between commas."""
+    return ", ".join(repr(float(v) + 0.0) for v in np.asarray(values, dtype=np.float64).ravel())
+
+
+def camera_target(camera: Any) -> np.ndarray:
+    """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
+    target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
+    return target
+
+
+def camera_python(camera: Any) -> str:
+    """A line that makes the camera."""
+    return (
+        f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
+        f"    up=({numbers(camera.up)}),\n"
+        f"    fov_y={camera.fov_y!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={camera.far!r})"
+    )
+
+
+def light_python(light: Any) -> str:
+    """A line that makes the light."""
+    if light.kind == "directional":
+        return f"light = sl.DirectionalLight(({numbers(light.direction)}))"
+    if light.kind == "spot":
+        return (
+            f"light = sl.SpotLight(({numbers(light.position)}), ({numbers(light.direction)}),\n"
+            f"    cone_angle={light.cone_angle!r}, range={light.range!r})"
+        )
+    return f"light = sl.PointLight(({numbers(light.position)}), range={light.range!r})"
+
+
+def technique_python(run: Any) -> str:
+    """An expression that makes the technique of a run, every setting spelled out."""
+    if run.given:
+        return given_python(run.parameterization)
+    keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
+    return f"sl.technique({run.technique!r}{keywords})"
+
+
+def given_python(p: Any) -> str:
+    """An expression that makes a parameterization of somebody else's matrices, with what it knows beside them."""
+    blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
+    parts, more = p.partitions, ""
+    if any(part.post_warp != "none" for part in parts):
+        more += f",\n        post_warp={[post_warp(part) for part in parts]!r}"
+    if any(len(part.region) for part in parts):
+        more += f",\n        regions={[np.asarray(part.region).tolist() for part in parts]!r}"
+    if len(blocks) == 1 and parts[0].eye_depth == (0.0, np.inf):
+        return f"sl.Parameterization.from_matrix(np.array([\n        {blocks[0]}]){more})"
+    stack = ",\n        ".join(f"[{block}]" for block in blocks)
+    depths = ", ".join(f"({part.eye_depth[0]!r}, {far_python(part.eye_depth[1])})" for part in parts)
+    return (
+        f"sl.Parameterization.from_matrix(np.array([\n        {stack}]),\n"
+        f"        eye_depth=[{depths}], selection={p.selection!r}{more})"
+    )
+
+
+def post_warp(part: Any) -> tuple[str, float, float] | None:
+    """What follows the matrix of a map, as `Parameterization.from_matrix` takes it."""
+    terms = part.post_warp_terms
+    return (part.post_warp, terms["scale"], terms["offset"]) if terms else None
+
+
+def far_python(depth: float) -> str:
+    """An expression that makes a depth, which may be infinite."""
+    return repr(depth) if np.isfinite(depth) else "float('inf')"
+
+
+def technique_text(run: Any) -> str | None:
+    """The command line's text of a run's technique; None for a matrix that is in no file."""
+    from ..errors import ShadowlabError
+    from ..techniques.registry import technique_of
+
+    if not run.given:
+        return format_spec(run.technique, run.settings)
+    if not run.label.startswith("matrix:"):
+        return None
+    try:
+        again = technique_of(run.label)
+    except ShadowlabError:
+        return None
+    p = run.parameterization
+    same = np.array_equal(again.matrices, p.matrices) and again.selection == p.selection
+    same = same and all(
+        (a.eye_depth, post_warp(a)) == (b.eye_depth, post_warp(b)) and np.array_equal(a.region, b.region)
+        for a, b in zip(again.partitions, p.partitions, strict=True)
+    )
+    return run.label if same else None
+
+
+def light_arguments(light: Any, up: str) -> list[str]:
+    """The command line's options that make a light."""
+    words = []
+    if light.kind != "point":
+        words.append(f"--light={own_numbers(light.direction, up)}")
+    if light.kind != "directional":
+        words.append(f"--light-position={own_numbers(light.position, up)}")
+        words += ["--range", format_value(light.range)]
+    if light.kind == "spot":
+        words += ["--cone-deg", format_value(float(np.degrees(light.cone_angle)))]
+    return words
+
+
+def own_numbers(vector: Any, up: str) -> str:
+    """A world vector for the command line, in the axes of the file."""
+    return numbers(in_file_axes(vector, up)).replace(" ", "")
+
+
+def bias_python(bias: Any) -> str:
+    """An expression that makes the bias."""
+    limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
+    parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
+    return f"sl.Bias({parts}, slope_limit={limit})"
+
+
+def python_snippet(study: Any, runs: Sequence[Any]) -> str:
+    """A script that computes these runs again."""
+    techniques = dict.fromkeys((run.label, technique_python(run)) for run in runs)
+    entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
+    resolutions = sorted({run.resolution for run in runs})
+    resolution = resolutions[0] if len(resolutions) == 1 else resolutions
+    numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
+    return (
+        f"{numpy_line}import shadowlab as sl\n\n"
+        f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
+        f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
+        f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
+        f"    bias={bias_python(study.bias)}, filter={study.filter!r}, truth={study.truth is not None})\n"
+        "print(study)"
+    )
+
+
+def command_line(study: Any, runs: Sequence[Any]) -> str | None:
+    """The command that computes these runs again; None where it cannot say what the study was."""
+    from .._core import Bias
+
+    source, camera, light = study.source, study.camera, study.light
+    level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
+    sayable = source.arguments and level and study.truth is not None
+    aspect = study.size[0] / study.size[1]
+    square = abs(camera.aspect - aspect) <= 4 * np.finfo(np.float64).eps * aspect
+    specs = dict.fromkeys(technique_text(run) for run in runs)
+    if not (sayable and square) or None in specs:
+        return None
+
+    words = ["shadowlab", "compare", *source.arguments]
+    for spec in specs:
+        words += ["--technique", str(spec)]
+    words += [
+        f"--eye={own_numbers(camera.eye, source.up)}",
+        f"--target={own_numbers(camera_target(camera), source.up)}",
+    ]
+    words += ["--fov-deg", format_value(float(np.degrees(camera.fov_y)))]
+    words += [
+        "--near",
+        format_value(camera.near),
+        "--far",
+        format_value(camera.far),
+        *light_arguments(light, source.up),
+    ]
+    words += ["--resolution", ",".join(str(r) for r in sorted({run.resolution for run in runs}))]
+    words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
+    if study.filter != "nearest":
+        words += ["--filter", study.filter]
+    if study.bias != Bias():
+        words += ["--bias", format_bias(study.bias)]
+    if source.out:
+        # Some of the runs again: beside the report of all of them, not over it.
+        words += ["--out", source.out if len(runs) == len(study.runs) else str(Path(source.out) / "again")]
+    as_given = {f"--{name}": text for name, text in source.given}
+    heads = [word.partition("=")[0] for word in words]
+    return shlex.join(
+        [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
+    )
+
+
+def in_file_axes(vector: Any, up: str) -> np.ndarray:
+    """A world vector in the axes of its file, which the command line speaks; a z-up file was turned when loaded."""
+    x, y, z = np.asarray(vector, dtype=np.float64)
+    return np.array([x, -z, y] if up == "z" else [x, y, z])

@@ -1,0 +1,170 @@
+"""A study as data: results.json, and the facts that the page lists. Strict JSON: no NaN, no infinity."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import math
+import platform
+from collections.abc import Sequence
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from ..text import BIAS
+from .reproduce import command_line, python_snippet
+
+PACKAGES = ("shadowlab", "numpy", "pandas", "trimesh", "matplotlib")
+
+
+def now() -> str:
+    """The time in UTC, to the second."""
+    return datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package, of Python and of what the numbers pass through."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return {**found, "Python": platform.python_version()}
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON knows it: arrays become lists, NaN and missing become null, infinity the word "inf"."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        number = float(value)
+        return None if math.isnan(number) else number if math.isfinite(number) else "inf" if number > 0 else "-inf"
+    return value if value is None or isinstance(value, str) else str(value)
+
+
+def camera_record(camera: Any) -> dict[str, Any]:
+    """A camera as data."""
+    vectors = ("eye", "right", "up", "forward")
+    numbers = ("fov_y", "aspect", "near", "far")
+    record = {name: plain(np.asarray(getattr(camera, name))) for name in vectors}
+    return {**record, **{name: float(getattr(camera, name)) for name in numbers}}
+
+
+def light_record(light: Any) -> dict[str, Any]:
+    """A light as data."""
+    names = ("position", "direction", "cone_angle", "range")
+    return {"kind": light.kind, **{n: plain(np.asarray(getattr(light, n))) for n in names if hasattr(light, n)}}
+
+
+def run_record(run: Any) -> dict[str, Any]:
+    """A run as data: its row, and everything that its technique made."""
+    record = {**run.row(), "technique": run.technique, "label": run.label, "settings": dict(run.settings)}
+    p = run.parameterization
+    if p is not None:
+        record["matrices"] = np.asarray(p.matrices)
+        record["values"] = dict(p.values)
+        record["selection"] = p.selection
+        record["partitions"] = [
+            {
+                "technique": part.technique,
+                "eye_depth": list(part.eye_depth),
+                "post_warp": {"kind": part.post_warp, **part.post_warp_terms},
+                "values": dict(part.values),
+            }
+            for part in p.partitions
+        ]
+        record["notes"] = list(run.notes)
+    if run.summary is not None:
+        record["texels"] = run.summary.to_dict()
+    if run.causes is not None:
+        record["causes"] = {
+            **run.causes.counts,
+            "edge_distance_px": run.causes.edge_distance,
+            "bands": run.causes.by_depth().to_dict("records"),
+        }
+    return record
+
+
+def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
+    """The whole study as data, with the names of its pictures."""
+    scene, bias = study.scene, study.bias
+    return {
+        "created": now(),
+        "versions": versions(),
+        "platform": platform.platform(),
+        "renderer": {"backend": study.backend, "adapter": study.adapter},
+        "scene": {
+            "source": study.source.name,
+            "python": study.source.python,
+            "triangles": scene.triangle_count,
+            "instances": scene.instance_count,
+            "bounds": np.asarray(scene.bounds),
+        },
+        "camera": camera_record(study.camera),
+        "light": light_record(study.light),
+        "size": list(study.size),
+        "bias": {name: getattr(bias, name) for name in BIAS},
+        "filter": study.filter,
+        "truth_ms": study.truth_ms,
+        "runs": [run_record(run) for run in study.runs],
+        "verdict": study.verdict,
+        "reproduce": {"python": python_snippet(study, study.runs), "command": command_line(study, study.runs)},
+        "pictures": list(pictures),
+    }
+
+
+def dumps(study: Any, pictures: Sequence[str] = ()) -> str:
+    """results.json, with the names of the pictures beside it."""
+    return json.dumps(plain(as_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def facts(study: Any) -> list[tuple[str, str]]:
+    """What was run, as names and texts for people."""
+    camera, light, scene = study.camera, study.light, study.scene
+    low, high = np.asarray(scene.bounds)
+    lines = [
+        ("scene", f"{study.source.name}: {scene.triangle_count:,} triangles, {scene.instance_count:,} instances"),
+        ("bounds", f"{vector(low)} to {vector(high)}"),
+        ("eye", f"{vector(camera.eye)}, looking along {vector(camera.forward)}"),
+        ("view", f"{math.degrees(camera.fov_y):.4g}° high, aspect {camera.aspect:.4g}"),
+        ("depth range", f"{camera.near:.4g} to {camera.far:.4g}"),
+        ("light", light_text(light)),
+        (
+            "bias",
+            ", ".join(f"{name} {getattr(study.bias, name):g}" for name in BIAS),
+        ),
+        ("lookup", study.filter),
+        ("renderer", f"{study.backend}: {study.adapter}"),
+    ]
+    aspect = study.size[0] / study.size[1]
+    if abs(camera.aspect / aspect - 1) > 1e-3:  # a thousandth is below a pixel in any picture shown
+        lines.append(("pixels", f"not square: {study.size[0]} × {study.size[1]} for an aspect of {camera.aspect:.4g}"))
+    if study.truth_ms is not None:
+        lines.append(("truth", f"traced in {study.truth_ms:,.0f} ms"))
+    return lines
+
+
+def light_text(light: Any) -> str:
+    """A light in words."""
+    if light.kind == "directional":
+        return f"directional, travelling along {vector(light.direction)}"
+    if light.kind == "spot":
+        angle = math.degrees(light.cone_angle)
+        place = f"spot at {vector(light.position)} towards {vector(light.direction)}"
+        return f"{place}, {angle:.4g}° wide, range {light.range:.4g}"
+    return f"{light.kind} at {vector(light.position)}, range {light.range:.4g}"
+
+
+def vector(v: Any) -> str:
+    """A vector with four digits."""
+    return f"({', '.join(f'{float(x):.4g}' for x in v)})"

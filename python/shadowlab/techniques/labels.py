@@ -1,0 +1,66 @@
+"""What stands for a technique in arguments: names, objects, matrices and dicts of them, each with its label."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ..errors import ArgumentError
+from ..experiments.tables import settings_text
+
+
+def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
+    """(label, Technique or Parameterization) of all entries, in order; "all" is all that serve the light.
+
+    Raises
+    ------
+    ArgumentError
+        For nothing, two entries under one label, or something that is no technique.
+    """
+    if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
+        techniques = [techniques]
+    if techniques is None or not isinstance(techniques, Iterable):
+        raise ArgumentError(
+            f"techniques: expected names, Technique or Parameterization objects, got {type(techniques).__name__}; "
+            'try ["uniform", "lispsm"]'
+        )
+    if isinstance(techniques, Mapping):
+        entries = [(str(label), resolved(item)) for label, item in techniques.items()]
+    else:
+        from .registry import with_all
+
+        items = with_all(techniques, light)
+        named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
+        names = [item.technique if is_parameterization(item) else item.name for _, item in named]
+        entries = [
+            (text or (name if names.count(name) == 1 else f"{name} ({settings_text(item.settings)})"), item)
+            for (text, item), name in zip(named, names, strict=True)
+        ]
+    if not entries:
+        raise ArgumentError('techniques: expected at least one, got none; try ["uniform", "lispsm"]')
+    labels = [label for label, _ in entries]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise ArgumentError(
+                f"techniques: {label!r} comes twice; give a dict of label: technique to tell them apart"
+            )
+    return entries
+
+
+def resolved(item: Any) -> Any:
+    """The Technique or Parameterization that an entry means."""
+    if isinstance(item, str):
+        from .registry import technique_of
+
+        return technique_of(item)
+    if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
+        return item
+    raise ArgumentError(
+        f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
+        "sl.Parameterization.from_matrix(m) takes a matrix of your own"
+    )
+
+
+def is_parameterization(item: Any) -> bool:
+    """Whether it is the result of a technique rather than a technique."""
+    return hasattr(item, "matrices") and hasattr(item, "technique")

@@ -1,0 +1,127 @@
+"""The techniques by name."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+from .. import _core
+from ..errors import ArgumentError, ShadowlabWarning
+from ..text import parse_spec, shown
+
+# The text that stands for every technique with its defaults.
+ALL = "all"
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .presets import Preset
+
+    T = TypeVar("T", _core.Technique, _core.Parameterization, Preset)
+else:
+    T = TypeVar("T")
+
+
+@overload
+def technique(name: T) -> T: ...
+@overload
+def technique(name: str, **params: Any) -> Any: ...
+def technique(name: Any, **params: Any) -> Any:
+    """The technique of that name with its parameters.
+
+    Parameters
+    ----------
+    name : str
+        As `techniques()` lists it; "lispsm:near=optimal" brings parameters with it. "preset:NAME" is what an engine
+        ships, as `presets()` lists it, and "matrix:file=F,convention=C" the parameterization in that file. A technique,
+        preset or parameterization is itself.
+    **params
+        As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
+        their names, texts, objects, or a list of these.
+
+    Raises
+    ------
+    UnknownNameError
+        No such technique or parameter; the message lists the valid ones.
+    ArgumentError
+        A value outside its range; parameters of what has none.
+    LoadError
+        For a file of matrices that cannot be read.
+    """
+    if not isinstance(name, str):
+        if hasattr(name, "settings") and (hasattr(name, "parameterize") or hasattr(name, "matrices")):
+            return without(params, repr(name), name)
+        raise ArgumentError(
+            f'technique: expected a name such as "lispsm" or a technique, got {shown(name)}; sl.techniques() lists them'
+        )
+    text = name.strip()
+    kind, _, rest = text.partition(":")
+    if kind == "preset":
+        from .presets import preset
+
+        return without(params, text, preset(rest.strip()))
+    name, given = parse_spec(text, "technique")
+    for twice in given.keys() & params.keys():
+        raise ArgumentError(f"technique {text!r}: {twice} is given twice; give it once")
+    if name == "matrix":
+        from ..conventions.files import matrix_technique
+
+        return matrix_technique(text, {**given, **params})
+    return _core.Technique(name, **{**given, **params})
+
+
+def without(params: Mapping[str, Any], what: str, made: T) -> T:
+    """What was made, unless it was to have parameters."""
+    if params:
+        raise ArgumentError(f"technique {what}: expected no parameters, got {', '.join(params)}; leave them away")
+    return made
+
+
+def technique_of(text: str) -> Any:
+    """What a text names: the technique of `name:param=value,...`, an engine's of `preset:NAME`, a file's matrices.
+
+    Raises
+    ------
+    UnknownNameError, ArgumentError, LoadError
+        As `technique`.
+    """
+    return technique(text)
+
+
+def with_all(items: Iterable[Any], light: Any = None) -> list[Any]:
+    """The items, the text "all" replaced by the names of all techniques that serve the light, if one is given.
+
+    A name beside "all" is there once, and stays where it serves no such light. Warns of what is left out.
+    """
+    items = list(items)
+    if not any(isinstance(item, str) and item == ALL for item in items):
+        return items
+    specs = _core.technique_specs()
+    left_out = [
+        s["name"] for s in specs if light is not None and light.kind not in s["lights"] and s["name"] not in items
+    ]
+    if left_out:
+        warnings.warn(
+            f"left out, they serve no {light.kind} light: {', '.join(left_out)}", ShadowlabWarning, stacklevel=4
+        )
+    names = [s["name"] for s in specs if s["name"] not in left_out]
+    found: list[Any] = []
+    for item in items:
+        for one in names if isinstance(item, str) and item == ALL else [item]:
+            if not (isinstance(one, str) and one in names and one in found):
+                found.append(one)
+    return found
+
+
+def techniques() -> pd.DataFrame:
+    """One row a parameter of a technique: name, title, source, lights, parameter, unit, default, range, doc."""
+    import pandas as pd
+
+    columns = ["name", "title", "source", "lights", "parameter", "unit", "default", "range", "doc"]
+    rows = []
+    for spec in _core.technique_specs():
+        head = {k: spec[k] for k in ("name", "title", "source")} | {"lights": ", ".join(spec["lights"])}
+        for p in spec["params"] or [dict.fromkeys(("name", "unit", "default", "range", "doc"), "")]:
+            rows.append(head | {"parameter": p["name"]} | {k: p[k] for k in ("unit", "default", "range", "doc")})
+    return pd.DataFrame(rows, columns=columns)

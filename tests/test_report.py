@@ -156,10 +156,8 @@ def test_beside_the_page(saved, study):
 def test_names_from_outside_are_text_not_markup(study):
     from dataclasses import replace
 
-    from shadowlab.reports.reproduce import Source
-
     runs = tuple(replace(run, label=f"<img src=x onerror=alert(1)> & {run.label}") for run in study.runs)
-    hostile = replace(study, runs=runs, source=Source('"><script>alert(1)</script>'))
+    hostile = replace(study, runs=runs, source=sl.Source('"><script>alert(1)</script>'))
     text, files = report_html.build(hostile)
     page = Page(text)
     assert "script" not in page.tags

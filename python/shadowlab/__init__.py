@@ -24,6 +24,7 @@ from ._core import (
 from .conventions.convention import Convention
 from .scene import library
 from .scene.scenes import Scene, load_scene, turned
+from .scene.source import Source
 from .techniques.presets import Preset, preset, presets
 from .techniques.registry import technique, techniques
 
@@ -49,6 +50,7 @@ __all__ = [
     "Preset",
     "Renderer",
     "Scene",
+    "Source",
     "SpotLight",
     "Study",
     "Technique",

@@ -11,18 +11,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..checks import check_camera, check_light
+from ..conventions.doubts import CHECK_MATRIX, notes_on
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
-from .summary import UNDERSAMPLED_FROM_PX
-
-if TYPE_CHECKING:
-    from .summary import Summary
+from .extent import UNDERSAMPLED_FROM_PX, largest_extent
+from .summary import Summary
 
 # Codes of `Footprint.map` below 0, and what they mean.
 NO_MAP, AVERTED, NOTHING = -1, -2, -3
@@ -185,9 +185,7 @@ class Footprint:
         ArgumentError
             For less than one band, or limits that do not rise.
         """
-        from .summary import summary_of
-
-        return summary_of(self, bands)
+        return Summary.of(self, bands)
 
     def counts(self) -> dict[str, int]:
         """Pixels by what is known of them: measured, and why the others are not."""
@@ -253,8 +251,6 @@ def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, r
     >>> e.major.shape
     (180, 320)
     """
-    from ..conventions.doubts import CHECK_MATRIX, notes_on
-
     found = footprint_of(gbuffer, camera, light, parameterization, resolution)
     p, _ = as_maps(parameterization, resolution)
     if p.technique == "matrix":
@@ -301,7 +297,7 @@ def footprint_at(
     arrays = _core.footprint_at(points, normals, camera, light, parameterization, size=size, resolution=resolution)
     p, texels = as_maps(parameterization, resolution)
     depth = (np.asarray(points, np.float64) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
-    return Footprint.of_arrays(arrays, p, texels, depth, pair(size))
+    return Footprint.of_arrays(arrays, p, texels, depth, sides_of(size))
 
 
 def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]:
@@ -342,50 +338,15 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
     return normals
 
 
-def check_camera(camera: Any) -> None:
-    """Raises unless it is a camera.
-
-    Raises
-    ------
-    ArgumentError
-        For something else.
-    """
-    if not isinstance(camera, _core.Camera):
-        raise ArgumentError(f"camera: expected a Camera, got {shown(camera)}; sl.Camera.look_at(...) makes one")
-
-
-def check_light(light: Any) -> None:
-    """Raises unless it is a light.
-
-    Raises
-    ------
-    ArgumentError
-        For something else.
-    """
-    if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
-        raise ArgumentError(
-            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {shown(light)}; "
-            "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
-        )
-
-
-def largest_extent(columns: NDArray[Any], area: NDArray[Any]) -> NDArray[Any]:
-    """The larger singular values of 2 x 2 matrices by the lengths of their columns (..., 2) and their determinants."""
-    squares = np.square(columns[..., 0], dtype=np.float64) + np.square(columns[..., 1], dtype=np.float64)
-    rest = np.maximum(squares * squares - 4.0 * np.square(area, dtype=np.float64), 0.0)
-    largest: NDArray[Any] = np.sqrt(0.5 * (squares + np.sqrt(rest))).astype(area.dtype)
-    return largest
-
-
 def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int]]:
     """The parameterization that is meant, and width and height of its maps."""
     p = parameterization
     if not isinstance(p, _core.Parameterization):
         p = _core.Parameterization.from_matrix(p)
-    return p, pair(p.resolution if resolution is None else resolution)
+    return p, sides_of(p.resolution if resolution is None else resolution)
 
 
-def pair(sides: Any) -> tuple[int, int]:
+def sides_of(sides: Any) -> tuple[int, int]:
     """Width and height of what the core has taken for a side or a pair."""
     width, height = sides if np.ndim(sides) else (sides, sides)
     return int(width), int(height)

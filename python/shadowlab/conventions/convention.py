@@ -20,6 +20,7 @@ from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 
+from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
 from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, matrices_of, one_of, range_of, tiles_of
@@ -208,8 +209,6 @@ class Convention:
         ArgumentError
             For anything but whole numbers above 0.
         """
-        from ..experiments.arguments import whole
-
         columns, rows = whole("columns", columns), whole("rows", rows)
         tiles = [(i / columns, j / rows, 1 / columns, 1 / rows) for j in range(rows) for i in range(columns)]
         return self.changed(tile=tiles)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import whole
 from ..errors import ArgumentError
-from ..experiments.arguments import whole
 from .convention import Convention
 from .fields import matrices_of, tiles_of
 from .lights import angle_between, same_light

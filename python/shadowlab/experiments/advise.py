@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
+from ..scene.source import Source
 from ..text import shown
 from .arguments import check_types, renderer_of, size_of
 from .candidates import COLUMNS, COUNTS, TEXTS, Candidate, Draw, Outcome, Seen, candidates_of, run_candidate
@@ -291,7 +292,7 @@ def advise(
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
-        Where the scene came from; see `shadowlab.reports.reproduce.Source`.
+        Where the scene came from; see `shadowlab.Source`.
 
     Returns
     -------
@@ -317,7 +318,6 @@ def advise(
     'lispsm'
     """
     from .._core import Bias, Camera, DirectionalLight
-    from ..reports.reproduce import Source
 
     # Cameras and lights are checked one by one, with the names that they have here.
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)

@@ -10,23 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ArgumentError, ShadowlabWarning, UnknownNameError
+from ..checks import check_filter, whole
+from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
 
-FILTERS = ("nearest", "pcf2x2")
 # Pixels of a picture whose size nobody chose.
 PICTURE_PIXELS = 1024 * 1024
 # The largest denominator of an aspect that counts as a ratio of small whole numbers (16:9, 21:9, 64:27).
 LARGEST_RATIO_PART = 64
 # A picture stretched by more than this share looks wrong, and its pixels are no squares of the view any more.
 LARGEST_STRETCH = 0.01
-
-
-def whole(name: str, value: Any) -> int:
-    """The value as an int above 0."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
-        raise ArgumentError(f"{name}: expected a whole number above 0, got {shown(value)}; 1024 is a good start")
-    return int(value)
 
 
 def pair(name: str, value: Any) -> tuple[Any, Any]:
@@ -105,22 +98,6 @@ def check_types(scene: Any, camera: Any, light: Any, bias: Any, filter: Any) -> 
     if bias is not None and not isinstance(bias, _core.Bias):
         raise ArgumentError(f"bias: expected a Bias, got {type(bias).__name__}; try sl.Bias(world=0.01)")
     check_filter(filter)
-
-
-def check_filter(filter: Any) -> None:
-    """Raises for a filter that is none.
-
-    Raises
-    ------
-    ArgumentError
-        For another type.
-    UnknownNameError
-        For a filter that does not exist.
-    """
-    if not isinstance(filter, str):
-        raise ArgumentError(f"filter: expected one of {', '.join(FILTERS)}, got {type(filter).__name__}")
-    if filter not in FILTERS:
-        raise UnknownNameError(f"filter: unknown filter {filter!r}; expected one of {', '.join(FILTERS)}")
 
 
 def scene_hint(value: Any) -> str:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArgumentError
+from ..scene.source import Source
 from ..techniques.labels import labelled as labelled
 from ..techniques.labels import resolved as resolved
 from ..text import shown
@@ -217,7 +218,7 @@ def compare(
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
-        Where the scene came from, for the report; see `shadowlab.reports.reproduce.Source`.
+        Where the scene came from, for the report; see `shadowlab.Source`.
 
     Returns
     -------
@@ -233,7 +234,6 @@ def compare(
         told in its row.
     """
     from .._core import Bias
-    from ..reports.reproduce import Source
 
     check_types(scene, camera, light, bias, filter)
     resolutions = resolutions_of(resolution)

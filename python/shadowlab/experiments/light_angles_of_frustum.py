@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..aliasing.beam_texels import BeamTexels, beam_texels
-from ..aliasing.footprint import footprint_at, halfway_normals, pair
-from ..aliasing.frustum_body import frustum_scene, outline
+from ..aliasing.footprint import footprint_at, halfway_normals, sides_of
+from ..aliasing.frustum_body import outline
+from ..checks import whole
 from ..errors import ShadowlabError
 from ..techniques.labels import labelled
-from .arguments import whole
+from .frustum_scene import frustum_scene
 from .light_angles import LightAngles, lights_at, made, table_of
 
 COLUMNS = (
@@ -79,7 +80,7 @@ def frustum_over_light_angle(
     [0.001, 4.396]
     """
     lights = lights_at(camera, angles_deg, azimuth_deg)
-    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), pair(size)
+    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), sides_of(size)
     entries = labelled(techniques, next(iter(lights.values())))
     rows = []
     for angle, light in lights.items():

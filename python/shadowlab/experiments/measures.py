@@ -9,8 +9,7 @@ from typing import Any
 
 from ..errors import ArgumentError, UnknownNameError
 from ..reports.study_verdict import ABOUT_EQUAL, NOISE_SIGMAS
-from ..reports.words import share_text
-from ..text import shown
+from ..text import share_text, shown
 
 OVER = ("mean", "worst")
 # Edges move by parts of a texel when a map's texels shift, all along the edge at once: wrong pixels scatter by 1 to 3

@@ -22,7 +22,7 @@ from typing import Any
 
 from ..conventions.doubts import CHECK_MATRIX
 from ..reports.study_verdict import BASELINE
-from ..reports.words import listed
+from ..text import listed
 from .candidates import Outcome
 from .measures import about_equal
 from .memory import memory_text, taken, unused

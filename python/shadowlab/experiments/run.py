@@ -16,7 +16,7 @@ from ..aliasing.footprint import footprint_of
 from ..conventions.doubts import CHECK_MATRIX, notes_on
 from ..errors import ShadowlabError
 from ..techniques.labels import is_parameterization as is_parameterization
-from .tables import settings_text
+from ..text import settings_text
 
 T = TypeVar("T")
 

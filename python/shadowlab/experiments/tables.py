@@ -7,14 +7,8 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..reports.words import px_text, share_text, size_text
-from ..text import format_value
-
-
-def settings_text(settings: Mapping[str, Any]) -> str:
-    """Settings on one line."""
-    return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
-
+from ..reports.words import size_text
+from ..text import px_text, share_text
 
 # Of a terminal that does not say.
 UNKNOWN_SIZE = (80, 24)

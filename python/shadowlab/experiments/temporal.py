@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from .. import _core
 from ..aliasing.footprint import NO_MAP
 from ..aliasing.usage import look_up, texel_coordinates
+from ..checks import whole
 from ..errors import ArgumentError, ShadowlabError
 from ..techniques.labels import labelled
 from ..text import shown
-from .arguments import check_types, renderer_of, size_of, whole
+from .arguments import check_types, renderer_of, size_of
 from .tables import Steps
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
 from ..experiments.views import View
-from ..text import BIAS, shown
+from ..text import BIAS, plain, shown
 from .reproduce import bias_python, camera_python, given_python, light_python
-from .study_record import camera_record, light_record, now, plain, versions
+from .study_record import camera_record, light_record, now, versions
 
 HEADS = ("memory", "rank", "candidate", "maps", "taken", "mean", "worst", "of best", "of uniform")
 # Letters of a failure that the table shows; all of it is in the verdict and the data.

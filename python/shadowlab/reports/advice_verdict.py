@@ -12,8 +12,9 @@ from ..experiments.measures import Measure
 from ..experiments.memory import MOST_TEXELS, UNUSED_FROM, memory_text
 from ..experiments.ranking import MEMORY, NOTHING_SEEN, Standing, counted_views
 from ..experiments.views import degrees
+from ..text import listed, share_text
 from .study_verdict import BASELINE, FEW_PIXELS, FEW_SHARE, LITTLE_SEEN
-from .words import listed, share_text, times, unwarped_maps
+from .words import times, unwarped_maps
 
 # Switches, failures and the like that are told; the rest is counted and left to the tables.
 MOST_TOLD = 4

@@ -7,43 +7,12 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..text import format_bias, format_spec, format_value
-
-UNKNOWN_SCENE = "scene = ...  # the scene of this study"
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
-
-    `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a
-    camera keeps no target, and a direction not its length.
-    """
-
-    name: str
-    python: str = UNKNOWN_SCENE
-    arguments: tuple[str, ...] = ()
-    up: str = "y"
-    out: str = ""
-    given: tuple[tuple[str, str], ...] = ()
-
-    @classmethod
-    def of_scene(cls, scene: Any) -> Source:
-        """What a scene knows of itself: a file as it is, a scene of the library, or only its size."""
-        origin, recipe = getattr(scene, "source", ""), getattr(scene, "recipe", "")
-        name = Path(origin).name if origin and not origin.startswith("@") else origin.removeprefix("@")
-        python = f"scene = {recipe}" if recipe else UNKNOWN_SCENE
-        arguments: tuple[str, ...] = ()
-        of_library = origin.startswith("@") and recipe.startswith("sl.library.scene(") and recipe.count("(") == 1
-        if of_library or (origin and recipe == f"sl.load_scene({origin!r})"):
-            arguments = (origin,)
-        return cls(name or f"{scene.triangle_count:,} triangles", python, arguments)
 
 
 def numbers(values: Any) -> str:

@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .words import digits, maps_of, missing, place, px_text, share_text
+from ..text import digits, px_text, share_text
+from .words import maps_of, missing, place
 
 # A cause of this share of the wrong pixels is worth a sentence.
 MUCH = 0.3

@@ -11,16 +11,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..conventions.doubts import CHECK_MATRIX
+from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
 from .words import (
     count,
     details,
     factor,
-    listed,
     maps_of,
     missing,
     place,
-    share_text,
     size_text,
     span,
     texels,

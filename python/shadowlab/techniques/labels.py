@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..errors import ArgumentError
-from ..experiments.tables import settings_text
+from ..text import settings_text
 
 
 def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:

@@ -11,7 +11,8 @@ from ...aliasing.causes import CAUSES, MEANINGS
 from ...pictures.causes import CAUSES as COLOURS
 from ...pictures.causes import cause_picture
 from ...pictures.errors import error_picture, error_scale_svg
-from ..words import digits, px_text, share_text, size_text
+from ...text import digits, px_text, share_text
+from ..words import size_text
 from .parts import figure, picture
 
 CODES = {name: code for code, name in CAUSES.items()}

@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import pictures
 from ...pictures.maps import chosen_picture, map_colour, pictures_of_run
-from ..words import share_text
+from ...text import share_text
 from .parts import figure, picture
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.

@@ -16,9 +16,9 @@ from typing import Any
 from ... import pictures
 from ...errors import ArgumentError
 from ...experiments.tables import HEADS, Steps, cells
+from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
-from ..words import share_text
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table

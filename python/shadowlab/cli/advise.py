@@ -76,8 +76,8 @@ def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
 def advise_command(options: Namespace) -> int:
     """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
     from .._core import Bias, Renderer
+    from ..checks import picture_size
     from ..experiments.advise import advise
-    from ..experiments.arguments import picture_size
     from ..experiments.measures import measure_of, over_of
     from ..experiments.memory import budgets_of
     from ..reports.advice_record import text_table

@@ -227,7 +227,7 @@ def parser() -> Parser:
 def compare_command(options: argparse.Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from .._core import Bias, Renderer
-    from ..experiments.arguments import picture_size
+    from ..checks import picture_size
     from ..experiments.compare import compare
     from ..experiments.tables import text_table
     from ..techniques.registry import technique_of, with_all

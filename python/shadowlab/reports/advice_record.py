@@ -17,7 +17,7 @@ from ..experiments.candidates import Candidate
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
-from ..experiments.views import View
+from ..experiments.views import LabelledView
 from ..text import BIAS, plain, shown
 from .reproduce import bias_python, camera_python, given_python, light_python
 from .study_record import camera_record, light_record, now, versions
@@ -113,7 +113,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
         return ranking[row].candidate, ranking[row].memory, None
     get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
     try:
-        key = str(get("candidate")), int(get("memory")), get("view")
+        key = str(get("technique", get("candidate"))), int(get("memory")), get("view")
     except (TypeError, ValueError):
         raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
     if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:
@@ -121,7 +121,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
     return key
 
 
-def snippet(advice: Any, candidate: Candidate, resolution: int, views: Sequence[View]) -> str:
+def snippet(advice: Any, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
     """A script that computes the error of a candidate at a resolution in views, and prints it."""
     of_errors = "errors." in advice.measure.python
     lines = ["import numpy as np"] * candidate.given + [

@@ -15,7 +15,8 @@ from typing import Any
 
 from ... import pictures
 from ...errors import ArgumentError
-from ...experiments.tables import HEADS, Steps, cells
+from ...experiments.progress import Steps
+from ...experiments.tables import HEADS, cells
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet

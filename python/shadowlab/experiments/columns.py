@@ -229,6 +229,13 @@ def frame(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> pd.DataFra
     return made.fillna(dict.fromkeys(texts, "")).astype({**kinds, **dict.fromkeys(texts, "object")})
 
 
+def with_current(rows: pd.DataFrame, wanted: Iterable[str]) -> pd.DataFrame:
+    """The table with the wanted columns under the names that they have now; warns of names from before."""
+    missing = [name for name in wanted if name not in rows.columns]
+    old = [name for name, now in RENAMED.items() if now in missing and name in rows.columns]
+    return rows.rename(columns={name: current(name) for name in old})
+
+
 def current(name: str) -> str:
     """The name that a column has now; warns of one from before."""
     if name not in RENAMED:

@@ -76,7 +76,7 @@ class LightAngles:
         -----
         1 where neither has any, as of two without a wrong pixel; NaN where either has no number.
         """
-        y = current(y)
+        y = y if y in self.table.columns else current(y)
         if y not in self.table.columns or not np.issubdtype(self.table[y].to_numpy().dtype, np.number):
             numbers = ", ".join(
                 c for c in self.table.columns if c not in ("technique", "angle_deg", "notes", "failure")

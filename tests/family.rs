@@ -20,7 +20,7 @@ use shadowlab::rays::LightFrame;
 use shadowlab::scene::Camera;
 use shadowlab::techniques::Value;
 
-/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 0).
+/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 17).
 const JOGGLED: f64 = 1e-6;
 
 fn table_matrix(t: &serde_json::Value, name: &str, params: &[(&str, Value)], tolerance: f64) -> Values {

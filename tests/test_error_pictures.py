@@ -17,7 +17,7 @@ from shadowlab.pictures import errors as error_pictures
 # A warning of numpy is a failure.
 pytestmark = pytest.mark.filterwarnings("error")
 
-# Machado, Oliveira, Fernandes 2009, "A physiologically-based model for simulation of color vision deficiency", severity
+# Machado, Oliveira, Fernandes 2009 [machado2009], a model for simulation of color vision deficiency, severity
 # 1.0, on linear RGB.
 VISIONS = {
     "common": np.eye(3),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -10,7 +12,14 @@ from . import _core
 from .errors import ArgumentError, UnknownNameError
 from .text import shown
 
+if TYPE_CHECKING:
+    from .types import RendererLike
+
 FILTERS = ("nearest", "pcf2x2")
+# Pixels of a picture whose size nobody chose.
+PICTURE_PIXELS = 1024 * 1024
+# The largest denominator of an aspect that counts as a ratio of small whole numbers (16:9, 21:9, 64:27).
+LARGEST_RATIO_PART = 64
 
 
 def whole(name: str, value: Any) -> int:
@@ -42,6 +51,27 @@ def check_filter(filter: Any) -> None:
         raise UnknownNameError(f"filter: unknown filter {filter!r}; expected one of {', '.join(FILTERS)}")
 
 
+def check_scene(scene: Any) -> None:
+    """Raises unless it is a scene.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(scene, _core.Scene):
+        raise ArgumentError(f"scene: expected a Scene, got {type(scene).__name__}; {scene_hint(scene)}")
+
+
+def scene_hint(value: Any) -> str:
+    """How to make a scene of this."""
+    if type(value).__module__.partition(".")[0] == "trimesh":
+        return "sl.Scene.from_trimesh(it) makes one"
+    if isinstance(value, str) or hasattr(value, "__fspath__"):
+        return "sl.load_scene(it) reads a file, sl.library.scene(it) builds one of the library"
+    return "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one"
+
+
 def check_camera(camera: Any) -> None:
     """Raises unless it is a camera.
 
@@ -67,3 +97,69 @@ def check_light(light: Any) -> None:
             f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {shown(light)}; "
             "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
         )
+
+
+def check_bias(bias: Any) -> None:
+    """Raises unless it is a bias or None.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if bias is not None and not isinstance(bias, _core.Bias):
+        raise ArgumentError(f"bias: expected a Bias, got {type(bias).__name__}; try sl.Bias(world=0.01)")
+
+
+def renderer_of(value: Any) -> RendererLike:
+    """The renderer that is meant: one that is given, one by its name, or the best there is for None."""
+    if value is None:
+        return _core.Renderer()
+    if isinstance(value, str):
+        return _core.Renderer(value)
+    if all(hasattr(value, name) for name in ("gbuffer", "shadow_map", "shadow_mask", "backend", "adapter")):
+        return cast("RendererLike", value)
+    raise ArgumentError(
+        f'renderer: expected a Renderer, "cpu", "gpu" or "auto", got {type(value).__name__}; sl.Renderer() takes the '
+        "best there is"
+    )
+
+
+def pair(name: str, value: Any) -> tuple[Any, Any]:
+    """The value as two things."""
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)") from None
+    return first, second
+
+
+def picture_size(aspect: float, pixels: int = PICTURE_PIXELS) -> tuple[int, int]:
+    """Width and height of about this many pixels for a camera's aspect.
+
+    Exactly of this aspect where it is a ratio of small whole numbers (1360 x 765 for 16:9), else rounded to whole
+    pixels.
+    """
+    ratio = Fraction(aspect).limit_denominator(LARGEST_RATIO_PART)
+    if ratio > 0 and abs(float(ratio) - aspect) <= 4 * np.finfo(np.float64).eps * aspect:
+        times = round(math.sqrt(pixels / (ratio.numerator * ratio.denominator)))
+        if times > 0:
+            return times * ratio.numerator, times * ratio.denominator
+    return max(1, round(math.sqrt(pixels * aspect))), max(1, round(math.sqrt(pixels / aspect)))
+
+
+def picture_of(value: Any, camera: _core.Camera) -> tuple[int, int]:
+    """Width and height of a picture: as given, of a side, or for None about 1024 * 1024 square pixels.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but whole numbers above 0.
+    """
+    if value is None:
+        return picture_size(camera.aspect)
+    if np.ndim(value) == 0 and not isinstance(value, str):
+        side = whole("size", value)
+        return side, side
+    width, height = pair("size", value)
+    return whole("size", width), whole("size", height)

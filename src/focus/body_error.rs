@@ -1,8 +1,9 @@
 //! The perspective error of a warp over the receivers' body: how much of the image a texel covers.
 //!
-//! Source: theory.md E.1, E.2 and E.6; the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 (logarithmic
-//! perspective shadow maps). For a surface whose normal halves the angle between eye and light, R(N) of E.6 is an isometry,
-//! so the pure perspective error of a texel is as long in the image as its side is across the light's ray, over eye depth:
+//! Source: theory.md E.1, E.2 and (E.6); the storage factor of Lloyd, Tuft, Yoon, Manocha 2006 `[lloyd2006]` and Lloyd,
+//! Govindaraju, Quammen, Molnar, Manocha 2008 `[lloyd2008]`. For a surface whose normal halves the angle between eye
+//! and light, R(N) of (E.6) is an isometry, so the pure perspective error of a texel is as long in the image as its
+//! side is across the light's ray, over eye depth:
 //!
 //! ```text
 //! m_t = |dX/dt| / (2 z tan)    m_s = |dX/ds| / (2 z tan)         s, t in [0, 1] along and across the warp axis
@@ -60,7 +61,7 @@ pub struct ErrorMeasure {
 }
 
 /// The vectors across the light's ray at a point (along right and up of its frame) that one unit of a map's NDC x and one of
-/// y stand for: the inverse of B_d of theory.md E.6. Nothing where the map or the light is singular.
+/// y stand for: the inverse of B_d of (E.6). Nothing where the map or the light is singular.
 pub fn footprint(clip_from_local: &Rows, rays: &LightRays, p: DVec3) -> Option<DMat2> {
     let frame = LightFrame::any(rays.direction_at(p)?);
     let ndc_from_across = clip_from_local.jacobian(p, [frame.right, frame.up]);

@@ -1,8 +1,8 @@
 //! The fit of a map whose texels are even in the logarithm of w: receivers, border and casters in that coordinate.
 //!
-//! Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 (logarithmic perspective shadow maps); theory.md 1.3 and 11.
-//! Departure: theory.md takes y = ±1 at the receivers' ends; here they lie one texel of the logarithmic map inside, and the
-//! matrix's own y spans the same rays as the map, border included, so that what its clip volume leaves out is in no texel.
+//! Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 `[lloyd2008]` (logarithmic perspective shadow maps);
+//! theory.md 1.3 and 11. The receivers' ends lie one texel of the logarithmic map inside of y = ±1, and the matrix's
+//! own y spans the same rays as the map, border included, so that what its clip volume leaves out is in no texel.
 //!
 //! ```text
 //!   y of the matrix   -1 |.  receivers                                        .| 1     -Pn/w, evenly cut below
@@ -55,7 +55,7 @@ fn logarithm(
         // Thinner along the axis than a texel is across it: the ordinary fit gives it room.
         return None;
     }
-    // ln(w_high / w_low), without cancellation where w hardly varies.
+    // ln(w1 / w0) of (11.1), without cancellation where w hardly varies.
     let range = ((low - high) / high).ln_1p();
     if !(range.is_finite() && range.abs() > LEAST_RANGE) {
         return None;

@@ -2,8 +2,9 @@
 //!
 //! A warp maps lines across the light to lines and keeps w > 0, so whatever the warp, its map's extents are those of this
 //! hull's corners: one pass serves a search over all warps. Receivers are the instances' boxes inside the view's body, as the
-//! fit has them. The hull is rebuilt by Andrew's monotone chain (1979) when a box adds to it; whether one can is asked with
-//! support functions of the hull's sides, and not at all of sides that it has in common with the body's own hull.
+//! fit has them. The hull is rebuilt by Andrew's monotone chain `[andrew1979]` when a box adds to it; whether one can
+//! is asked with support functions of the hull's sides, and not at all of sides that it has in common with the body's
+//! own hull.
 //!
 //! ```text
 //!        ________ the body's hull

@@ -1,7 +1,8 @@
 //! Texel snapping: a uniform map whose texel lattice stands still in the world while the camera moves.
 //!
-//! Source: theory.md 1.4 (a sphere around the frustum, moved in whole texels). Departures: the radius is rounded up to a
-//! part of itself, not to an absolute length, so that it means the same at any scale; the depth range is the scene's.
+//! Source: theory.md 1.4 (a sphere around the frustum, moved in whole texels), after Valient 2008 `[valient2008]`.
+//! Departures: the radius is rounded up to a part of itself, not to an absolute length, so that it means the same at
+//! any scale; the depth range is the scene's.
 
 use glam::{DVec2, DVec3};
 
@@ -48,7 +49,7 @@ pub fn stable_grid(camera: &Camera, along: DVec3, depth_range: [f64; 2], size: &
     StableGrid { clip_from_world: frame.orthographic().cropped(low, high), texel, radius, center }
 }
 
-/// Depth of the middle and radius of the smallest sphere around a camera's frustum with its middle on the axis.
+/// Depth of the middle and radius of the smallest sphere around a camera's frustum with its middle on the axis (1.2).
 fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     let (tx, ty) = camera.tan_half_fov();
     let (near, far, k) = (camera.near(), camera.far(), tx.hypot(ty));

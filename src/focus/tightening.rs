@@ -1,6 +1,7 @@
 //! How closely a map is cut to what it has to show: the alternatives of the unit-cube clipping article, for study.
 //!
-//! Source: the unit-cube clipping article; theory.md 1.3; Gusev 2007 for the published step of XPSM. Departures: no
+//! Source: the unit-cube clipping article, Kapoulkine 2007 `[kapoulkine2007]`; theory.md 1.3; Gusev 2007 `[gusev2007]`
+//! for the published step of XPSM. Departures: no
 //! alternative but that step loses a caster. Where the article takes casters as points, their boxes are cut in space, so
 //! nothing is divided by a w that is not positive; and casters are told from receivers where that can be known: every
 //! instance is both, and only a flat one with nothing behind it casts on nothing.

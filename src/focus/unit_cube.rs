@@ -1,6 +1,7 @@
 //! The fit shared by all techniques: crops a provisional map to receivers and casters, picks near and far, adds the border.
 //!
-//! Source: theory.md 1.3; the unit-cube clipping article; Wimmer and Scherzer 2006. Departures, both exact:
+//! Source: theory.md 1.3; Kapoulkine 2007 `[kapoulkine2007]`, the unit-cube clipping article; Wimmer and Scherzer 2006
+//! `[wimmer2006]`. Departures, both exact:
 //! - Receivers are the instances' boxes cut by the view, not only K: nothing else can be hit by a view ray. As nearly every
 //!   instance casts and receives, the casters above the receivers' rectangle fill it, so the article's second crop to the
 //!   casters' rectangle has next to nothing left to cut and is made only on demand ([`Tightening`]).
@@ -30,7 +31,7 @@ const POINT_EXTENT: f64 = 1e-6;
 
 /// Texels along each edge of a map that no receiver maps to. Derived from the filters: a lookup compares texel centres up to
 /// one texel from the point, so none of them lies off the map. Border texels are as complete as any other ([`fit`]); nothing
-/// is clamped to them, so they need not stay empty as in theory.md 1.3.
+/// is clamped to them, so they need not stay empty as the article has them.
 pub const BORDER_TEXELS: u32 = 1;
 
 /// The texels of a map and those at its edge that no receiver maps to.
@@ -65,7 +66,7 @@ impl MapSize {
 /// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and
 /// the receivers' end, border texels included.
 ///
-/// `provisional` must be a shadow map's (theory.md 0.1) with w > 0 on the receivers' body. Under a placed light its depth row
+/// `provisional` must be a shadow map's (0.1) with w > 0 on the receivers' body. Under a placed light its depth row
 /// is replaced: z / w = -1 / w, so that a depth is a w and the map can begin where single precision still tells depths
 /// apart at the receivers ([`NEAREST_SHARE_OF_REACH`]); whatever has less w is lit and casts no shadow.
 pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Fit {

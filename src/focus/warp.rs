@@ -1,7 +1,8 @@
 //! The space in which perspective warps act: light rays run along its third axis, the view direction along its second.
 //!
-//! Source: theory.md 5.1 to 5.4. For a directional light it is light space itself; for a spot the NDC of the light's
-//! perspective, turned. What LiSPSM needs, and all techniques that differ from it in the warp distance alone.
+//! Source: theory.md 5.1 to 5.4, (5.1) and (5.2). For a directional light it is light space itself; for a spot the NDC
+//! of the light's perspective, turned. What LiSPSM needs, and all techniques that differ from it in the warp distance
+//! alone.
 
 use glam::{DVec2, DVec3};
 
@@ -63,7 +64,7 @@ pub struct WarpSpace {
 }
 
 impl WarpSpace {
-    /// Light space with the axis in the plane of `towards` (theory.md 0.2, 5.1 and 5.3).
+    /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3).
     pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, NoWarp> {
         let (frame, across) = LightFrame::towards(along, towards).ok_or(NoWarp::LightAlongAxis)?;
         if across < LEAST_KAPPA {
@@ -157,7 +158,7 @@ impl WarpSpace {
         self.y[1] - self.y[0]
     }
     /// The warp distance that makes the error equal at both ends of a line across the light that begins at eye depth `near`
-    /// and ends at `far`: `(near + √(near far)) / rate` (theory.md 5.2).
+    /// and ends at `far`: `(near + √(near far)) / rate` (5.2).
     pub fn equal_error_distance(&self, near: f64, far: f64) -> f64 {
         near * (1.0 + (far / near).sqrt()) / self.rate
     }
@@ -181,7 +182,7 @@ impl WarpSpace {
         }
         distance.clamp(least, self.extent() / f64::EPSILON)
     }
-    /// The provisional map with the reference point `distance` before the near end (theory.md 5.1). x, y, w are those of the
+    /// The provisional map with the reference point `distance` before the near end (5.1). x, y, w are those of the
     /// perspective; the fit crops.
     pub fn warped(&self, distance: f64) -> Rows {
         let Self { rows, .. } = self;

@@ -1,6 +1,6 @@
 //! What warps along the view under a directional light share: where they act, when there is none, and what they tell.
 //!
-//! Source: theory.md 5.1 (the warp), 6 (the centre ray; bodies as the eye sees them).
+//! Source: theory.md 5.1 (the warp) and 6 (the centre ray; bodies as the eye sees them).
 //!
 //! ```text
 //!   reference point        eye              near end (Ymin)                far end (Ymax)      along the light: ⊗
@@ -125,7 +125,7 @@ impl<'a> AlongView<'a> {
         }
         SeenBody { y, depth, silhouette, silhouette_extent: extent[1] - extent[0] }
     }
-    /// The share `lambda` of a warp at theta = φ, weakened below: λ / tan(π θ / (4 φ)) (theory.md 6.3), infinite at theta = 0.
+    /// The share `lambda` of a warp at theta = φ, weakened below: λ / tan(π θ / (4 φ)) (6.3), infinite at theta = 0.
     pub fn below_silhouette(&self, body: &SeenBody, lambda: f64) -> f64 {
         // The silhouette of a body whose near end lies behind the eye is wider than theta, up to rounding.
         let quarter = std::f64::consts::FRAC_PI_4 * self.theta / body.silhouette.max(self.theta);
@@ -135,7 +135,7 @@ impl<'a> AlongView<'a> {
     pub fn eye_distance(&self) -> f64 {
         self.space.y[0] - self.eye_y
     }
-    /// GMNPR's warp distance: equal errors at both ends of the centre ray (theory.md 6.4, 6.3 below the silhouette).
+    /// GMNPR's warp distance: equal errors at both ends of the centre ray (6.4); below the silhouette (6.3).
     pub fn equal_ends_distance(&self, body: &SeenBody) -> f64 {
         let [near, far] = body.depth;
         if body.y[0] >= 0.0 {

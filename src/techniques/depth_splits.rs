@@ -1,14 +1,15 @@
 //! Where the depths of a view are split.
 //!
-//! Source: Zhang, Sun, Xu, Lun 2006 (parallel-split shadow maps: uniform, logarithmic and the practical blend of both);
-//! Lauritzen, Salvi, Lefohn 2010 (sample distribution shadow maps: from the distribution of depths); theory.md 12.
+//! Source: Zhang, Sun, Xu, Lun 2006 `[zhang2006]` (parallel-split shadow maps: uniform, logarithmic and the practical
+//! blend of both); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]` (sample distribution shadow maps: from the
+//! distribution of depths); theory.md 12.1.
 
 /// How finely the distribution of depths is looked at. Chosen because a bin of a depth range of 1 : 10⁴ is then 0.9 % of its
 /// depth, far below the shortest useful split.
 const BINS: usize = 1024;
 
 /// The borders of `count` splits of [near, far], ends included: a share `blend` of the logarithmic scheme (all splits as long
-/// in ratio) and the rest of the uniform one (all as long in depth).
+/// in ratio) and the rest of the uniform one (all as long in depth), (12.1).
 pub fn blended(near: f64, far: f64, count: usize, blend: f64) -> Vec<f64> {
     let inner = (1..count).map(|i| {
         let share = i as f64 / count as f64;

@@ -134,7 +134,7 @@ fn sees_depth(rows: &Rows, light: &Light) -> bool {
     terms.element_sum().abs() > 4.0 * f64::EPSILON * terms.abs().element_sum()
 }
 
-/// The same rows with x, y and w zero at the light (theory.md 0.1) to the last bit or two. The way through local coordinates
+/// The same rows with x, y and w zero at the light (0.1) to the last bit or two. The way through local coordinates
 /// left the rounding of the translation at a placed light; the crop of a strong warp leaves that of far larger terms along a
 /// directional one. What points near `origin` map to stays.
 fn through_light(rows: &Rows, light: &Light, origin: DVec3) -> Rows {

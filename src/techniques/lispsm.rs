@@ -1,10 +1,10 @@
 //! Light space perspective shadow maps.
 //!
-//! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM); Wimmer and Scherzer 2006 (robust shadow maps: middle vector);
-//! theory.md 5; the search for the least error is ours (closed forms, "the published warp against the best"). Departures, all
-//! there: the warp is anchored at the near end of the receivers' body; depth comes from the shared fit; in the warp distance
-//! Δz is the eye depth that the body spans along the warp axis (the paper's own section 4.4; the later paper's equation 1
-//! lacks the sine).
+//! Source: Wimmer, Scherzer, Purgathofer 2004 `[wimmer2004]` (LiSPSM); Scherzer 2005 `[scherzer2005]`, Wimmer and
+//! Scherzer 2006 `[wimmer2006]` (robust shadow maps: middle vector); theory.md 5; the search for the least error is
+//! ours (theory.md 18.2). Departures (theory.md 16): the warp is anchored at the near end of the receivers' body; depth
+//! comes from the shared fit; in the warp distance Δz is the eye depth that the body spans along the warp axis (the
+//! paper's own section 4.4; the later paper's equation 1 lacks the sine, theory.md 15.3).
 //!
 //! ```text
 //!   reference point                near end (Ymin)                    far end (Ymax)      along the light: ⊗
@@ -184,7 +184,7 @@ impl Lispsm {
             _ => None,
         }
     }
-    /// The distance from the reference point to the near end, in units of the warp space's y (theory.md 5.2).
+    /// The distance from the reference point to the near end, in units of the warp space's y (5.2).
     fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
         let [near, far] = match formula {
             Distance::Basic => view.eye_depth,

@@ -1,10 +1,10 @@
 //! Plane-optimal shadow maps: on one plane, shadow texels are screen pixels.
 //!
-//! Source: Chong and Gortler 2004 (A Lixel for every Pixel); theory.md 9, equation 9.1: a point goes along its light ray to
-//! the plane, and from there to the screen. Departures:
+//! Source: Chong and Gortler 2004 `[chong2004]` (a lixel for every pixel); theory.md 9 and (9.1): a point goes along
+//! its light ray to the plane, and from there to the screen. Departures:
 //! - The shared fit crops each axis to the receivers, so texels are pixels up to a crop that is constant over the plane.
 //! - Viewer and light on opposite sides of the plane mirror the image. Every map here keeps the winding that the light sees:
-//!   x is negated then (the value `mirrored` says so), where theory.md switches the cull mode.
+//!   x is negated then (the value `mirrored` says so), where a renderer could switch the cull mode.
 //! - The plane may be found from what is seen ([`dominant_plane`]).
 //! - One map is made, so light rays that meet the plane behind the eye cannot be covered: the paper splits, here it is an
 //!   error that tells how much is lost, or on demand a uniform map.
@@ -185,7 +185,7 @@ impl PlaneOptimal {
     }
 }
 
-/// The camera's rows through a plane (theory.md 9.1), with w > 0 on the receivers' body.
+/// The camera's rows through a plane (9.1), with w > 0 on the receivers' body.
 fn through_plane(
     view: &FocusedView,
     part: &Part,
@@ -216,9 +216,10 @@ fn through_plane(
     let (tx, ty) = view.camera.tan_half_fov();
     let row = |v: DVec3| {
         let screen = v.extend(-v.dot(view.eye));
+        // (9.1)
         let sheared = screen - pi * (screen.dot(light) / light_height);
         match light.w {
-            // Zero on the light to the last bit (theory.md 0.1).
+            // Zero on the light to the last bit (0.1).
             0.0 => (sheared.truncate() - light.truncate() * sheared.truncate().dot(light.truncate())).extend(sheared.w),
             _ => sheared,
         }

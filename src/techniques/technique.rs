@@ -166,7 +166,7 @@ pub type Named = (&'static str, f64);
 /// What a warp makes of a view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provisional {
-    /// From the view's local space: a shadow map's rows (theory.md 0.1) with w > 0 on the receivers' body.
+    /// From the view's local space: a shadow map's rows (0.1) with w > 0 on the receivers' body.
     pub clip_from_local: Rows,
     /// Intermediate numbers.
     pub values: Vec<Named>,

@@ -1,6 +1,6 @@
 //! Trapezoidal shadow maps: the trapezoid around what the eye sees becomes the map, a focus depth at a chosen share of it.
 //!
-//! Source: Martin and Tan 2004, "Anti-aliasing and Continuity with Trapezoidal Shadow Maps"; theory.md 4.
+//! Source: Martin and Tan 2004 `[martin2004]` (trapezoidal shadow maps); theory.md 4.
 //!
 //! ```text
 //!           top: near end      focus             base: far end
@@ -94,9 +94,9 @@ impl Warp for Tsm {
 }
 
 /// The distance of q before the top line with which a body of extent `lambda` gets the `share` of its map for its first
-/// `delta` (theory.md 4.1); infinite where it has that share, or more, without a warp, and where the focus lies before it.
+/// `delta` (4.1); infinite where it has that share, or more, without a warp, and where the focus lies before it.
 fn eta(lambda: f64, delta: f64, share: f64) -> f64 {
-    // 4.1 with ξ = 2 share - 1, both sides halved.
+    // (4.1) with ξ = 2 share - 1, both sides halved.
     let room = lambda * share - delta;
     if room <= 0.0 || delta <= 0.0 { f64::INFINITY } else { lambda * delta * (1.0 - share) / room }
 }

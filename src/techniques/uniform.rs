@@ -1,6 +1,7 @@
 //! Uniform shadow maps: the light's own projection, cropped.
 //!
-//! Source: Williams 1978; focusing after Brabec, Annen and Seidel 2002; theory.md 1.3, 1.4 and 2.
+//! Source: Williams 1978 `[williams1978]`; focusing after Brabec, Annen and Seidel 2002 `[brabec2002]`; theory.md 1.3,
+//! 1.4 and 2.
 
 use glam::{DVec3, DVec4};
 

@@ -1,6 +1,6 @@
 //! Extended perspective shadow maps.
 //!
-//! Source: Gusev 2007 (XPSM); theory.md 8. Where we depart:
+//! Source: Gusev 2007 `[gusev2007]` (XPSM); theory.md 8. Where we depart:
 //! - The interval in focus begins at the near end of what is seen (Y_f = Ymin of K), so every receiver has w >= epsilon_w. The
 //!   paper takes the later beginning of receivers and casters; as every instance casts, that is the same.
 //! - The map is cut to the unit cube by the shared fit. The published step ignores points with w < epsilon_w and loses casters
@@ -114,8 +114,8 @@ impl Warp for Xpsm {
 }
 
 impl Xpsm {
-    /// The paper's p, so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays above its
-    /// least at the near end.
+    /// The paper's p (8.1), so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays
+    /// above its least at the near end.
     fn strength(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
         let [near, far] = view.eye_depth;
         let coefficient = self.coefficient.unwrap_or_else(|| 1.0 / (near.sqrt() * far.sqrt()));

@@ -1,7 +1,8 @@
 //! Cascades: the depths of the view are split, each split gets maps of its own.
 //!
-//! Source: Zhang, Sun, Xu, Lun 2006 (parallel-split shadow maps); Lloyd, Tuft, Yoon, Manocha 2006 (warping and partitioning);
-//! Lauritzen, Salvi, Lefohn 2010 (sample distribution shadow maps); theory.md 12. Departures:
+//! Source: Zhang, Sun, Xu, Lun 2006 `[zhang2006]` (parallel-split shadow maps); Lloyd, Tuft, Yoon, Manocha 2006
+//! `[lloyd2006]` (warping and partitioning); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]` (sample distribution
+//! shadow maps); theory.md 12.1. Departures:
 //! - a split is a camera with nearer planes, focused, warped and fitted as any other, so what it sees of the scene bounds its
 //!   map across the light too, exactly; samples decide depths only;
 //! - by default every receiver is covered, seen by a sample or not: the first split begins at the near end of the receivers'

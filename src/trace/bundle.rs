@@ -1,8 +1,8 @@
 //! Rays that stay together: up to eight in one frame whose directions share their signs.
 //!
 //! Neighbouring rays enter nearly the same boxes. A bundle fetches each node once and tests its children once, by
-//! interval arithmetic over all its rays (S. Boulos, I. Wald, P. Shirley, "Geometric and arithmetic culling methods for
-//! entire ray packets", 2006); each child that is left is then tested against every ray side by side. What a ray meets
+//! interval arithmetic over all its rays (Boulos, Wald, Shirley 2006 `[boulos2006]`, culling of
+//! entire ray packets); each child that is left is then tested against every ray side by side. What a ray meets
 //! is the same as when it travels alone: its triangles are tested by the same function, and no box that it enters is
 //! missed, since float operations are monotonous and both tests keep the error bounds of [`LocalRays`].
 

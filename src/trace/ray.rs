@@ -1,10 +1,10 @@
 //! Rays made ready for one frame: f64 for triangles, f32 with error bounds for boxes. One, or several side by side.
 //!
-//! Triangles: the shear of S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013, in f64.
+//! Triangles: the shear of Woop, Benthin, Wald 2013 `[woop2013]` (watertight ray/triangle intersection), in f64.
 //! Boxes: slabs in f32. A far origin is first moved to where the ray enters the tree's box, in f64, so that what is
 //! rounded to f32 has magnitude about 1 however far away the ray begins; boxes then grow by [`LocalRays::new`]'s `pad`,
-//! a bound on everything that was rounded, and the far side by a relative bound (T. Ize, "Robust BVH ray traversal",
-//! JCGT 2(2), 2013). A box that holds a triangle the ray meets is therefore never missed.
+//! a bound on everything that was rounded, and the far side by a relative bound (Ize 2013 `[ize2013]`,
+//! robust BVH ray traversal). A box that holds a triangle the ray meets is therefore never missed.
 
 use glam::DAffine3;
 

@@ -1,8 +1,8 @@
 //! An eight-wide bounding volume hierarchy over boxes, built top-down.
 //!
-//! Binned surface-area heuristic (I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007);
-//! eight-wide nodes by splitting the largest child until there are eight (I. Wald, C. Benthin, S. Boulos, "Getting rid
-//! of packets", 2008). Leaves hold at most four items, since a leaf is one SIMD test.
+//! Binned surface-area heuristic (Wald 2007 `[wald2007]`, on fast construction of SAH-based hierarchies);
+//! eight-wide nodes by splitting the largest child until there are eight (Wald, Benthin, Boulos 2008 `[wald2008]`,
+//! getting rid of packets). Leaves hold at most four items, since a leaf is one SIMD test.
 //!
 //! Ours rather than a bottom-up clustering: equal boxes (duplicated or degenerate triangles) split in the middle, so
 //! the depth is bounded for every input, and the build runs on all cores.
@@ -19,7 +19,7 @@ pub const NO_ITEM: u32 = u32::MAX;
 /// Set in a child's code where it is a leaf; the rest is an index into [`Tree::leaves`] or [`Tree::nodes`].
 pub const LEAF_BIT: u32 = 1 << 31;
 
-/// Bins along each axis: 16 finds splits within a few percent of a full sweep (Wald 2007, section 4).
+/// Bins along each axis: 16 finds splits within a few percent of a full sweep (`[wald2007]`, section 4).
 const BINS: usize = 16;
 /// Items below which a subtree is not worth a task of its own (about 1 ms of work).
 const TASK: usize = 8192;

@@ -1,7 +1,7 @@
 """What a texel of the shadow map looks like in the image, at every pixel.
 
-Source: theory.md E.2 (E.5, E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, and the
-Jacobian of Chong and Gortler 2007. See `Footprint` for what each number means.
+Source: theory.md E.2, (E.5) and (E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008
+[lloyd2008], and the Jacobian of Chong and Gortler 2007 [chong2007]. See `Footprint` for what each number means.
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ class Footprint:
 
     References
     ----------
-    Lloyd, Govindaraju, Quammen, Molnar, Manocha, "Logarithmic perspective shadow maps", 2008 (error m, up to its norm).
-    Chong, Gortler, "Scene optimized shadow mapping", 2007 (the Jacobian of a map and a camera on a surface).
+    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] (error m, up to its norm).
+    Chong, Gortler 2007 [chong2007] (the Jacobian of a map and a camera on a surface).
     """
 
     jacobian: NDArray[Any]

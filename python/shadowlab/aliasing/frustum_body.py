@@ -1,6 +1,6 @@
 """The outline of a camera's frustum: where errors of maps are largest when receivers fill the view.
 
-Source: Wimmer, Scherzer, Purgathofer 2004, section 4; Lloyd, Tuft, Yoon, Manocha 2006.
+Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4; Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006].
 
 ```
                           _ - |

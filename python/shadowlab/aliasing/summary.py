@@ -50,8 +50,8 @@ class Summary:
         The longest texels along the map's y (s) and x (t) by perspective alone, pixels, of all maps.
     storage_factor : float or None
         Texels over pixels without perspective error: the largest extent along s times the largest along t, by
-        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. 2008). Of what is seen, not
-        of the frustum.
+        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. [lloyd2008]). Of what is seen,
+        not of the frustum.
     resolution_needed : int or None
         Texels along the longer side of every map with which 95 % of the measured pixels are not undersampled, slopes
         and all.

@@ -70,8 +70,8 @@ def advise_options(commands: Any, shared: ArgumentParser) -> None:
 def advise_command(options: Namespace) -> int:
     """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
     from .._core import Renderer
+    from ..checks import picture_size
     from ..experiments.advise import advise
-    from ..experiments.arguments import picture_size
     from ..experiments.measures import measure_of, over_of
     from ..experiments.memory import budgets_of
     from ..reports.terminal import advice_table

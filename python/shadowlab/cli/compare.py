@@ -49,7 +49,7 @@ def compare_options(commands: Any, shared: ArgumentParser) -> None:
 def compare_command(options: Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from .._core import Renderer
-    from ..experiments.arguments import picture_size
+    from ..checks import picture_size
     from ..experiments.compare import compare
     from ..reports.terminal import study_table
     from ..techniques.registry import technique_of, with_all

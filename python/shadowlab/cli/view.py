@@ -15,7 +15,7 @@ from ..text import parse_spec, parse_vector
 
 def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
     """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
-    from ..experiments.arguments import picture_size
+    from ..checks import picture_size
     from ..scene import library
     from ..scene.default_view import default_view
     from ..scene.scenes import load_scene

@@ -10,7 +10,7 @@ of view space end in. What does leave one is the world's axes.
 
 Sources of the presets: the specifications of OpenGL 4.6 (clip volume -w <= z <= w), Vulkan 1.3 (0 <= z <= w, y down),
 Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate Systems"); Everitt, Rege, Cebenoyan
-2001, "Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
+2001 [everitt2001], "Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
 """
 
 from __future__ import annotations

@@ -8,22 +8,26 @@ truth, and measured by the footprint of its texels. The numbers of every run are
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..checks import renderer_of
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..text import shown
-from .arguments import check_types, renderer_of, size_of
-from .candidates import COLUMNS, COUNTS, TEXTS, Candidate, Draw, Outcome, Seen, candidates_of, run_candidate
-from .compare import traced_truth
+from .arguments import check_types, size_of
+from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of
+from .columns import table
 from .measures import Measure, measure_of, over_of
 from .memory import budgets_of, bytes_of, memory_text
 from .progress import Steps
-from .ranking import SWITCH_COLUMNS, TABLE_COLUMNS, TABLE_COUNTS, Standing, counted_views, standings, switches
-from .views import View, views_of
+from .ranking import Standing, counted_views, standings, switches
+from .views import LabelledView, views_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -59,19 +63,20 @@ class Choice:
     about_equal: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, repr=False)
 class Advice:
     """The result of `advise`: who is best at equal memory, where that switches, and the numbers behind it.
 
     Attributes
     ----------
     table : DataFrame
-        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes, unused
-        (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view of the worst,
-        ratios to the best and to uniform at equal memory, whether it is about equal to the best, and `failure`.
+        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes,
+        unused_memory (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view
+        of the worst, ratios to the best and to uniform at equal memory, whether it is about equal to the best, and
+        `failure`.
     runs : DataFrame
         One row a candidate, budget and view with all numbers: the error, wrong pixels and their causes, lengths of
-        texels (`major_max`, `major_p95`, `major_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
+        texels (`texel_max`, `texel_p95`, `texel_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
         run each; light_angle and light_elevation in radians. `outside` counts the pixels that no map holds.
     switches : DataFrame
         Where the winner changes, along views by light angle, or along budgets: `from` is the last one before the new
@@ -84,7 +89,7 @@ class Advice:
 
     outcomes: tuple[Outcome, ...] = field(repr=False)
     candidates: tuple[Candidate, ...]
-    views: tuple[View, ...]
+    views: tuple[LabelledView, ...]
     budgets: tuple[int, ...]
     measure: Measure
     over: str
@@ -102,31 +107,19 @@ class Advice:
         return standings(self.outcomes, self.over)
 
     @property
-    def table(self) -> Any:
-        """One row a candidate and budget."""
-        import pandas as pd
-
-        table = pd.DataFrame([one.row() for one in self.standings], columns=list(TABLE_COLUMNS))
-        numbers = ("unused", "error_mean", "error_worst", "ratio_to_best", "ratio_to_uniform")
-        return table.astype({**dict.fromkeys(TABLE_COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+    def table(self) -> pd.DataFrame:
+        """One row per candidate and budget."""
+        return table("advise", [{"scene": self.source.name, **one.row()} for one in self.standings])
 
     @property
-    def runs(self) -> Any:
-        """One row a candidate, budget and view."""
-        import pandas as pd
-
-        table = pd.DataFrame([one.row() for one in self.outcomes], columns=list(COLUMNS))
-        numbers = [name for name in COLUMNS if name not in (*COUNTS, *TEXTS)]
-        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+    def runs(self) -> pd.DataFrame:
+        """One row per candidate, budget and view."""
+        return table("advise.runs", [one.row() | {"scene": self.source.name} for one in self.outcomes])
 
     @property
-    def switches(self) -> Any:
-        """One row a change of winner."""
-        import pandas as pd
-
-        table = pd.DataFrame(switches(self.outcomes, self.standings), columns=list(SWITCH_COLUMNS))
-        numbers = ("at_from", "at_to", "equal_from", "equal_to", "error_from", "error_to", "other_from", "other_to")
-        return table.astype({"memory": "Int64", **dict.fromkeys(numbers, "float64")})
+    def switches(self) -> pd.DataFrame:
+        """One row per change of winner."""
+        return table("advise.switches", switches(self.outcomes, self.standings))
 
     @property
     def verdict(self) -> str:
@@ -187,7 +180,7 @@ class Advice:
         return Choice(best.candidate, item, *sizes, float(best.error or 0.0), view, near)
 
     @property
-    def counted(self) -> list[View]:
+    def counted(self) -> list[LabelledView]:
         """The views that count: those in which something could be measured."""
         labels = counted_views(self.outcomes)
         return [view for view in self.views if view.label in labels]
@@ -327,26 +320,12 @@ def advise(
     candidates = candidates_of(techniques, views)
     renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
-    draw = Draw(scene, renderer, bias, filter, measure)
+    draw = Draw(renderer, bias, filter, measure)
     with Steps(len(views) * (2 + len(candidates) * len(budgets)), progress) as step:
-        seen = look(draw, views, step)
-        outcomes = [o for candidate in candidates for o in run_candidate(draw, candidate, seen, budgets, step)]
+        plans = [plan for candidate in candidates for plan in plans_of(draw, candidate, views, budgets)]
+        outcomes = outcomes_of(draw, plans, views, step)
     return Advice(
         tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
-        renderer.backend, renderer.adapter, {one.view.label: one.filled for one in seen},
+        renderer.backend, renderer.adapter, {view.label: view.view.filled(renderer) for view in views},
         source or Source.of_scene(scene),
     )  # fmt: skip
-
-
-def look(draw: Draw, views: list[View], step: Callable[[str], None]) -> list[Seen]:
-    """What the cameras see, and the truth of each view; a camera's picture is drawn once for all lights."""
-    pictures: dict[int, Any] = {}
-    seen = []
-    for view in views:
-        step(f"eye view, {view.label}")
-        if id(view.camera) not in pictures:
-            pictures[id(view.camera)] = draw.renderer.gbuffer(draw.scene, view.camera, size=view.size)
-        step(f"truth, {view.label}")
-        truth, _ = traced_truth(draw.scene, view.camera, view.light, view.size)
-        seen.append(Seen(view, pictures[id(view.camera)], truth))
-    return seen

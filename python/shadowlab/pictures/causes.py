@@ -1,6 +1,6 @@
 """Wrong pixels in the colours of their causes, as a picture over a pale eye view.
 
-The causes are those of `aliasing.causes`. Colours of Okabe and Ito (2008): acne is coloured as false shadow is in other
+The causes are those of `aliasing.causes`. Colours of [okabe2008]: acne is coloured as false shadow is in other
 pictures and leaks as false light, edges a reddish purple that is lighter than both, missing casters black, and what a
 wrong map does violet. No two are closer than 25 in CIELAB to an eye without red, green or blue receptors.
 

@@ -1,8 +1,9 @@
 """The error of every pixel as a picture: how long a texel of the map is in the image, and the scale that says so.
 
-Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008: 1 pixel a texel is green, 10 and more are dark red, on a
-logarithmic scale. Departures: lightness falls all the way, so that every kind of colour vision and a grey print read
-it; below 1 is blue and clearly lighter, since such pixels have texels to spare. Pixels without a texel are grey.
+Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008]: 1 pixel a texel is green, 10 and more are dark
+red, on a logarithmic scale. Departures: lightness falls all the way, so that every kind of colour vision and a grey
+print read it; below 1 is blue and clearly lighter, since such pixels have texels to spare. Pixels without a texel are
+grey.
 
     0.1          1          10 pixels a texel
     | pale blue  | green, mustard, orange, red, dark red

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-# Two colours of Okabe and Ito (2008) that all common kinds of colour vision tell apart, from each other and from grey.
+# Two colours of [okabe2008] that all common kinds of colour vision tell apart, from each other and from grey.
 FALSE_SHADOW_RGB = (213, 94, 0)
 FALSE_LIGHT_RGB = (0, 114, 178)
 

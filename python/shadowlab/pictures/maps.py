@@ -13,7 +13,7 @@ import numpy as np
 from .eye import shade
 from .frustum import frustum_edges, frustum_segments, with_frustum
 
-# The colours of Okabe and Ito (2008) in an order in which neighbours differ most, for the first eight maps and again.
+# The colours of [okabe2008] in an order in which neighbours differ most, for the first eight maps and again.
 MAP_RGB = (
     (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167), (240, 228, 66), (0, 114, 178), (213, 94, 0),
     (120, 120, 120),

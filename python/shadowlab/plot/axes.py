@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..text import shown
 
-# Series of Okabe and Ito (2008), the two that mean false shadow and false light left out.
+# Series of Okabe and Ito [okabe2008], the two that mean false shadow and false light left out.
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # For many series in one plot: twelve markers with six colours and four kinds of line, no pair of which comes twice.

@@ -1,6 +1,6 @@
 """Errors as curves: over the depth along the view, and over the angle between light and view.
 
-The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004.
+The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004].
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
-from .arguments import column_label, columns_of, labelled, numbers_of, pair_of
+from .arguments import column_label, columns_of, current_columns, labelled, numbers_of, pair_of
 from .axes import (
     _axes,
     last_finite,
@@ -69,7 +69,7 @@ def error_along_view(
 
     References
     ----------
-    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004, figure 6.
+    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004], figure 6.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def error_over_angle(
     ax: Any = None,
     *,
     x: str = "angle_deg",
-    y: str = "p95",
+    y: str = "texel_p95",
     baseline: str | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
@@ -147,11 +147,12 @@ def error_over_angle(
     --------
     >>> import pandas as pd, shadowlab as sl
     >>> rows = [("uniform", 30, 9.0), ("uniform", 90, 8.0), ("lispsm", 30, 4.0), ("lispsm", 90, 2.0)]
-    >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "p95"])
+    >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "texel_p95"])
     >>> ax = sl.plot.error_over_angle(table, baseline="uniform")
     """
     if isinstance(table, LightAngles):
         table = table.table
+    table = current_columns(table, ["technique", x, y])
     columns_of(table, ["technique", x, y])
     rows = table.assign(**{x: numbers_of(table, x), y: numbers_of(table, y)})
     rows = rows[rows["technique"].notna()]

@@ -29,8 +29,8 @@ def error_map(
 ) -> Any:
     """Axes with the error of every pixel: pale blue below 1 pixel a texel, green at 1, dark red from 10 on.
 
-    The colours are those of Lloyd et al. 2008 with lightness that falls all the way; see `pictures.errors`. Pixels
-    without a texel are grey, and a legend says why for each reason that occurs.
+    The colours are those of Lloyd et al. [lloyd2008] with lightness that falls all the way; see `pictures.errors`.
+    Pixels without a texel are grey, and a legend says why for each reason that occurs.
 
     Parameters
     ----------

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from .. import _core, pictures
 from ..aliasing.footprint import as_maps
+from ..checks import renderer_of
 from ..errors import ArgumentError
-from ..experiments.arguments import renderer_of
 from ..pictures.errors import rgb
 from ..pictures.light_plane import LightPlane
 from ..pictures.maps import depths_of, frustum_in, map_colour

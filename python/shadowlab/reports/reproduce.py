@@ -16,7 +16,7 @@ from .._core import Bias
 from ..errors import ArgumentError, ShadowlabError
 from ..experiments.candidates import Candidate
 from ..experiments.memory import memory_text
-from ..experiments.views import View
+from ..experiments.views import LabelledView
 from ..techniques.registry import technique_of
 from ..text import format_bias, format_spec, format_value, shown
 
@@ -228,7 +228,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
         return ranking[row].candidate, ranking[row].memory, None
     get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
     try:
-        key = str(get("candidate")), int(get("memory")), get("view")
+        key = str(get("technique", get("candidate"))), int(get("memory")), get("view")
     except (TypeError, ValueError):
         raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
     if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:
@@ -236,7 +236,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
     return key
 
 
-def advice_snippet(advice: Any, candidate: Candidate, resolution: int, views: Sequence[View]) -> str:
+def advice_snippet(advice: Any, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
     """A script that computes the error of a candidate at a resolution in views, and prints it."""
     of_errors = "errors." in advice.measure.python
     lines = ["import numpy as np"] * candidate.given + [

@@ -35,7 +35,7 @@ def _cause_sentences(row: Mapping[str, Any]) -> list[str]:
 
 def _texels(row: Mapping[str, Any]) -> list[str]:
     """How long its texels are in the picture, and the map whose texels are no longer than a pixel."""
-    length = row.get("error_p95")
+    length = row.get("texel_p95")
     if length is None or missing(length):
         return []
     told = f"A texel of {place(row)} is up to {px_text(length)} long in 95 % of the picture"

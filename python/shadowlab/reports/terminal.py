@@ -66,10 +66,10 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
         shown("share", share_text),
         shown("false_shadow", "{:,}".format),
         shown("false_light", "{:,}".format),
-        shown("error_p95", px_text),
+        shown("texel_p95", px_text),
         shown("fit_us", lambda v: f"{v:.1f} µs" if v < 1000 else f"{v / 1000:.1f} ms"),
-        shown("render_ms", lambda v: f"{v:.1f} ms"),
-        shown("mask_ms", lambda v: f"{v:.1f} ms"),
+        shown("map_ms", lambda v: f"{v:.1f} ms"),
+        shown("lookup_ms", lambda v: f"{v:.1f} ms"),
     ]
 
 

@@ -1,6 +1,6 @@
 //! Clipping of the few triangles that need it, in homogeneous space.
 //!
-//! Source: I. Sutherland, G. Hodgman, Reentrant polygon clipping (1974), on the planes z >= 0, z <= 2 w and the guard band
+//! Source: Sutherland, Hodgman 1974 `[sutherland1974]`, on the planes z >= 0, z <= 2 w and the guard band
 //! |x| <= g w, |y| <= g w. Together the first two give w >= 0, so nothing behind the projection centre is ever divided.
 //! Vertices that are kept keep the screen coordinates the fast path gives them; an edge is cut from its inner to its outer
 //! end, so neighbours that share it cut it at the same point. Only edges with an end that bears [`CLIP`] are cut: triangles

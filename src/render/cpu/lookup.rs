@@ -93,7 +93,7 @@ impl MapLookup {
     /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
     ///
     /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
-    /// leaves its place in the map alone (theory 0.1), so only z and w are evaluated again.
+    /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
     pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
         let [row_x, row_y, row_z, row_w] = self.rows;
         let p4 = p.extend(1.0);
@@ -114,7 +114,7 @@ impl MapLookup {
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         let p_texel = DVec2::new(u, v) * size;
 
-        // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (theory E.5, quotient rule).
+        // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (E.5), quotient rule.
         let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
         let grad_x = 0.5 * size.x * gradient(row_x, ndc.x);
         let grad_y = -0.5
@@ -129,8 +129,8 @@ impl MapLookup {
         // To the light: a unit vector, whether the light is placed or at infinity.
         let to_light = (self.light.truncate() - self.light.w * p).normalize_or_zero();
 
-        // Part 1: along the ray. A texel seen along the ray is a parallelogram whose sides are the columns of the inverse
-        // of [grad_x; grad_y] across the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
+        // Part 1: along the ray (13.1). A texel seen along the ray is a parallelogram whose sides are the columns of
+        // the inverse of [grad_x; grad_y] across the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
         let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
         let det_ray = cross.dot(to_light).abs();
         // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
@@ -144,7 +144,7 @@ impl MapLookup {
         }
         let mut z = row_z.dot(p4_moved) / w_moved - self.bias.ndc;
 
-        // Part 2: what the receiver's own plane gains over the filter's reach. On the plane,
+        // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
         if self.bias.slope > 0.0 {
             let det = cross.dot(normal).abs();

@@ -1,8 +1,9 @@
 //! Filling triangles into one band of an image.
 //!
-//! Source: J. Pineda (1988), with rows of [`LANES`] pixels at once. Small triangles (nearly all) are evaluated over their
-//! whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or tested edge by edge.
-//! Blocks of pixels start at multiples of [`LANES`], so that a load meets earlier stores of neighbouring triangles whole.
+//! Source: Pineda 1988 `[pineda1988]`, with rows of [`LANES`] pixels at once. Small triangles (nearly all) are
+//! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
+//! tested edge by edge. Blocks of pixels start at multiples of [`LANES`], so that a load meets earlier stores of
+//! neighbouring triangles whole.
 
 use super::binning::{Entry, Fragment};
 #[cfg(target_arch = "x86_64")]

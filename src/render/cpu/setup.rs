@@ -1,6 +1,6 @@
 //! Triangle setup, [`LANES`] triangles at once: integer edge functions and the plane of depth.
 //!
-//! Source: J. Pineda, A parallel algorithm for polygon rasterization (1988). The edge functions are exact integers on the
+//! Source: Pineda 1988 `[pineda1988]`. The edge functions are exact integers on the
 //! grid of [`SUBPIXEL_BITS`], with the top-left rule folded in, and divided by the grid's steps per pixel (rounded down,
 //! which keeps their sign).
 //!

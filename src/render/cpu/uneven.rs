@@ -1,10 +1,11 @@
 //! Depth maps whose rows are even in the logarithm of w, drawn exactly.
 //!
-//! Source: theory.md 11. A logarithmic map of a matrix with rows x, y, z, w has at (x/w, ln w) the depth z/w. The projective
-//! map with rows x, 1, z, w has the very same texels at (x/w, 1/w): its columns are even, its rows are not, and planes stay
-//! planes in it. So triangles are projected into that map and sampled at its uneven rows, which is exact for every matrix: no
-//! vertex is moved, no triangle bent. The matrix's own y has no say. Departure from [`raster`](super::raster): the one grid of
-//! 1/256 cannot be fine enough where rows are dense, so places are f64 and edges are evaluated row by row ([`triangle`]).
+//! Source: theory.md 11, (11.1). A logarithmic map of a matrix with rows x, y, z, w has at (x/w, ln w) the depth z/w.
+//! The projective map with rows x, 1, z, w has the very same texels at (x/w, 1/w): its columns are even, its rows are
+//! not, and planes stay planes in it. So triangles are projected into that map and sampled at its uneven rows, which is
+//! exact for every matrix: no vertex is moved, no triangle bent. The matrix's own y has no say. Departure from
+//! [`raster`](super::raster): the one grid of 1/256 cannot be fine enough where rows are dense, so places are f64 and
+//! edges are evaluated row by row ([`triangle`]).
 //!
 //! Spaces: *even* is (column, down, z), column in texels from the left, down = `scale * (1/w - shift)` growing downwards,
 //! depth in [0, 1].

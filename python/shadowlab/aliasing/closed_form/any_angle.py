@@ -1,7 +1,8 @@
 """Closed forms of the family of perspective warps at any angle between light and view, on the view's centre ray.
 
-Source: Zhang, Sun, Zhao, Wang 2007 (GMNPR), equations 2 and 3; Zhang, Xu, Tao, Sun 2006 (GLPR); Lloyd, Govindaraju,
-Quammen, Molnar, Manocha 2008 (LogPSM); theory.md 6, 7, 11 and E.1, with the errata of its section 15. As there, the
+Source: Zhang, Sun, Zhao, Wang 2007 [zhang2007] (GMNPR), equations 2 and 3; Zhang, Xu, Tao, Sun 2006 [zhang2006glpr]
+(GLPR); Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] (LogPSM); theory.md 6, 7, 11 and E.1, with the
+errata of theory.md 15.1. As there, the
 light is directional and in the plane of the view direction and the image's vertical, receivers fill the view frustum,
 and phi is half the vertical field of view; here that is asked for as `fov_y`, the full angle, as a camera has it.
 
@@ -10,7 +11,7 @@ and phi is half the vertical field of view; here that is asked for as `fov_y`, t
           x <----------- lam D -------------> |  s = 0                         |  s = 1
 
 Departures: the papers' ψ and ϕ are put together so that nothing large cancels and an infinite `lam` is the uniform map;
-with A as in 6.1 and the share β = (ϕ + z) / A - λ of the body that lies before depth z, between 0 and 1,
+with A as in (6.1) and the share β = (ϕ + z) / A - λ of the body that lies before depth z, between 0 and 1,
 
     F = A (λ + β)² / (tan φ λ (λ + 1) z).
 """
@@ -52,7 +53,7 @@ def F(
 ) -> Numbers:
     """The error along the warp axis on the centre ray, `1 / (z tan φ) dz/ds`, of a perspective warp.
 
-    Zhang, Sun, Zhao, Wang 2007, equation 2; theory.md 6.2.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], equation 2; theory.md (6.2).
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ def F_ends(
 ) -> Ends:
     """F at the near and at the far end of the centre ray, by the equations that the paper prints for them.
 
-    Zhang, Sun, Zhao, Wang 2007, after equation 3, with its μ and ν; theory.md 6. Equal for GMNPR at theta of half the
-    field of view or more.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], after equation 3, with its μ and ν; theory.md 6. Equal for GMNPR at theta
+    of half the field of view or more.
 
     Parameters
     ----------
@@ -138,7 +139,7 @@ def F_least(
 ) -> Least:
     """The least F on the centre ray and its depth: at `phi_offset`, or at the end that is closer to it.
 
-    theory.md 6, with erratum 1 of the GMNPR paper, which prints another depth. The value is 4 ψ ϕ inside of the ray.
+    theory.md 6, with erratum 1 of theory.md 15.1: the paper prints another depth. The value is 4 ψ ϕ inside of the ray.
 
     Parameters
     ----------
@@ -179,7 +180,8 @@ def F_log(
 ) -> Numbers:
     """F of a logarithmic perspective map: the warp of `lam`, and after it the logarithm of its w.
 
-    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008; theory.md 11.2. Constant where `phi_offset` is 0: for GLPR's λ.
+    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008]; theory.md (11.2). Constant where `phi_offset` is 0:
+    for GLPR's λ.
 
     Parameters
     ----------
@@ -206,7 +208,7 @@ def F_log(
     view = View.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
-    # (ϕ + z) ln((λ + 1) / λ) = A (1 + β/λ) · λ ln(1 + 1/λ), whose last factor goes to 1.
+    # (11.2): (ϕ + z) ln((λ + 1) / λ) = A (1 + β/λ) · λ ln(1 + 1/λ), whose last factor goes to 1.
     inverse = 1 / lam
     last = np.divide(np.log1p(inverse), inverse, out=np.ones_like(inverse), where=inverse > 0)
     return returned(view.extent * (1 + view.share(z) * inverse) * last / (np.tan(view.phi) * (z / zn)))
@@ -261,7 +263,7 @@ def dp_ds_on_surface(
 ) -> Numbers:
     """The error dp/ds on a surface that the centre ray meets: `F sin(theta) cos(alpha) / cos(beta)`.
 
-    theory.md 6, "Screen error"; LiSPSM's and GMNPR's dp/ds with the factor sin(theta) that erratum 3 of the GMNPR paper
+    theory.md 6, "On a surface"; LiSPSM's and GMNPR's dp/ds with the factor sin(theta) that erratum 3 of theory.md 15.1
     adds. The surface's normal lies in the plane of light and view.
 
     Parameters

@@ -1,7 +1,8 @@
 """Closed forms of warp distances at any angle between light and view: λ of each technique.
 
-Source: Zhang, Sun, Zhao, Wang 2007 (GMNPR), equations 4, 7 and 8, and of LiSPSM 9; Wimmer, Scherzer, Purgathofer 2004,
-section 4.4; Zhang, Xu, Tao, Sun 2006 (GLPR); theory.md 5.2, 6.3 and 7.1. GLPR's floor and what it does below are ours,
+Source: Zhang, Sun, Zhao, Wang 2007 [zhang2007] (GMNPR), equations 4, 7 and 8, and of LiSPSM 9; Wimmer, Scherzer,
+Purgathofer 2004 [wimmer2004], section 4.4; Zhang, Xu, Tao, Sun 2006 [zhang2006glpr] (GLPR); theory.md (5.2), (6.3) and
+(7.1). GLPR's floor and what it does below are ours,
 as in src/techniques/glpr.rs.
 """
 
@@ -33,8 +34,8 @@ def warp_lambda(
 ) -> Numbers:
     """The warp distance of a technique over the extent of the view along the warp axis, λ = Pn / D.
 
-    Zhang, Sun, Zhao, Wang 2007, equations 4, 7, 8 and 9; theory.md 5.2, 6.3 and 7.1. Infinite where the map is uniform:
-    at an angle whose sine is below 1e-6, and for "uniform".
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], equations 4, 7, 8 and 9; theory.md (5.2), (6.3) and (7.1). Infinite where
+    the map is uniform: at an angle whose sine is below 1e-6, and for "uniform".
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def warp_lambda(
     uniform = sine_of(theta) < LEAST_SINE
     view = View.of(np.where(uniform, LEAST_SINE, theta), zn, zf, fov)
     ratio, t, sine = zf / zn, view.tangents, np.sin(view.theta)
-    # 6.3 and 7.1: below phi, over the tangent of an angle that grows from 0 to 45 degrees.
+    # (6.3) and (7.1): below phi, over the tangent of an angle that grows from 0 to 45 degrees.
     weaker = np.tan(0.25 * np.pi * np.minimum(view.theta / view.phi, 1.0))
     if technique == "uniform":
         found = np.full_like(theta, math.inf)
@@ -100,7 +101,7 @@ def warp_lambda(
     elif technique == "glpr":
         found = np.where(view.clear, np.maximum((1 - t) / view.extent, floor / ratio), floor / ratio / weaker)
     else:
-        # 5.2, over D = A sin θ: the far end of the line that has equal errors at both ends.
+        # (5.2), over D = A sin θ: the far end of the line that has equal errors at both ends.
         end = ratio if technique == "lispsm" else 1 + view.extent * sine**2
         found = (1 + np.sqrt(end)) / (view.extent * sine**2)
     found = np.where(uniform, math.inf, found)
@@ -114,8 +115,8 @@ def phi_offset(
 ) -> Numbers:
     """How far the reference point of a warp lies behind the eye, in eye depth along the centre ray: ϕ(λ, θ).
 
-    Zhang, Sun, Zhao, Wang 2007, as printed; theory.md 6.2. F is least at this depth. √(near far) for GMNPR at theta of
-    half the field of view or more, 0 for GLPR where its floor does nothing.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], as printed; theory.md (6.2). F is least at this depth. √(near far) for
+    GMNPR at theta of half the field of view or more, 0 for GLPR where its floor does nothing.
 
     Parameters
     ----------

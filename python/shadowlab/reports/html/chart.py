@@ -6,7 +6,7 @@ import math
 from html import escape
 from typing import Any
 
-# Okabe and Ito (2008), in the lightness that stands on white and on near-black; each series has its own marker too.
+# Of [okabe2008], in the lightness that stands on white and on near-black; each series has its own marker too.
 COLOURS = ("#009e73", "#cc79a7", "#3f9fd8", "#c98500", "#7a7a7a", "#a05a2c")
 WIDTH, HEIGHT = 760, 340
 LEFT, RIGHT, TOP, BOTTOM = 78, 150, 16, 44

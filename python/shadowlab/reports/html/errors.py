@@ -48,7 +48,7 @@ def why(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
 def how_large(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
     """The table of texels."""
     forms: dict[str, Callable[[Any], str]] = {
-        "error_mean": px_text, "error_p95": px_text, "error_max": px_text, "undersampled": share_text,
+        "texel_mean": px_text, "texel_p95": px_text, "texel_max": px_text, "undersampled": share_text,
         "perspective_max": px_text,
         "storage_factor": digits, "unused": share_text,
     }  # fmt: skip

@@ -250,8 +250,9 @@ def numbers_line(run: Any) -> str:
         parts.append(f"{int(e.undecided):,} undecided")
         if e.unmatched:
             parts.append(f"{int(e.unmatched):,} on silhouettes seen by one alone")
-    parts += [f"fit {run.fit_us:.1f} µs"] if run.fit_us is not None else []
-    parts += [f"map {run.render_ms:.1f} ms", f"mask {run.mask_ms:.1f} ms"]
+    times = run.numbers
+    parts += [f"fit {times['fit_us']:.1f} µs"] if "fit_us" in times else []
+    parts += [f"map {times['map_ms']:.1f} ms", f"look-up {times['lookup_ms']:.1f} ms"]
     return f'<p class="numbers">{" · ".join(parts)}</p>'
 
 

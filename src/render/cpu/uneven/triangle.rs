@@ -53,7 +53,7 @@ impl Polygon {
     pub fn corners(&self) -> &[[f64; 4]] {
         &self.corners
     }
-    /// Cuts off where a distance, linear in clip coordinates, is negative (Sutherland and Hodgman 1974). An edge is cut from
+    /// Cuts off where a distance, linear in clip coordinates, is negative (`[sutherland1974]`). An edge is cut from
     /// its inner to its outer end, so that neighbours cut it at the same point.
     pub fn cut(&mut self, distance: impl Fn([f64; 4]) -> f64) {
         self.kept.clear();

@@ -23,7 +23,7 @@ import numpy as np
 from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
-from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, matrices_of, one_of, range_of, tiles_of
+from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, check_word, matrices_of, range_of, tiles_of
 
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
@@ -86,16 +86,16 @@ class Convention:
         def settle(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
 
-        one_of("vectors", self.vectors, ("column", "row"))
-        one_of("x", self.x, ("right", "left"))
-        one_of("y", self.y, ("up", "down"))
+        check_word("vectors", self.vectors, ("column", "row"))
+        check_word("x", self.x, ("right", "left"))
+        check_word("y", self.y, ("up", "down"))
         if not isinstance(self.reversed_z, (bool, np.bool_)):
             raise ArgumentError(f"reversed_z: expected True or False, got {self.reversed_z!r}; try reversed_z=True")
         settle("reversed_z", bool(self.reversed_z))
         settle("z_range", range_of("z_range", self.z_range))
         settle("xy_range", range_of("xy_range", self.xy_range))
         if self.handedness is not None:
-            one_of("handedness", self.handedness, ("right", "left"))
+            check_word("handedness", self.handedness, ("right", "left"))
         default = LEFT_HANDED_AXES if self.handedness == "left" else AXES
         settle("axes", axes_of(default if self.axes is None else self.axes))
         found = "right" if np.linalg.det(self.world_from_their_world[:3, :3]) > 0 else "left"

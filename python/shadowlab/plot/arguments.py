@@ -32,7 +32,7 @@ COLUMN_LABELS = {
     "misclassified": "wrong pixels, count",
     "storage_factor": "storage factor, texels per pixel",
 }
-UNITS = {
+COLUMN_UNITS = {
     "_px": "pixels", "_texels": "texels", "_deg": "degrees", "_ms": "milliseconds", "_s": "seconds",
     "_world": "world units", "_ndc": "NDC", "_fraction": "share",
 }  # fmt: skip
@@ -48,13 +48,13 @@ def column_label(column: Any) -> str:
     name = str(column)
     if name in COLUMN_LABELS:
         return COLUMN_LABELS[name]
-    for suffix, unit in UNITS.items():
+    for suffix, unit in COLUMN_UNITS.items():
         if name.endswith(suffix) and len(name) > len(suffix):
             return f"{name[: -len(suffix)].replace('_', ' ')}, {unit}"
     return name.replace("_", " ")
 
 
-def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
+def dictionary_of(given: Any, name: str, what: str) -> dict[Any, Any]:
     """The dictionary, checked to be one that has an entry."""
     if not isinstance(given, Mapping) or not given:
         came = "an empty one" if isinstance(given, Mapping) else shown(given)
@@ -64,7 +64,7 @@ def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
 
 def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
     """The dictionary of footprints, or one without a label, checked; `also` is another type that may stand for one."""
-    found = {"": given} if isinstance(given, (Footprint, also)) else labelled(given, "footprints", "footprints")
+    found = {"": given} if isinstance(given, (Footprint, also)) else dictionary_of(given, "footprints", "footprints")
     for label, value in found.items():
         if not isinstance(value, (Footprint, also)):
             raise ArgumentError(

@@ -64,7 +64,7 @@ def short_label(label: Any) -> str:
     return text if len(text) <= WIDEST_LABEL else f"{text[: WIDEST_LABEL - 13]}…{text[-12:]}"
 
 
-def plain(ax: Any) -> None:
+def curve_look(ax: Any) -> None:
     """Turn axes to the look of all curves: a pale grid behind, no frame above and to the right."""
     ax.grid(True, which="major", color=GRID, alpha=0.45, linewidth=0.7)
     ax.set_axisbelow(True)

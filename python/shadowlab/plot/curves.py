@@ -12,15 +12,15 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
-from .arguments import column_label, columns_of, current_columns, labelled, numbers_of, pair_of
+from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of
 from .axes import (
     _axes,
+    curve_look,
     last_finite,
     legend_beside,
     level,
     log_axis,
     padded,
-    plain,
     say,
     series_style,
     short_label,
@@ -81,8 +81,8 @@ def error_along_view(
     ends = [np.asarray(end) for end in (near, far)]
     if any(end.ndim or end.dtype.kind not in "iuf" for end in ends) or not 0 < near < far < np.inf:
         raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; take the camera's")
-    lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in labelled(curves, "curves", "(z, values)").items()}
-    dots = {} if measured is None else labelled(measured, "measured", "(z, values)")
+    lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in dictionary_of(curves, "curves", "(z, values)").items()}
+    dots = {} if measured is None else dictionary_of(measured, "measured", "(z, values)")
     dots = {k: pair_of(v, f"measured[{k!r}]") for k, v in dots.items()}
     ax = _axes(ax)
     styles = {label: series_style(i) for i, label in enumerate([*lines, *(k for k in dots if k not in lines)])}
@@ -95,7 +95,7 @@ def error_along_view(
     within = [values[(near <= z) & (z <= far)] for z, values in (*lines.values(), *dots.values())]
     log_axis(ax, "x", (near, far))
     log_axis(ax, "y", padded(np.concatenate(within)))
-    plain(ax)
+    curve_look(ax)
     ax.set(xlabel=DEPTH_LABEL, ylabel=wrapped(ylabel), title=title)
     if not np.isfinite(np.concatenate(within)).any():
         say(ax, "no finite value between near and far")
@@ -183,7 +183,7 @@ def error_over_angle(
         drawn.append((last_finite(values), line))
     positive = wide.to_numpy(np.float64)
     log_axis(ax, "y", padded(np.append(positive.ravel(), [1.0] if baseline is not None else [])))
-    plain(ax)
+    curve_look(ax)
     _angles(ax, wide.index.to_numpy(np.float64), x)
     said = ylabel or column_label(y)
     if baseline is not None and ylabel is None:

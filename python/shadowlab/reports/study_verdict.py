@@ -15,7 +15,7 @@ from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
 from .words import (
     count,
-    details,
+    count_details,
     factor,
     maps_of,
     missing,
@@ -109,7 +109,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         row = drawn[0]
         if least == 0:
             return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
-        return [f"{place(row)} gets {count(row)} wrong ({details(drawn)})."]
+        return [f"{place(row)} gets {count(row)} wrong ({count_details(drawn)})."]
     best = [row for row in drawn if int(row["misclassified"]) == least]
     cheapest = min(texels(row) for row in best)
     best = [row for row in best if texels(row) == cheapest]
@@ -120,7 +120,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         compared = int(best[0]["compared"])
         return [f"{who} {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
+    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({count_details(best)})."]
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
@@ -259,7 +259,9 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
             sentences.append(f"{place(as_large)} has {many} {place(row)}, and {_against(as_large, row)}.")
         elif base is not None:
             cost = f"with {factor(texels(row) / texels(base))} times the texels"
-            sentences.append(f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_counts(row, base)}).")
+            sentences.append(
+                f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_both_counts(row, base)})."
+            )
         else:
             bare.setdefault(maps_of(row), []).append(row["technique"])
     if any(maps_of(row) == 1 for row in drawn):
@@ -285,7 +287,7 @@ def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
     )
 
 
-def _counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+def _both_counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
     """The wrong pixels of two rows, bare."""
     return f"{int(first['misclassified']):,} against {int(second['misclassified']):,}"
 

@@ -77,7 +77,7 @@ def split(row: Mapping[str, Any]) -> str:
     return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
 
 
-def details(rows: Sequence[Mapping[str, Any]]) -> str:
+def count_details(rows: Sequence[Mapping[str, Any]]) -> str:
     """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
     texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
     both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]

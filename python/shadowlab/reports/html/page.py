@@ -23,7 +23,23 @@ from ..terminal import STUDY_HEADS, study_cells
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table
-from .parts import data_uri, document, figure, flipping, picture, slug, symbol, use
+from .parts import (
+    BAR_HEAD,
+    FALSE_LIGHT,
+    FALSE_SHADOW,
+    bar,
+    data_uri,
+    document,
+    figure,
+    flipping,
+    head_cell,
+    picture,
+    slug,
+    swatch,
+    symbol,
+    table_html,
+    use,
+)
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
@@ -133,30 +149,25 @@ def section_table(study: Any) -> str:
         middle = "".join(f"<td>{value}</td>" for value in values[:3])
         times = "".join(f'<td class="timing">{value}</td>' for value in values[6:])  # texels have a table of their own
         kinds = "".join(f"<td>{value}</td>" for value in values[3:5])
-        lines.append(f"<tr{' class=best' if best else ''}>{link}{middle}{bar(run.errors, most)}{kinds}{times}</tr>")
-    key = '<p class="key"><i class="s"></i><span>false shadow: dark in the map, lit in truth</span>'
-    key += '<i class="l"></i><span>false light: lit by the map, dark in truth</span></p>'
-    heads = ("resolution", "wrong pixels", "share")
-    timing = "".join(f'<th scope="col" class="timing">{h}</th>' for h in ("fit", "map", "mask"))
+        lines.append(
+            f"<tr{' class=best' if best else ''}>{link}{middle}{bar(both_kinds(run.errors), most)}{kinds}{times}</tr>"
+        )
+    key = f'<p class="key">{swatch(FALSE_SHADOW)}<span>false shadow: dark in the map, lit in truth</span>'
+    key += f"{swatch(FALSE_LIGHT)}<span>false light: lit by the map, dark in truth</span></p>"
+    heads = [head_cell(text) for text in ("technique", "resolution", "wrong pixels", "share")]
+    heads += [BAR_HEAD, head_cell("false shadow"), head_cell("false light")]
+    heads += [head_cell(text, "timing") for text in ("fit", "map", "mask")]
     return (
         '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
         "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "
         "not compared; surfaces that face away from the light are dark in both.</p>"
-        '<div class="scroll"><table><thead><tr><th scope="col">technique</th>'
-        + "".join(f'<th scope="col">{h}</th>' for h in heads)
-        + '<th scope="col" class="bar-cell"></th><th scope="col">false shadow</th><th scope="col">false light</th>'
-        + f"{timing}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
-        + f"{key}{error_chart(study.table)}</section>\n"
+        f'<div class="scroll">{table_html(heads, lines)}</div>{key}{error_chart(study.table)}</section>\n'
     )
 
 
-def bar(errors: Any, most: int) -> str:
-    """A bar of both kinds of error, as long as its share of the largest count."""
-    if errors is None or most == 0:
-        return '<td class="bar-cell"></td>'
-    kinds = ((errors.false_shadow, "s"), (errors.false_light, "l"))
-    parts = "".join(f'<i class="{kind}" style="width:{100 * int(n) / most:.3f}%"></i>' for n, kind in kinds)
-    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
+def both_kinds(errors: Any) -> list[tuple[int, str]]:
+    """What a bar of both kinds of error is made of; nothing where none were counted."""
+    return [] if errors is None else [(int(errors.false_shadow), FALSE_SHADOW), (int(errors.false_light), FALSE_LIGHT)]
 
 
 def section_look(study: Any) -> str:
@@ -225,7 +236,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
         wide = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image, width=width)
         drawn = f", each drawn {width} pixels wide" if width > 1 else ""
         counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
-        swatches = '<span class="key"><i class="s"></i>false shadow <i class="l"></i>false light</span>'
+        swatches = f'<span class="key">{swatch(FALSE_SHADOW)}false shadow {swatch(FALSE_LIGHT)}false light</span>'
         rows = [
             figure(flip, f"<b>Eye view</b> with its shadows.{hint}", aspect) + light_view,
             figure(use("truth", aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray.", aspect)

@@ -14,7 +14,8 @@ import trimesh
 import shadowlab as sl
 from shadowlab.experiments import compare as study_module
 from shadowlab.experiments.arguments import picture_size
-from shadowlab.experiments.compare import COLUMNS, compare
+from shadowlab.experiments.columns import TABLES
+from shadowlab.experiments.compare import compare
 
 SQUARE = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
 FACES = [[0, 2, 1], [0, 3, 2]]
@@ -34,12 +35,12 @@ def study(view):
 
 def test_one_row_a_technique_and_resolution(study):
     table = study.table
-    assert list(table.columns) == list(COLUMNS)
+    assert list(table.columns) == list(TABLES["compare"])
     assert list(zip(table["technique"], table["resolution"], strict=True)) == [
         ("uniform", 32), ("uniform", 128), ("lispsm", 32), ("lispsm", 128),
     ]  # fmt: skip
     assert (table["failure"] == "").all()
-    assert (table[["fit_us", "render_ms", "mask_ms"]] > 0).all(axis=None)
+    assert (table[["fit_us", "map_ms", "lookup_ms"]] > 0).all(axis=None)
 
 
 def test_the_table_counts_what_the_pictures_show(study, view):
@@ -266,7 +267,7 @@ def test_texts_and_figure(study):
 def test_csv_and_json_hold_the_table(study, tmp_path):
     study.save(tmp_path)
     read = pd.read_csv(tmp_path / "results.csv", keep_default_na=False)
-    assert list(read.columns) == list(COLUMNS)
+    assert list(read.columns) == list(TABLES["compare"])
     assert read["misclassified"].tolist() == study.table["misclassified"].tolist()
     np.testing.assert_allclose(read["share"].astype(float), study.table["share"], rtol=1e-15)
     text = (tmp_path / "results.json").read_text(encoding="utf-8")

@@ -7,7 +7,8 @@
 //! ```
 //! What is in parentheses is one value, whatever separators are in it.
 
-use super::{Technique, technique};
+use super::kit::Technique;
+use super::technique;
 use crate::error::{Error, Result};
 use crate::parameterization::Value;
 

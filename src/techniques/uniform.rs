@@ -4,11 +4,13 @@
 
 use glam::{DVec3, DVec4};
 
-use super::focused::begins_late;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Fitting, Named, Part, Provisional, Settings, Warp};
+use super::kit::focused::begins_late;
+use super::kit::{
+    Default, FIT, Fitting, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+};
 use crate::error::Result;
-use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
+use crate::fit::{MapSize, spot_depths};
+use crate::focus::{Focus, FocusedView, SpotFrustum};
 use crate::geometry::Rows;
 use crate::rays::LightFrame;
 use crate::scene::{Light, Scene};

@@ -44,7 +44,7 @@ pub enum Kind {
         /// Largest.
         max: f64,
     },
-    /// One technique or several, as [`techniques_of`](super::techniques_of) reads them.
+    /// One technique or several, as [`techniques_of`](crate::techniques::techniques_of) reads them.
     Techniques,
 }
 
@@ -76,7 +76,7 @@ pub struct ParamSpec {
     pub doc: &'static str,
 }
 
-/// How closely a map is cut to receivers and casters ([`Tightening`](crate::focus::Tightening)): the last parameter of every
+/// How closely a map is cut to receivers and casters ([`Tightening`](crate::fit::Tightening)): the last parameter of every
 /// warp, whose technique need not look at it.
 pub const FIT: ParamSpec = ParamSpec {
     name: "fit",

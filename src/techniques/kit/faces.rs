@@ -9,7 +9,11 @@ use crate::scene::{Light, PointLight, SpotLight};
 
 /// The maps of the six faces around a point light, +x, -x, +y, -y, +z, -z, each as a spot light's: a receiver reads the face
 /// on whose rays it lies. A warped map's square can hold rays of other faces, whose casters it does not look for.
-pub(super) fn faces_of<T: Technique + ?Sized>(technique: &T, part: &Part, point: &PointLight) -> Result<Maps> {
+pub(in crate::techniques) fn faces_of<T: Technique + ?Sized>(
+    technique: &T,
+    part: &Part,
+    point: &PointLight,
+) -> Result<Maps> {
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let face = |along: DVec3| {
         let light = SpotLight::new(point.position(), along, std::f64::consts::FRAC_PI_2, point.range())?;
@@ -28,7 +32,7 @@ pub(super) fn faces_of<T: Technique + ?Sized>(technique: &T, part: &Part, point:
 /// The maps of parts that divide the light's rays among them: a receiver reads the part that holds it. Where parts are
 /// divided by camera depth, their maps are sorted by the depth they end at; as no map of another part holds a receiver, the
 /// first that reaches its depth and holds it is its own part's.
-pub(super) fn side_by_side(parts: Vec<Maps>) -> Maps {
+pub(in crate::techniques) fn side_by_side(parts: Vec<Maps>) -> Maps {
     let by_depth = |part: &Maps| part.maps.len() > 1 && part.selection == Selection::Depth;
     let selection = if parts.iter().any(by_depth) { Selection::Depth } else { Selection::Containment };
     let mut all = Maps { maps: Vec::with_capacity(parts.len()), selection, notes: Vec::new() };

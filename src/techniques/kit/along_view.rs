@@ -10,14 +10,14 @@
 
 use glam::DVec3;
 
-use super::uniform::uniform_rows;
-use super::{Named, Part, Provisional};
-use crate::focus::{Coverage, FocusedView, WarpSpace};
+use super::{Named, Part, Provisional, WarpSpace};
+use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
+use crate::techniques::uniform::uniform_rows;
 
 /// A view under a directional light whose warp runs along the view direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct AlongView<'a> {
+pub(in crate::techniques) struct AlongView<'a> {
     /// The view.
     pub view: &'a FocusedView,
     /// Where the warp acts.
@@ -32,7 +32,7 @@ pub(super) struct AlongView<'a> {
 
 /// A body as the eye sees it along a warp axis; distances relative to the eye.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SeenBody {
+pub(in crate::techniques) struct SeenBody {
     /// Smallest and largest place on the warp axis.
     pub y: [f64; 2],
     /// Near and far eye depth.
@@ -46,7 +46,7 @@ pub(super) struct SeenBody {
 
 /// The provisional map of a warp along the view whose distance from reference point to near end `distance` tells, in world
 /// units, with what it has to say; a uniform map, and a note, where there is no warp.
-pub(super) fn warped_along_view(
+pub(in crate::techniques) fn warped_along_view(
     view: &FocusedView,
     part: &Part,
     distance: impl FnOnce(&AlongView, &mut Vec<Named>, &mut Vec<String>) -> f64,

@@ -18,12 +18,15 @@
 
 use glam::{DVec3, DVec4};
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::{spot_depth_range, uniform_rows};
-use super::{Named, Part, Provisional, Settings, Warp};
+use super::dominant::dominant_plane;
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, FocusedView, LEAST_KAPPA, LEAST_LAMBDA, dominant_plane};
+use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
+use crate::techniques::kit::{
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
+    Warp,
+};
+use crate::techniques::uniform::{spot_depth_range, uniform_rows};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {

@@ -14,7 +14,7 @@
 
 use glam::{DMat3, DVec3, DVec4};
 
-use super::view::FocusedView;
+use crate::focus::FocusedView;
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::rays::LightFrame;
 use crate::scene::Scene;

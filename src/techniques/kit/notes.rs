@@ -110,7 +110,7 @@ fn same_words(a: &str, b: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::techniques::focused::begins_late;
+    use crate::techniques::kit::focused::begins_late;
 
     fn of(maps: &[&[&str]]) -> Vec<String> {
         let owned: Vec<Vec<String>> = maps.iter().map(|notes| notes.iter().map(|n| n.to_string()).collect()).collect();

@@ -17,9 +17,8 @@ use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::receivers::{is_tightened, receivers_in};
-use super::tightening::Tightening;
-use super::view::FocusedView;
+use crate::fit::Tightening;
+use crate::focus::{FocusedView, is_tightened, receivers_in};
 use crate::geometry::{OrientedBox, Rows};
 use crate::scene::Scene;
 

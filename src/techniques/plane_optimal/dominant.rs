@@ -17,8 +17,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use super::samples::ReceiverSamples;
-use super::view::FocusedView;
+use crate::focus::{FocusedView, ReceiverSamples};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
 

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::view::{FocusedView, SpotFrustum};
+use crate::focus::{FocusedView, SpotFrustum};
 use crate::geometry::{ConvexBody, Rows};
 use crate::rays::LightFrame;
 

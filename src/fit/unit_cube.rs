@@ -13,10 +13,9 @@
 
 use glam::{DAffine3, DVec3, DVec4};
 
-use super::receivers::receivers_extent;
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
-use super::view::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum};
 use crate::error::{Error, Result};
+use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::rays::LightFrame;
 use crate::scene::Scene;
@@ -260,7 +259,7 @@ pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, s
 
 /// What receivers get at the least, be they in a plane or line through the light: one texel, and in depth the size of a texel
 /// (theory.md 1.1). Shadows smaller than that do not show.
-pub(super) struct Room<'a> {
+pub(crate) struct Room<'a> {
     view: &'a FocusedView,
     mean: DVec3,
     frame: LightFrame,

@@ -30,10 +30,10 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::view::FocusedView;
-use super::warp::WarpSpace;
+use crate::focus::FocusedView;
 use crate::geometry::Rows;
 use crate::rays::{LightFrame, LightRays};
+use crate::techniques::kit::WarpSpace;
 
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -154,7 +154,7 @@ impl Settings {
         &self.0
     }
     /// Tells a value that follows from others as it is.
-    pub(super) fn set(&mut self, name: &str, value: Value) {
+    pub(in crate::techniques) fn set(&mut self, name: &str, value: Value) {
         self.0.iter_mut().filter(|(n, _)| *n == name).for_each(|(_, old)| *old = value.clone());
     }
     fn get(&self, name: &str) -> Option<&Value> {

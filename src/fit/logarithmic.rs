@@ -11,7 +11,7 @@
 
 use super::tightening::Tightening;
 use super::unit_cube::{MapSize, across, canonical, cut_to, fit, with_border, with_room};
-use super::view::FocusedView;
+use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
 use crate::parameterization::PostWarp;
 use crate::scene::Scene;

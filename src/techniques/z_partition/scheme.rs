@@ -13,13 +13,13 @@
 //!      near       C1              C2                        far     which its receivers' depths do not
 //! ```
 
-use super::depth_splits::{blended, equal_log};
-use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::{Maps, Part, Settings, Technique, Value, technique, techniques_of};
+use super::splits::{blended, equal_log};
 use crate::error::{Error, Result};
 use crate::focus::{Focus, FocusedView};
-use crate::parameterization::Selection;
+use crate::parameterization::{Selection, Value};
 use crate::scene::Light;
+use crate::techniques::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use crate::techniques::{technique, techniques_of};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {

@@ -11,16 +11,18 @@
 //!         x <----- Pn ----------------> |<------------ D ------------------> |            warp axis: ->
 //! ```
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::{spot_depth_range, uniform_rows};
-use super::{Named, Part, Provisional, Settings, Warp};
+use super::body_error::{BodyError, ErrorMeasure, ErrorNorm};
+use super::receivers_outline::receivers_outline;
+use super::search::{Strength, best_strength};
 use crate::error::Result;
-use crate::focus::{
-    BodyError, Coverage, ErrorMeasure, ErrorNorm, FocusedView, NoWarp, Strength, Tightening, WarpSpace, best_strength,
-    receivers_outline, receivers_room,
-};
+use crate::fit::{Tightening, receivers_room};
+use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::scene::{Light, Scene};
+use crate::techniques::kit::{
+    Default, FIT, Kind, LightSupport, Named, NoWarp, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+};
+use crate::techniques::uniform::{spot_depth_range, uniform_rows};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {

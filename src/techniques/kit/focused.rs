@@ -4,14 +4,15 @@ use glam::{DVec3, DVec4};
 
 use super::{Fitting, Map, Maps, Named, Part, Provisional, Settings, Spacing, Spec, Technique, Warp};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, Focus, FocusedView, Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
+use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
+use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Rows;
 use crate::parameterization::{Partition, PostWarp, Selection, Value};
 use crate::scene::Light;
 
 /// A warp with the focusing and fitting around it.
 #[derive(Debug)]
-pub(super) struct Focused {
+pub(in crate::techniques) struct Focused {
     pub spec: &'static Spec,
     pub settings: Settings,
     pub tightening: Tightening,
@@ -121,10 +122,10 @@ impl Focused {
     }
 }
 /// How a note begins that says where a placed light's map begins.
-pub(super) const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
+pub(in crate::techniques) const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
 
 /// The note of a map that begins too late for casters next to the light.
-pub(super) fn begins_late(distance: f64) -> String {
+pub(in crate::techniques) fn begins_late(distance: f64) -> String {
     format!("{INSIDE_A_BOX}: what is nearer to it than {distance:.4} casts no shadow")
 }
 /// Whether depth grows along the light by more than the rounding of its own terms.

@@ -8,10 +8,11 @@
 use std::fmt::Debug;
 
 use super::Spec;
+use super::faces::faces_of;
 use super::notes::gathered;
-use super::side_by_side::faces_of;
 use crate::error::{Error, Result};
-use crate::focus::{Focus, FocusedView, MapSize, ReceiverSamples};
+use crate::fit::MapSize;
+use crate::focus::{Focus, FocusedView, ReceiverSamples};
 use crate::geometry::Rows;
 use crate::parameterization::{Parameterization, Partition, Region, Selection, Value};
 use crate::scene::{Camera, Light, Scene};

@@ -19,10 +19,10 @@
 
 use glam::{DVec2, DVec3};
 
+use super::kit::light_projection::uniform_rows;
 use super::kit::{
     Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp,
 };
-use super::uniform::uniform_rows;
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;

@@ -11,10 +11,10 @@
 //!         x <----- 1/p ---------> |              | (w >= epsilon_w)            axis: view direction ->
 //! ```
 
+use super::kit::light_projection::uniform_rows;
 use super::kit::{
     Default, FIT, Kind, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
 };
-use super::uniform::uniform_rows;
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;

@@ -10,10 +10,12 @@
 
 use glam::DVec3;
 
-use super::{Named, Part, Provisional, WarpSpace};
+use super::light_projection::uniform_rows;
+use super::maps::Part;
+use super::technique::{Named, Provisional};
+use super::warp_space::WarpSpace;
 use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
-use crate::techniques::uniform::uniform_rows;
 
 /// A view under a directional light whose warp runs along the view direction.
 #[derive(Debug, Clone, Copy)]

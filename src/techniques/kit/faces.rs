@@ -2,18 +2,14 @@
 
 use glam::{DVec3, DVec4};
 
-use super::{Maps, Part, Technique};
+use super::maps::{Maps, Part};
 use crate::error::Result;
 use crate::parameterization::{Region, Selection};
 use crate::scene::{Light, PointLight, SpotLight};
 
 /// The maps of the six faces around a point light, +x, -x, +y, -y, +z, -z, each as a spot light's: a receiver reads the face
 /// on whose rays it lies. A warped map's square can hold rays of other faces, whose casters it does not look for.
-pub(in crate::techniques) fn faces_of<T: Technique + ?Sized>(
-    technique: &T,
-    part: &Part,
-    point: &PointLight,
-) -> Result<Maps> {
+pub(super) fn faces_of(part: &Part, point: &PointLight, maps: impl Fn(&Part) -> Result<Maps>) -> Result<Maps> {
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let face = |along: DVec3| {
         let light = SpotLight::new(point.position(), along, std::f64::consts::FRAC_PI_2, point.range())?;
@@ -24,7 +20,7 @@ pub(in crate::techniques) fn faces_of<T: Technique + ?Sized>(
         };
         let across: Vec<DVec4> = axes.into_iter().filter(|a| a.dot(along) == 0.0).map(border).collect();
         let region = Region::new(&across);
-        technique.maps(&Part { light: Light::Spot(light), region, ..*part })
+        maps(&Part { light: Light::Spot(light), region, ..*part })
     };
     Ok(side_by_side(axes.into_iter().map(face).collect::<Result<_>>()?))
 }

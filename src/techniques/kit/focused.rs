@@ -2,7 +2,11 @@
 
 use glam::{DVec3, DVec4};
 
-use super::{Fitting, Map, Maps, Named, Part, Provisional, Settings, Spacing, Spec, Technique, Warp};
+use super::maps::{Map, Maps, Part};
+use super::notes::{INSIDE_A_BOX, begins_late};
+use super::settings::Settings;
+use super::spec::Spec;
+use super::technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
 use crate::error::{Error, Result};
 use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
 use crate::focus::{Coverage, Focus, FocusedView};
@@ -121,13 +125,7 @@ impl Focused {
         Map { partition, notes }
     }
 }
-/// How a note begins that says where a placed light's map begins.
-pub(in crate::techniques) const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
 
-/// The note of a map that begins too late for casters next to the light.
-pub(in crate::techniques) fn begins_late(distance: f64) -> String {
-    format!("{INSIDE_A_BOX}: what is nearer to it than {distance:.4} casts no shadow")
-}
 /// Whether depth grows along the light by more than the rounding of its own terms.
 fn sees_depth(rows: &Rows, light: &Light) -> bool {
     let terms = rows.z * light.point();

@@ -3,13 +3,16 @@
 pub(super) mod along_view;
 pub(super) mod faces;
 pub(super) mod focused;
+pub(super) mod light_projection;
+mod maps;
 mod notes;
 mod settings;
 mod spec;
 mod technique;
 mod warp_space;
 
+pub use maps::{Map, Maps, Part};
 pub use settings::Settings;
 pub use spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-pub use technique::{Fitting, Map, Maps, Named, Part, Provisional, Spacing, Technique, Warp};
+pub use technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
 pub use warp_space::{LEAST_KAPPA, LEAST_LAMBDA, NoWarp, WarpSpace};

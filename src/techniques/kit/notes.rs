@@ -1,7 +1,13 @@
 //! What there is to say of several maps, each thing once: equal notes become one with the maps it is about, and of notes
 //! that differ in their numbers alone one is left, with the range of each number.
 
-use super::focused::INSIDE_A_BOX;
+/// How a note begins that says where a placed light's map begins.
+pub(super) const INSIDE_A_BOX: &str = "the light is inside a mesh's box";
+
+/// The note of a map that begins too late for casters next to the light.
+pub(super) fn begins_late(distance: f64) -> String {
+    format!("{INSIDE_A_BOX}: what is nearer to it than {distance:.4} casts no shadow")
+}
 
 /// The notes of maps, each map's in its own order, as notes of all of them.
 pub(super) fn gathered<'a>(of_maps: impl ExactSizeIterator<Item = &'a [String]>) -> Vec<String> {
@@ -110,7 +116,6 @@ fn same_words(a: &str, b: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::techniques::kit::focused::begins_late;
 
     fn of(maps: &[&[&str]]) -> Vec<String> {
         let owned: Vec<Vec<String>> = maps.iter().map(|notes| notes.iter().map(|n| n.to_string()).collect()).collect();

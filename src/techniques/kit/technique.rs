@@ -7,14 +7,15 @@
 
 use std::fmt::Debug;
 
-use super::Spec;
 use super::faces::faces_of;
+use super::maps::{Maps, Part};
 use super::notes::gathered;
+use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::fit::MapSize;
 use crate::focus::{Focus, FocusedView, ReceiverSamples};
 use crate::geometry::Rows;
-use crate::parameterization::{Parameterization, Partition, Region, Selection, Value};
+use crate::parameterization::{Parameterization, Region, Value};
 use crate::scene::{Camera, Light, Scene};
 
 /// A technique with its settings: a pure function from a view to a [`Parameterization`].
@@ -78,7 +79,7 @@ pub trait Technique: Debug + Send + Sync {
         }
         let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL };
         let Maps { maps, selection, mut notes } = match light {
-            Light::Point(point) => faces_of(self, &part, point)?,
+            Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
             _ => self.maps(&part)?,
         };
         notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
@@ -93,43 +94,6 @@ pub trait Technique: Debug + Send + Sync {
             notes,
         })
     }
-}
-
-/// What maps are made of: a view, or a part of one.
-#[derive(Debug, Clone, Copy)]
-pub struct Part<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The camera; its near and far planes bound the part.
-    pub camera: Camera,
-    /// The light.
-    pub light: Light,
-    /// Texels and border of each map.
-    pub size: MapSize,
-    /// What the camera sees, where the technique needs it.
-    pub samples: Option<&'a ReceiverSamples>,
-    /// The rays that the part is about.
-    pub region: Region,
-}
-
-/// The maps of a part of a view.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Maps {
-    /// Nearest first; at least one.
-    pub maps: Vec<Map>,
-    /// How a receiver finds its map.
-    pub selection: Selection,
-    /// What the user should know of all of them.
-    pub notes: Vec<String>,
-}
-
-/// One map with what there is to say of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Map {
-    /// The map.
-    pub partition: Partition,
-    /// What the user should know.
-    pub notes: Vec<String>,
 }
 
 /// What a warping technique's file holds beside its spec: the warp itself, with its settings read.

@@ -19,10 +19,10 @@ use crate::fit::{Tightening, receivers_room};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::scene::{Light, Scene};
+use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LightSupport, Named, NoWarp, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
 };
-use crate::techniques::uniform::{spot_depth_range, uniform_rows};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {

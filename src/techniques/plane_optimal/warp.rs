@@ -22,11 +22,11 @@ use super::dominant::dominant_plane;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
+use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
     Warp,
 };
-use crate::techniques::uniform::{spot_depth_range, uniform_rows};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {

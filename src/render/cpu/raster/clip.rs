@@ -6,7 +6,7 @@
 //! end, so neighbours that share it cut it at the same point. Only edges with an end that bears [`CLIP`] are cut: triangles
 //! on both sides of such an edge come here.
 
-use super::screen::{CLIP, FAR_GUARD, ScreenVertex, Viewport};
+use super::vertices::{CLIP, FAR_GUARD, ScreenVertex, Viewport};
 
 /// A corner of the polygon: its clip coordinates, and its screen vertex where it is one of the triangle's own.
 #[derive(Debug, Clone, Copy)]

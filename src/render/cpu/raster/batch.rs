@@ -6,7 +6,7 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Bands, Bins, Draw, fill};
-use super::screen::{OUTSIDE, Projection, ScreenVertex, Viewport, outcode};
+use super::vertices::{OUTSIDE, Projection, ScreenVertex, Viewport, outcode};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::scene::Scene;

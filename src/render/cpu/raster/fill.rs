@@ -8,9 +8,9 @@ use super::binning::{Entry, Fragment};
 #[cfg(target_arch = "x86_64")]
 use super::lanes::Avx2;
 use super::lanes::{Lanes, Plain};
-use super::screen::ScreenVertex;
-use super::setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
 use super::simd::LANES;
+use super::triangle_setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
+use super::vertices::ScreenVertex;
 
 /// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
 /// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
@@ -273,8 +273,8 @@ fn fill_block<L: Lanes, P: Pixels>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::screen::{Viewport, project_all};
-    use super::super::setup::{SMALL, box_of};
+    use super::super::triangle_setup::{SMALL, box_of};
+    use super::super::vertices::{Viewport, project_all};
     use super::*;
 
     /// Vertices from a small generator (Knuth's MMIX constants): some triangles tiny, some over the whole image.

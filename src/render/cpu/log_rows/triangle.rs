@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use super::super::setup::smaller;
-use super::{EXTRA, first_centre};
+use super::uneven::{EXTRA, first_centre};
+use crate::render::cpu::raster::smaller;
 use crate::simd::dispatch;
 
 /// A projected vertex.

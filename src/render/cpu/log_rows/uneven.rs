@@ -3,13 +3,11 @@
 //! Source: theory.md 11. A logarithmic map of a matrix with rows x, y, z, w has at (x/w, ln w) the depth z/w. The projective
 //! map with rows x, 1, z, w has the very same texels at (x/w, 1/w): its columns are even, its rows are not, and planes stay
 //! planes in it. So triangles are projected into that map and sampled at its uneven rows, which is exact for every matrix: no
-//! vertex is moved, no triangle bent. The matrix's own y has no say. Departure from [`raster`](super::raster): the one grid of
-//! 1/256 cannot be fine enough where rows are dense, so places are f64 and edges are evaluated row by row ([`triangle`]).
+//! vertex is moved, no triangle bent. The matrix's own y has no say. Departure from [`raster`](crate::render::cpu::raster): the one grid of
+//! 1/256 cannot be fine enough where rows are dense, so places are f64 and edges are evaluated row by row ([`triangle`](super::triangle)).
 //!
 //! Spaces: *even* is (column, down, z), column in texels from the left, down = `scale * (1/w - shift)` growing downwards,
 //! depth in [0, 1].
-
-mod triangle;
 
 use std::mem::MaybeUninit;
 use std::ops::Range;
@@ -17,12 +15,12 @@ use std::ops::Range;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use rayon::prelude::*;
 
-use self::triangle::{EvenVertex, Polygon, fill_band};
-use super::binning::Bands;
+use super::triangle::{EvenVertex, Polygon, fill_band};
 use crate::error::{Error, Result};
 use crate::geometry::Rows;
 use crate::memory::{filled, written_part};
 use crate::progress::Progress;
+use crate::render::cpu::raster::Bands;
 use crate::scene::{Mesh, Scene};
 
 /// Vertices or triangles after which a batch ends; its vertices take 4 MB. One instance is never split.
@@ -75,7 +73,7 @@ struct Bins {
 }
 
 /// Marks indices of vertices made by clipping.
-const EXTRA: u32 = 1 << 31;
+pub(super) const EXTRA: u32 = 1 << 31;
 
 impl UnevenMap {
     /// The map of a matrix, `size` texels, whose NDC y is `scale * ln w + offset`.
@@ -308,6 +306,6 @@ fn distance(plane: &[f64; 5], clip: [f64; 4]) -> f64 {
 }
 
 /// The first column whose centre is not left of a place, within the map.
-fn first_centre(column: f64, width: f64) -> u32 {
+pub(super) fn first_centre(column: f64, width: f64) -> u32 {
     (column - 0.5).ceil().clamp(0.0, width) as u32
 }

@@ -9,8 +9,8 @@
 //! thinner than the grid) the plane is taken through the rounded vertices, whose depths at covered centres lie between the
 //! vertices' by construction.
 
-use super::screen::{SUBPIXEL, SUBPIXEL_BITS, ScreenVertex, snapped};
 use super::simd::{LANES, transposed};
+use super::vertices::{SUBPIXEL, SUBPIXEL_BITS, ScreenVertex, snapped};
 
 /// Half a pixel in grid steps.
 const HALF: i32 = 1 << (SUBPIXEL_BITS - 1);

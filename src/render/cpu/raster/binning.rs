@@ -11,9 +11,11 @@
 use std::ops::Range;
 
 use super::clip::{ExactVertex, clip_triangle, exact_position};
-use super::screen::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
-use super::setup::{Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box};
 use super::simd::{LANES, sign_bits};
+use super::triangle_setup::{
+    Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box,
+};
+use super::vertices::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
 use crate::scene::Mesh;
 use crate::simd::dispatch;
 

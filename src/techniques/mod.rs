@@ -26,7 +26,7 @@ pub use kit::{
     Technique, Warp,
 };
 pub use registry::{Entry, Make, specs, technique};
-pub use text::{technique_of, techniques_of};
+pub use text::{technique_of, techniques_of, text_of};
 
 /// All techniques, in the order of tables.
 pub static TECHNIQUES: &[Entry] = &[

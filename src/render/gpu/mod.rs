@@ -6,6 +6,7 @@ mod adapter;
 mod device;
 mod draw_list;
 mod exact;
+mod failure;
 mod guard_band;
 mod passes;
 mod pipelines;

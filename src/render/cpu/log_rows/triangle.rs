@@ -6,9 +6,11 @@
 
 use std::ops::Range;
 
-use super::uneven::{EXTRA, first_centre};
 use crate::render::cpu::raster::smaller;
 use crate::simd::dispatch;
+
+/// Marks indices of vertices made by clipping.
+pub const EXTRA: u32 = 1 << 31;
 
 /// A projected vertex.
 #[derive(Debug, Clone, Copy, Default)]
@@ -188,4 +190,9 @@ impl DepthPlane {
             *texel = smaller(z as f32, *texel);
         }
     }
+}
+
+/// The first column whose centre is not left of a place, within the map.
+pub fn first_centre(column: f64, width: f64) -> u32 {
+    (column - 0.5).ceil().clamp(0.0, width) as u32
 }

@@ -15,7 +15,7 @@ use std::ops::Range;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use rayon::prelude::*;
 
-use super::triangle::{EvenVertex, Polygon, fill_band};
+use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band, first_centre};
 use crate::error::{Error, Result};
 use crate::geometry::Rows;
 use crate::memory::{filled, written_part};
@@ -71,9 +71,6 @@ struct Bins {
     extra: Vec<EvenVertex>,
     polygon: Polygon,
 }
-
-/// Marks indices of vertices made by clipping.
-pub(super) const EXTRA: u32 = 1 << 31;
 
 impl UnevenMap {
     /// The map of a matrix, `size` texels, whose NDC y is `scale * ln w + offset`.
@@ -303,9 +300,4 @@ fn clip_of(m: &DMat4, p: Vec3) -> [f64; 4] {
 /// How far a point is on the inner side of a plane whose last coefficient stands alone.
 fn distance(plane: &[f64; 5], clip: [f64; 4]) -> f64 {
     plane[4] + (0..4).map(|i| plane[i] * clip[i]).sum::<f64>()
-}
-
-/// The first column whose centre is not left of a place, within the map.
-pub(super) fn first_centre(column: f64, width: f64) -> u32 {
-    (column - 0.5).ceil().clamp(0.0, width) as u32
 }

@@ -2,13 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::bundle::{BUNDLE, Bundle, Each, Hull, RayBits, largest};
-use super::kernel::Kernel;
-use super::ray::{LocalRay, LocalRays};
-use super::tracer::{Inner, TracedMesh};
-use super::traverse::{Stack, WorldRay, traverse_instance, walk};
-use super::tree::{LEAF_BIT, NO_ITEM, Tree, WIDTH};
-use super::visit::Visitor;
+use super::one_ray::{Stack, traverse_instance, walk};
+use super::visitors::Visitor;
+use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, TracedMesh, Tree, WIDTH};
+use crate::trace::kernel::Kernel;
+use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRay, largest};
 
 /// Rays below which each goes alone: a node costs the bundle about as much as two rays.
 const FEW: u32 = 3;

@@ -6,11 +6,9 @@
 //! a bound on everything that was rounded, and the far side by a relative bound (T. Ize, "Robust BVH ray traversal",
 //! JCGT 2(2), 2013). A box that holds a triangle the ray meets is therefore never missed.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
-use super::frame::power_of_two_near;
-use super::traverse::WorldRay;
-use super::tree::Box3;
+use crate::trace::hierarchy::{Box3, power_of_two_near};
 
 /// Bound on the roundings of a slab test relative to its result: direction to f32, its inverse, the product and the sum,
 /// 2^-24 each, on either side of the comparison; 12 of them are above those eight.
@@ -27,6 +25,13 @@ const F64_PAD: f64 = 4.0 * f64::EPSILON;
 /// Origins farther out than this are moved to the tree's box first. Nearer ones are not worth the time: the pad for them
 /// is 4e-6 of the box at most, far below the size of a triangle that many share a mesh with.
 const NEAR_ORIGIN: f64 = 16.0;
+
+/// A ray in the world, relative to the scene's origin.
+#[derive(Debug, Clone, Copy)]
+pub struct WorldRay {
+    pub origin: DVec3,
+    pub direction: DVec3,
+}
 
 /// What the test of triangles needs of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +60,7 @@ pub struct LocalRays<const N: usize> {
     /// The padded origin for the plane met first and last.
     pub first_origin: [[f32; N]; 3],
     pub last_origin: [[f32; N]; 3],
-    /// Index into [`super::tree::Node::planes`] of the plane met first; the other is this ^ 1.
+    /// Index into [`Node::planes`](crate::trace::hierarchy::Node::planes) of the plane met first; the other is this ^ 1.
     pub first_plane: [usize; 3],
     /// As in [`Line`].
     axes: [usize; 3],

@@ -1,19 +1,9 @@
 //! One ray's walk through the hierarchies, nearest boxes first.
 
-use glam::DVec3;
-
-use super::kernel::Kernel;
-use super::ray::LocalRay;
-use super::tracer::Inner;
-use super::tree::{LEAF_BIT, Tree, WIDTH};
-use super::visit::Visitor;
-
-/// A ray in the world, relative to the scene's origin.
-#[derive(Debug, Clone, Copy)]
-pub struct WorldRay {
-    pub origin: DVec3,
-    pub direction: DVec3,
-}
+use super::visitors::Visitor;
+use crate::trace::hierarchy::{Inner, LEAF_BIT, Tree, WIDTH};
+use crate::trace::kernel::Kernel;
+use crate::trace::rays::{LocalRay, WorldRay};
 
 /// Boxes still to be entered: the child's code and where the ray enters it.
 pub type Stack = Vec<(u32, f32)>;

@@ -1,8 +1,8 @@
 //! What is looked for along a ray.
 
-use super::kernel::Kernel;
-use super::packet::Packet;
-use super::ray::Line;
+use crate::trace::hierarchy::Packet;
+use crate::trace::kernel::Kernel;
+use crate::trace::rays::Line;
 
 /// A triangle of an instance.
 pub type Face = (u32, u32);

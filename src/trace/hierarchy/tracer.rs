@@ -11,8 +11,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::frame::{Frame, power_of_two_near};
-use super::packet::Packet;
 use super::tree::{Box3, Item, LEAF, Tree};
+use super::triangles::Packet;
 use crate::error::Result;
 use crate::geometry::Aabb;
 use crate::progress::Progress;
@@ -30,7 +30,7 @@ use crate::scene::{Mesh, Scene};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Tracer {
-    pub(super) inner: Arc<Inner>,
+    pub(in crate::trace) inner: Arc<Inner>,
 }
 
 /// See [`Tracer`].

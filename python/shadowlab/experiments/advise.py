@@ -198,7 +198,7 @@ class Advice:
         ArgumentError
             For something that is no row of this advice, and rows without a number.
         """
-        from ..reports.advice_record import snippet_of
+        from ..reports.reproduce import snippet_of
 
         return snippet_of(self, row)
 
@@ -216,25 +216,25 @@ class Advice:
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.advice_record import save
+        from ..reports.advice_record import save_advice
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "advice"')
-        return save(self, Path(directory))
+        return save_advice(self, Path(directory))
 
     def _repr_html_(self) -> str:
-        from ..reports.advice_record import notebook_html
+        from ..reports.advice_record import advice_html
 
-        return notebook_html(self)
+        return advice_html(self)
 
     def __repr__(self) -> str:
-        from ..reports.advice_record import text_table
+        from ..reports.terminal import advice_table
 
         head = (
             f"Advice by {self.measure.title} ({self.over} of {len(self.views)} view{'s' * (len(self.views) > 1)}): "
             f"{len(self.candidates)} candidates at {', '.join(map(memory_text, self.budgets))} on {self.backend}"
         )
-        return f"{head}\n{text_table(self)}\n{self.verdict}"
+        return f"{head}\n{advice_table(self.standings, self.measure)}\n{self.verdict}"
 
 
 def advise(

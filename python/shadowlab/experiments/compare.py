@@ -228,23 +228,23 @@ class Study:
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.html.page import save
+        from ..reports.html.page import save_study
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save(self, Path(directory), progress)
+        return save_study(self, Path(directory), progress)
 
     def _repr_html_(self) -> str:
-        from ..reports.html.page import notebook_html
+        from ..reports.html.page import study_html
 
-        return notebook_html(self)
+        return study_html(self)
 
     def __repr__(self) -> str:
-        from .tables import text_table
+        from ..reports.terminal import study_table
 
         width, height = self.size
         head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
-        return f"{head}\n{text_table(self.table)}\n{self.verdict}"
+        return f"{head}\n{study_table(self.table)}\n{self.verdict}"
 
 
 def compare(

@@ -1,4 +1,4 @@
-"""What an advice ranks by: the errors by name, and when two of them are too close to choose by."""
+"""What an advice ranks by: the errors by name, and how each of them scatters."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ArgumentError, UnknownNameError
-from ..reports.study_verdict import ABOUT_EQUAL, NOISE_SIGMAS
 from ..text import share_text, shown
+from .thresholds import ABOUT_EQUAL, NOISE_SIGMAS
 
 if TYPE_CHECKING:
     from .run import Run
@@ -171,12 +171,3 @@ def over_of(value: Any) -> str:
 def docs() -> Mapping[str, str]:
     """What each error means, by name."""
     return {measure.name: f"{measure.doc} ({measure.unit}; lower is better)" for measure in MEASURES}
-
-
-def about_equal(first: float, second: float, variance: float) -> bool:
-    """Whether two errors are too close to choose by: in ratio, or within the noise of their counts.
-
-    `variance` is that of their difference. The bounds are those of a study's verdict.
-    """
-    low, high = sorted((first, second))
-    return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(variance)

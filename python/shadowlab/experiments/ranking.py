@@ -21,11 +21,10 @@ from itertools import pairwise
 from typing import Any
 
 from ..conventions.doubts import CHECK_MATRIX
-from ..reports.study_verdict import BASELINE
 from ..text import listed
 from .candidates import Outcome
-from .measures import about_equal
 from .memory import memory_text, taken, unused
+from .thresholds import BASELINE, about_equal
 from .views import SAME_ANGLE, LabelledView, axis_of
 
 MEMORY = "memory"
@@ -96,11 +95,11 @@ def standings(outcomes: Sequence[Outcome], over: str) -> list[Standing]:
         groups.setdefault((one.memory, one.candidate), []).append(one)
     found = []
     for memory in sorted({memory for memory, _ in groups}):
-        found += ranked([together(of, counted, over) for (m, _), of in groups.items() if m == memory])
+        found += ranked([standing_of(of, counted, over) for (m, _), of in groups.items() if m == memory])
     return found
 
 
-def together(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Standing:
+def standing_of(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Standing:
     """A candidate with a budget over the views that count."""
     first = of[0]
     used = [o for o in of if o.view.label in counted] if counted else list(of)

@@ -77,7 +77,7 @@ def run_record(run: Any) -> dict[str, Any]:
     return record
 
 
-def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
+def study_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
     """The whole study as data, with the names of its pictures."""
     scene, bias = study.scene, study.bias
     return {
@@ -107,7 +107,7 @@ def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
 
 def dumps(study: Any, pictures: Sequence[str] = ()) -> str:
     """results.json, with the names of the pictures beside it."""
-    return json.dumps(plain(as_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(study_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def facts(study: Any) -> list[tuple[str, str]]:

@@ -16,10 +16,10 @@ from typing import Any
 from ... import pictures
 from ...errors import ArgumentError
 from ...experiments.progress import Steps
-from ...experiments.tables import HEADS, cells
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
+from ..terminal import STUDY_HEADS, study_cells
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table
@@ -33,7 +33,7 @@ WINDOW_SHARE = 8
 SHOWN_PX = 520
 
 
-def save(study: Any, directory: Path, progress: bool = True) -> Path:
+def save_study(study: Any, directory: Path, progress: bool = True) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
     Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
@@ -127,7 +127,7 @@ def section_table(study: Any) -> str:
     most, least = max(wrong, default=0), min(wrong, default=0)
     lines = []
     for i, (run, row) in enumerate(zip(study.runs, rows, strict=True)):
-        label, *values = (escape(cell) for cell in cells(row))
+        label, *values = (escape(cell) for cell in study_cells(row))
         best = run.errors is not None and len(wrong) > 1 and int(run.errors.count) == least
         link = f'<td><a href="#run-{i}">{label}</a></td>'
         middle = "".join(f"<td>{value}</td>" for value in values[:3])
@@ -238,10 +238,10 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     rows += [error_figures(study, run, name, stem, files, max(1, round(max(study.size) / SHOWN_PX)))]
     rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
     grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
-    return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
+    return f'<article class="run" id="run-{index}">{title}{numbers_line(run)}{grid}{tail}</article>\n'
 
 
-def numbers_of(run: Any) -> str:
+def numbers_line(run: Any) -> str:
     """The line under the title of a run."""
     parts = []
     if run.errors is not None:
@@ -278,13 +278,13 @@ def section_record(study: Any) -> str:
     )
 
 
-def notebook_html(study: Any) -> str:
+def study_html(study: Any) -> str:
     """What a notebook shows: the verdict, the table, small pictures."""
     rows = study.table.to_dict("records")
     cell = "padding:4px 12px 4px 0;text-align:right"
-    head = "".join(f'<th style="{cell}">{h}</th>' for h in HEADS)
+    head = "".join(f'<th style="{cell}">{h}</th>' for h in STUDY_HEADS)
     lines = "".join(
-        "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in cells(row)) + "</tr>" for row in rows
+        "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in study_cells(row)) + "</tr>" for row in rows
     )
     images = []
     for run in study.runs:

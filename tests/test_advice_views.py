@@ -76,9 +76,9 @@ def test_lights_with_a_place(view, kind):
         else sl.SpotLight((0.5, 4, 0.2), (0, -1, 0), cone_angle=1.2, range=20)
     )
     found = advise((scene, camera, light), techniques=None, memory="96 KiB")
-    assert "tsm" not in set(found.table["candidate"])
+    assert "tsm" not in set(found.table["technique"])
     assert (found.table["failure"] == "").all()
-    assert found.table.set_index("candidate").loc["uniform", "maps"] == (6 if kind == "point" else 1)
+    assert found.table.set_index("technique").loc["uniform", "maps"] == (6 if kind == "point" else 1)
     assert found.views[0].label.startswith(f"{kind} light ")
     assert "several kinds" not in found.verdict
     mixed = advise((scene, camera, [sl.DirectionalLight((1, -1, 0)), light]), techniques="uniform", memory="96 KiB")
@@ -128,10 +128,10 @@ class Broken:
 def test_failures_become_rows_and_are_ranked_last(view, tmp_path):
     found = advise(view, techniques={"b": Broken(), "uniform": "uniform"})
     for _, table in found.table.groupby("memory"):
-        assert table["candidate"].tolist() == ["uniform", "b"]
+        assert table["technique"].tolist() == ["uniform", "b"]
         assert table["failure"].tolist()[1] == "no light from the side, please (in 1 of 2 views: low)"
         assert table["rank"].isna().tolist() == [False, True]
-    runs = found.runs.query("candidate == 'b'").set_index("view")
+    runs = found.runs.query("technique == 'b'").set_index("view")
     assert runs.loc["noon", "error"].notna().all()
     assert runs.loc["low", "error"].isna().all()
     assert "b failed: no light from the side, please (in 1 of 2 views: low)." in found.verdict
@@ -156,7 +156,7 @@ def test_where_all_fail_it_is_said(view):
 
 def test_candidates_without_a_few_texels_are_told(view):
     found = advise(view, memory=600, techniques=["uniform", "z_partition:count=4"])
-    rows = found.table.set_index("candidate")
+    rows = found.table.set_index("technique")
     assert rows.loc["uniform", "resolution"] == 12
     assert rows.loc["z_partition:count=4", "failure"] == (
         "memory: 4 maps of 8 x 8 texels, the smallest drawn, take 1,024 bytes, more than the 600 there are"
@@ -186,7 +186,7 @@ def test_matrices_serve_one_view(view):
         advise(view, techniques={"mine": mine})
     one = (scene, camera, lights["noon"])
     found = advise(one, techniques={"mine": mine, "uniform": "uniform", "flat": np_matrix()}, memory="16 KiB")
-    assert found.table["candidate"].tolist()[:2] == ["mine", "uniform"]
+    assert found.table["technique"].tolist()[:2] == ["mine", "uniform"]
     # What is no map of this light is not ranked, and is told.
     assert found.table["rank"].isna().tolist() == [False, False, True]
     assert "flat is left out of the ranking: not a map of this light" in found.verdict
@@ -273,9 +273,9 @@ def test_the_default_set_serves_the_lights_and_runs(view):
     assert "tsm" not in default_techniques(lights)
     found = advise(view, techniques=None, memory="16 KiB")
     assert (found.table["failure"] == "").all()
-    assert found.table["candidate"].tolist().count("uniform") == 1
+    assert found.table["technique"].tolist().count("uniform") == 1
     assert {2, 3, 4} <= set(found.table["maps"])
-    assert (found.table["candidate"] == found.table["technique"]).all()
+    assert (found.table["technique"] == found.table["spec"]).all()
 
 
 @pytest.mark.parametrize("count", [1, 2])

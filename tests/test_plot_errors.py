@@ -273,7 +273,7 @@ def test_ratios_have_the_baseline_at_one(ax):
 
 
 def test_failed_runs_are_gaps_and_columns_have_units(ax):
-    table = angle_table(2).rename(columns={"p95": "extent_px"}).astype({"extent_px": float})
+    table = angle_table(2).rename(columns={"texel_p95": "extent_px"}).astype({"extent_px": float})
     table.loc[1, "extent_px"], table.loc[5, "extent_px"] = np.nan, np.inf
     plot.error_over_angle(table, ax, y="extent_px")
     assert np.isnan(ax.lines[0].get_ydata()).tolist() == [False, True, False, False]

@@ -7,10 +7,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use serde_json::Value as Json;
-use shadowlab::focus::{Focus, FocusedView, MapSize, WarpSpace, crop, stable_grid};
+use shadowlab::fit::{MapSize, crop, stable_grid};
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{ConvexBody, Rows, singular_values};
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};
+use shadowlab::techniques::kit::WarpSpace;
 
 /// Of the tables: bodies that came from a joggled hull are good to this (theory.md 17).
 const JOGGLED: f64 = 1e-6;

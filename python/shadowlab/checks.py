@@ -81,7 +81,7 @@ def check_camera(camera: Any) -> None:
         For something else.
     """
     if not isinstance(camera, _core.Camera):
-        raise ArgumentError(f"camera: expected a Camera, got {shown(camera)}; sl.Camera.look_at(...) makes one")
+        raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
 
 
 def check_light(light: Any) -> None:
@@ -94,7 +94,7 @@ def check_light(light: Any) -> None:
     """
     if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
         raise ArgumentError(
-            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {shown(light)}; "
+            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {type(light).__name__}; "
             "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
         )
 

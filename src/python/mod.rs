@@ -2,8 +2,8 @@
 
 mod aliasing;
 mod camera;
+mod causes;
 mod convert;
-mod errors;
 mod footprint;
 mod gbuffer;
 mod library;
@@ -12,8 +12,10 @@ mod map_fields;
 mod parameterization;
 mod render;
 mod scene;
+mod settings;
 mod technique;
 mod trace;
+mod usage;
 
 /// The private extension module behind the package.
 #[pyo3::pymodule]
@@ -23,7 +25,7 @@ mod _core {
     #[pymodule_export]
     use super::camera::PyCamera;
     #[pymodule_export]
-    use super::errors::{causes, look_up, reads, texel_coordinates};
+    use super::causes::{causes, look_up};
     #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
@@ -42,6 +44,8 @@ mod _core {
     use super::technique::{PyTechnique, technique_specs};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+    #[pymodule_export]
+    use super::usage::{reads, texel_coordinates};
 
     /// The package's version.
     #[pymodule_export]

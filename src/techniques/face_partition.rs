@@ -21,13 +21,13 @@
 
 use glam::{DVec3, DVec4};
 
-use super::side_by_side::side_by_side;
-use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::{Maps, Part, Settings, Technique, Value, techniques_of};
+use super::kit::faces::side_by_side;
+use super::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use super::techniques_of;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Frustum;
-use crate::parameterization::Region;
+use crate::parameterization::{Region, Value};
 use crate::rays::LightRays;
 use crate::scene::Light;
 

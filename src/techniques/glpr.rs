@@ -9,9 +9,8 @@
 //! 0, a least share of the body, `lambda_floor` n/f; below φ, where no warp is linear, that share over tan(π θ / (4 φ)) as
 //! GMNPR has it, so that the map goes to the uniform one.
 
-use super::along_view::warped_along_view;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 

@@ -14,9 +14,8 @@
 //! and the reference point stays where the frustum puts it. A body wholly on one side of the centre ray can keep θ ≥ φ, and
 //! its warp, down to θ = 0.
 
-use super::along_view::warped_along_view;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 

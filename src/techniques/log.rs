@@ -14,11 +14,12 @@
 //!        0 ............... s = 0 | |  |   |    |      |         |            s = 1     s = ln(w/w0) / ln(w1/w0)
 //! ```
 
-use super::along_view::warped_along_view;
-use super::spec::{FIT, LightSupport, Spec};
-use super::{Part, Provisional, Settings, Spacing, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{
+    FIT, LEAST_LAMBDA, LightSupport, NoWarp, Part, Provisional, Settings, Spacing, Spec, Warp, WarpSpace,
+};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, NoWarp, WarpSpace};
+use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
 
 /// What the technique says of itself.

@@ -14,10 +14,9 @@
 //! receiver; below, where the eye lies among the receivers as the light sees it, GMNPR's distance is taken, so at φ the map
 //! changes at once (Lloyd's thesis shapes the way from one to the other; its constants are for another parameter).
 
-use super::along_view::warped_along_view;
 use super::glpr::LEAST_SHARE;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Spacing, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spacing, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 

@@ -19,11 +19,12 @@
 
 use glam::{DVec2, DVec3};
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::uniform_rows;
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::light_projection::uniform_rows;
+use super::kit::{
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+};
 use crate::error::Result;
-use crate::focus::{Coverage, FocusedView, LEAST_KAPPA, LEAST_LAMBDA};
+use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::rays::LightFrame;
 use crate::scene::Light;

@@ -21,9 +21,8 @@
 //! projective (the paper's linear depth must be written per fragment). As published, the warp does not fade as the light
 //! turns along the view: with the centre ray in the middle of the body, eta goes to a third of its depth.
 
-use super::along_view::{AlongView, warped_along_view};
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Named, Part, Provisional, Settings, Warp};
+use super::kit::along_view::{AlongView, warped_along_view};
+use super::kit::{Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 use crate::scene::Light;

@@ -11,11 +11,12 @@
 //!         x <----- 1/p ---------> |              | (w >= epsilon_w)            axis: view direction ->
 //! ```
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::uniform_rows;
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::light_projection::uniform_rows;
+use super::kit::{
+    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+};
 use crate::error::Result;
-use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, WarpSpace};
+use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
 
 /// What the technique says of itself.

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
-use shadowlab::focus::crop;
+use shadowlab::fit::crop;
 use shadowlab::geometry::Rows;
 
 use super::setup::{

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use serde_json::Value as Json;
-use shadowlab::focus::{Focus, FocusedView, MapSize, crop};
+use shadowlab::fit::{MapSize, crop};
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{Aabb, Rows};
 use shadowlab::parameterization::Region;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene};

@@ -15,7 +15,6 @@ from .. import _core
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
 from ..techniques.labels import is_parameterization, labelled, spec_of
-from .columns import TABLES
 from .measures import Measure
 from .memory import side_of, taken, too_small
 from .run import METRICS, Run, evaluate, fitted
@@ -93,37 +92,21 @@ class Outcome:
     resolution: int | None = None
     error: float | None = None
     variance: float = 0.0
-    run: Run | None = None
+    numbers: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    notes: str = ""
     failure: str = ""
-
-    @property
-    def notes(self) -> str:
-        """What the technique could not do as asked, and doubts about given matrices."""
-        return "" if self.run is None else "; ".join(self.run.notes)
-
-    @property
-    def numbers(self) -> Mapping[str, Any]:
-        """What was measured, by columns."""
-        return {} if self.run is None else self.run.numbers
+    run: Run | None = None
 
     def row(self) -> dict[str, Any]:
         """The row of `Advice.runs`."""
         size = None if self.maps is None or self.resolution is None else taken(self.maps, self.resolution)
         view = self.view
-        head = (
-            {
-                "scene": Source.of_scene(view.view.scene).name,
-                "view": view.label,
-                "light_angle": view.light_angle,
-                "light_elevation": view.light_elevation,
-            }
-            if self.run is None
-            else self.run.row()
-        )
         return {
-            **dict.fromkeys(TABLES["advise.runs"]), **head, "technique": self.candidate, "spec": self.text,
-            "memory": self.memory, "camera": view.camera_label, "light": view.light_label, "maps": self.maps,
-            "resolution": self.resolution, "bytes": size, "error": self.error, "failure": self.failure,
+            "scene": Source.of_scene(view.view.scene).name, "view": view.label, "camera": view.camera_label,
+            "light": view.light_label, "light_angle": view.light_angle, "light_elevation": view.light_elevation,
+            "technique": self.candidate, "spec": self.text, "memory": self.memory, "maps": self.maps,
+            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers, "notes": self.notes,
+            "failure": self.failure,
         }  # fmt: skip
 
 
@@ -227,12 +210,12 @@ def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str)
         view.view, one.item, plan.side, metrics=MEASURED, renderer=draw.renderer, filter=draw.filter, bias=draw.bias,
         label=one.label,
     )  # fmt: skip
-    found = replace(blank, maps=maps, resolution=plan.side, run=run)
+    found = replace(blank, maps=maps, resolution=plan.side, run=run, notes="; ".join(run.notes))
     if run.failure:
         return replace(found, failure=run.failure)
     error = draw.measure.of(run)
     variance = 0.0 if error is None else draw.measure.variance(error, run.numbers.get(draw.measure.population) or 0)
-    return replace(found, error=error, variance=variance)
+    return replace(found, error=error, variance=variance, numbers=run.numbers)
 
 
 def attempt(make: Callable[[], T]) -> tuple[T | None, str]:

@@ -228,7 +228,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
         return ranking[row].candidate, ranking[row].memory, None
     get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
     try:
-        key = str(get("technique", get("candidate"))), int(get("memory")), get("view")
+        key = str(get("candidate") or get("technique")), int(get("memory")), get("view")
     except (TypeError, ValueError):
         raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
     if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:

@@ -91,7 +91,7 @@ class Run:
     doubts: tuple[str, ...] = ()
     failure: str = ""
     parts: tuple[Run, ...] = ()
-    _drawing: Drawing | None = field(default=None, compare=False)
+    _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
     @property
     def given(self) -> bool:
@@ -375,7 +375,9 @@ def _measured(
             numbers["unused"] = drawing.usage.unused
     except ShadowlabError as error:
         return Run(*head, **known, failure=str(error))
-    return Run(*head, **known, summary=summary, values=tuple(numbers.items()), _drawing=drawing)
+    run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
+    object.__setattr__(run, "_drawing", drawing)
+    return run
 
 
 def _together(view: View, runs: Sequence[Run]) -> Run:

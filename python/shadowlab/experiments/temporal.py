@@ -150,7 +150,7 @@ def temporal(
     with Steps(len(path) - 1, progress) as step:
         for i, (before, after) in enumerate(pairwise(views)):
             step(f"frame {i}")
-            pair = Pair(before, after, draw)
+            pair = FramePair(before, after, draw)
             for label, item in entries:
                 first = drawn.pop(label, None) or measure(before, item, texels, label=label)
                 drawn[label] = second = measure(after, item, texels, label=label)
@@ -162,7 +162,7 @@ def temporal(
     return Temporal(table("temporal", rows))
 
 
-class Pair:
+class FramePair:
     """Two frames of a path: the receivers of the first, and what the maps of both make of them."""
 
     def __init__(self, before: View, after: View, renderer: RendererLike):

@@ -30,6 +30,7 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..trace import Truth
 from .arguments import check_types, size_of
 from .columns import table
 from .progress import Steps
@@ -171,7 +172,7 @@ class FramePair:
         self.steady = self.seen
         if before.light != after.light:
             first, second = before.truth(), replace(before, light=after.light).truth()
-            self.steady = self.seen & (first == second) & (first >= 0)
+            self.steady = self.seen & (first == second) & (first >= Truth.SHADOW)
 
     def compared(self, runs: tuple[Run, Run]) -> dict[str, Any]:
         """A row of the table."""

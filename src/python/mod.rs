@@ -3,6 +3,7 @@
 mod aliasing;
 mod camera;
 mod convert;
+mod drivers;
 mod errors;
 mod footprint;
 mod gbuffer;
@@ -13,6 +14,7 @@ mod parameterization;
 mod render;
 mod scene;
 mod technique;
+mod threads;
 mod trace;
 
 /// The private extension module behind the package.
@@ -22,6 +24,8 @@ mod _core {
     use super::aliasing::{PyMisclassified, misclassified};
     #[pymodule_export]
     use super::camera::PyCamera;
+    #[pymodule_export]
+    use super::drivers::adapters;
     #[pymodule_export]
     use super::errors::{causes, look_up, reads, texel_coordinates};
     #[pymodule_export]
@@ -35,11 +39,13 @@ mod _core {
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
-    use super::render::{PyBias, PyRenderer, adapters};
+    use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
     use super::scene::{PyMesh, PyScene};
     #[pymodule_export]
     use super::technique::{PyTechnique, technique_specs};
+    #[pymodule_export]
+    use super::threads::{set_threads, thread_count};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
 

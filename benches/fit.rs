@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat3, DVec3};
-use shadowlab::focus::{Focus, FocusedView, MapSize, Tightening, fit};
+use shadowlab::fit::{MapSize, Tightening, fit};
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::Aabb;
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};

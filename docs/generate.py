@@ -1,4 +1,4 @@
-"""Writes what the registries say: the tables between the markers of README.md, and docs/techniques.md.
+"""Writes what the registries say: the tables between the markers of README.md, docs/techniques.md, docs/columns.md.
 
     python docs/generate.py [--check]
 
@@ -12,10 +12,15 @@ import sys
 from pathlib import Path
 
 import shadowlab as sl
+from shadowlab.experiments import columns
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 TECHNIQUES = ROOT / "docs" / "techniques.md"
+COLUMN_PAGE = ROOT / "docs" / "columns.md"
+
+
+PAGES = (README, TECHNIQUES, COLUMN_PAGE)
 
 
 def markdown(header: list[str], rows: list[list[str]]) -> str:
@@ -76,6 +81,26 @@ def library() -> str:
     return markdown(["name", "title", "triangles in instances", "shows"], rows)
 
 
+def column_page() -> str:
+    """docs/columns.md: every column of every table once, and the columns of each table."""
+    page = [
+        "# Columns",
+        "",
+        "Every table of every experiment takes its columns from one vocabulary, `shadowlab.experiments.columns`: a",
+        "name means the same thing, in the same unit and dtype, wherever it stands. `str` is pandas' `object`; `Int64`",
+        "and `boolean` hold missing values, and `float64` holds NaN for them. Made by `python docs/generate.py`.",
+        "",
+    ]
+    for title, group in columns.GROUPS.items():
+        rows = [[f"`{c.name}`", c.unit, c.dtype, c.doc, c.over_lights or "none"] for c in group]
+        page += [f"## {title}", "", markdown(["column", "unit", "dtype", "meaning", "several lights"], rows), ""]
+    page += ["## Tables", ""]
+    page += [f"- `{name}`: {', '.join(f'`{column}`' for column in names)}" for name, names in columns.TABLES.items()]
+    rows = [[f"`{old}`", f"`{new}`"] for old, new in columns.RENAMED.items()]
+    page += ["", "## Names from before", "", markdown(["before", "now"], rows), ""]
+    return "\n".join(page)
+
+
 TABLES = {"techniques": techniques, "library": library}
 
 
@@ -92,8 +117,8 @@ def generated(text: str) -> str:
 
 def main(arguments: list[str]) -> int:
     """Writes or checks; the exit status."""
-    before = {path: path.read_text(encoding="utf-8") if path.exists() else "" for path in (README, TECHNIQUES)}
-    after = {README: generated(before[README]), TECHNIQUES: technique_pages()}
+    before = {path: path.read_text(encoding="utf-8") if path.exists() else "" for path in PAGES}
+    after = {README: generated(before[README]), TECHNIQUES: technique_pages(), COLUMN_PAGE: column_page()}
     stale = [path for path in before if before[path] != after[path]]
     for path in stale:
         if arguments == ["--check"]:

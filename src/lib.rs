@@ -12,6 +12,7 @@
 
 pub mod aliasing;
 pub mod error;
+pub mod fit;
 pub mod focus;
 pub mod geometry;
 pub mod image;

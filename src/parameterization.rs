@@ -42,7 +42,7 @@ pub enum PostWarp {
     /// Nothing.
     #[default]
     None,
-    /// NDC y is replaced by `scale * ln(w) + offset`, w the clip w that the matrix gives (theory.md 11.1). As w is constant
+    /// NDC y is replaced by `scale * ln(w) + offset`, w the clip w that the matrix gives (11.1). As w is constant
     /// along a light ray, rays stay points; x and z are those of the projective part. Planes are no planes any more.
     Log {
         /// NDC y per unit of ln w.
@@ -157,7 +157,7 @@ impl Region {
 }
 
 impl PostWarp {
-    /// NDC after this, of NDC and w before it.
+    /// NDC after this, of NDC and w before it (11.1).
     pub fn apply(&self, ndc: DVec3, w: f64) -> DVec3 {
         match *self {
             Self::None => ndc,

@@ -74,7 +74,7 @@ impl LightFrame {
             None => Self { right: DVec3::X, up: DVec3::Y, along },
         }
     }
-    /// Coordinates (x, Y, c) of theory.md (0.2) as clip rows with w = 1: across, along the warp axis, along the light.
+    /// Coordinates (x, Y, c) of (0.2) as clip rows with w = 1: across, along the warp axis, along the light.
     pub fn orthographic(&self) -> Rows {
         Rows { x: self.right.extend(0.0), y: self.up.extend(0.0), z: self.along.extend(0.0), w: DVec4::W }
     }

@@ -4,7 +4,8 @@ mod cpu_support;
 
 use cpu_support::triangle_mesh;
 use glam::{DMat4, DVec2, DVec3};
-use shadowlab::focus::{BORDER_TEXELS, ReceiverSamples};
+use shadowlab::fit::BORDER_TEXELS;
+use shadowlab::focus::ReceiverSamples;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Filter, Renderer};

@@ -15,12 +15,12 @@ use setup::{
     EXACT, Params, Random, Setup, Values, apart, around, at_angle, camera, close, difference, matrix, number, oblique,
     random_setups, set, tables, turned, word,
 };
-use shadowlab::focus::{LEAST_LAMBDA, WarpSpace};
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::Camera;
 use shadowlab::techniques::Value;
+use shadowlab::techniques::kit::{LEAST_LAMBDA, WarpSpace};
 
-/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 0).
+/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 17).
 const JOGGLED: f64 = 1e-6;
 
 fn table_matrix(t: &serde_json::Value, name: &str, params: &[(&str, Value)], tolerance: f64) -> Values {

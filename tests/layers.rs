@@ -25,6 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("scene", &["error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
+    ("fit", &["error", "focus", "geometry", "parameterization", "rays", "scene"]),
     ("aliasing", &["error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"]),
     // A renderer on a device has a pass that is the twin of aliasing's footprint; the one on the processor calls it.
     (
@@ -37,7 +38,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
-    ("techniques", &["error", "focus", "geometry", "image", "parameterization", "rays", "scene"]),
+    ("techniques", &["error", "fit", "focus", "geometry", "image", "parameterization", "rays", "scene"]),
     (
         "python",
         &[

@@ -107,7 +107,7 @@ fn overhead_the_ideal_map_is_the_closed_form() {
     assert!((storage / number(&t["storage_product"]["logpsm"]) - 1.0).abs() < EXACT);
 }
 
-/// F on the centre ray, theory.md 6.2.
+/// F on the centre ray (6.2).
 fn f_of(p: &Parameterization, z: f64, phi: f64) -> f64 {
     1.0 / (slopes(p, z)[0] * z * phi.tan())
 }

@@ -17,7 +17,7 @@ Z = np.geomspace(1, 100, 33)
 CURVES = {t: (Z, closed_form.dp_ds(Z, technique=t, **VIEW)) for t in ("uniform", "psm", "lispsm")}
 
 DRIFT = pd.DataFrame(
-    {"label": ["a"] * 3 + ["b"] * 3, "frame": [0, 1, 2] * 2, "drift_rms": [0.1, 0.2, 0.3, 0.0, 0.0, 0.0],
+    {"technique": ["a"] * 3 + ["b"] * 3, "frame": [0, 1, 2] * 2, "drift_rms": [0.1, 0.2, 0.3, 0.0, 0.0, 0.0],
      "drift_max": [0.2, 0.3, 0.5, 0.0, 0.0, 0.0], "flips": [10, 20, 30, 0, 0, 0]}
 )  # fmt: skip
 CAUSES = pd.DataFrame(
@@ -82,7 +82,7 @@ def legend(ax):
 
 def angle_table(techniques=12, angles=(10, 30, 50, 90)):
     rows = [
-        {"technique": f"t{i}", "angle_deg": a, "p95": (i + 1) * (1 + a / 100)}
+        {"technique": f"t{i}", "angle_deg": a, "texel_p95": (i + 1) * (1 + a / 100)}
         for i in range(techniques)
         for a in angles
     ]

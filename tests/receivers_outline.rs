@@ -5,11 +5,12 @@
 mod views;
 
 use glam::{DMat3, DVec3};
-use shadowlab::focus::{
-    Coverage, Focus, FocusedView, Tightening, WarpSpace, receivers_extent, receivers_outline, spot_depths,
-};
+use shadowlab::fit::{Tightening, spot_depths};
+use shadowlab::focus::{Coverage, Focus, FocusedView, receivers_extent};
 use shadowlab::geometry::{Aabb, Rows};
 use shadowlab::scene::{Camera, DirectionalLight, Light, Scene, SpotLight};
+use shadowlab::techniques::kit::WarpSpace;
+use shadowlab::techniques::lispsm::receivers_outline;
 use views::{Random, cube, look, placed};
 
 /// Of an extent: roundings of two ways to the same corners, through w over three decades.

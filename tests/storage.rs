@@ -1,6 +1,7 @@
 //! Published storage factors, measured from finished matrices: one map, and several that share the depths of the view.
 //!
-//! Source: Lloyd, Tuft, Yoon, Manocha 2006; Lloyd et al. 2008; closed forms: light from overhead, 60 degrees, a square image,
+//! Source: Lloyd, Tuft, Yoon, Manocha 2006 `[lloyd2006]`; Lloyd et al. 2008 `[lloyd2008]`; theory.md 18.1: light from
+//! overhead, 60 degrees, a square image,
 //! and a frustum full of receivers. The storage factor S is the largest m_s over all receivers times the largest m_t: the
 //! texels that give every receiver one a pixel, over the pixels; of several maps, the sum.
 //!

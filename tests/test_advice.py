@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import shadowlab as sl
 from shadowlab.aliasing.causes import CAUSES
 from shadowlab.errors import ArgumentError, UnknownNameError
-from shadowlab.experiments.candidates import COLUMNS
+from shadowlab.experiments.columns import TABLES
 from shadowlab.experiments.measures import MEASURES
 from shadowlab.experiments.memory import (
     BYTES_PER_TEXEL,
@@ -96,24 +96,24 @@ def test_each_candidate_gets_as_much_as_fits(advice):
     for row in advice.table.to_dict("records"):
         assert row["bytes"] == 4 * row["maps"] * row["resolution"] ** 2
         assert row["bytes"] <= row["memory"]
-        assert math.isclose(row["unused"], 1 - row["bytes"] / row["memory"], abs_tol=1e-15)
+        assert math.isclose(row["unused_memory"], 1 - row["bytes"] / row["memory"], abs_tol=1e-15)
         assert row["resolution"] == side_of(row["memory"], row["maps"])
     runs = advice.runs
     assert (runs["bytes"] <= runs["memory"]).all()
     # One resolution for all views of a candidate.
-    sides = runs.groupby(["candidate", "memory"])["resolution"]
+    sides = runs.groupby(["technique", "memory"])["resolution"]
     assert (sides.min() == sides.max()).all()
 
 
 def test_memory_that_whole_texels_leave_unused_is_told(advice):
     three = SETS[3]
-    row = advice.table.query("memory == 16384 and candidate == @three").iloc[0]
+    row = advice.table.query("memory == 16384 and technique == @three").iloc[0]
     # 3 * 36^2 of 4096 texels; two maps of 45^2 leave less.
     assert (row["resolution"], row["bytes"]) == (36, 3 * 36**2 * 4)
     assert f"Memory is not quite equal, as sides are whole texels: {three} takes 95 % of 16 KiB" in advice.verdict
     assert "15.19 KiB (95 %)" in repr(advice)
-    full = advice.table.query("memory == 16384 and candidate == 'uniform'").iloc[0]
-    assert full["unused"] == 0
+    full = advice.table.query("memory == 16384 and technique == 'uniform'").iloc[0]
+    assert full["unused_memory"] == 0
     assert "16 KiB (100 %)" not in repr(advice)
 
 
@@ -141,7 +141,7 @@ def test_memory_holds_in_the_view_with_most_maps(view):
 def test_one_row_a_candidate_and_budget_and_one_a_view(advice):
     assert len(advice.table) == len(SETS) * 2
     assert len(advice.runs) == len(SETS) * 2 * 2
-    assert list(advice.runs.columns) == list(COLUMNS)
+    assert list(advice.runs.columns) == list(TABLES["advise.runs"])
     assert set(advice.runs["view"]) == {"noon", "low"}
     assert (advice.table["failure"] == "").all()
 
@@ -154,13 +154,13 @@ def test_the_order_is_that_of_the_errors(view, over):
         assert (np.diff(errors) >= 0).all()
         assert table["rank"].tolist() == [1 + int((errors < e).sum()) for e in errors]
         np.testing.assert_allclose(table["ratio_to_best"], errors / errors[0])
-        plain = float(table.set_index("candidate").loc["uniform", f"error_{over}"])
+        plain = float(table.set_index("technique").loc["uniform", f"error_{over}"])
         np.testing.assert_allclose(table["ratio_to_uniform"], errors / plain)
 
 
 def test_aggregates_are_those_of_the_runs(advice):
     for row in advice.table.to_dict("records"):
-        errors = advice.runs.query("candidate == @row['candidate'] and memory == @row['memory']").set_index("view")[
+        errors = advice.runs.query("technique == @row['technique'] and memory == @row['memory']").set_index("view")[
             "error"
         ]
         assert math.isclose(row["error_mean"], errors.mean())
@@ -259,7 +259,7 @@ def test_files_hold_the_tables(advice, tmp_path):
     names = {file.name for file in path.parent.iterdir()}
     assert names == {"advice.csv", "runs.csv", "switches.csv", "advice.json", "advice.png"}
     read = pd.read_csv(path.parent / "advice.csv", keep_default_na=False)
-    assert read["candidate"].tolist() == advice.table["candidate"].tolist()
+    assert read["technique"].tolist() == advice.table["technique"].tolist()
     np.testing.assert_allclose(read["error_mean"].astype(float), advice.table["error_mean"], rtol=1e-15)
     data = json.loads(path.read_text(encoding="utf-8"))
     assert data["verdict"] == advice.verdict
@@ -277,12 +277,12 @@ def test_files_hold_the_tables(advice, tmp_path):
 def test_the_best_of_all_of_a_view_and_of_a_budget(advice):
     table, runs = advice.table, advice.runs
     least = table.loc[table["error_mean"].idxmin()]
-    assert (advice.best.candidate, advice.best.error) == (least["candidate"], least["error_mean"])
+    assert (advice.best.candidate, advice.best.error) == (least["technique"], least["error_mean"])
     for view, memory in itertools.product(("noon", "low"), advice.budgets):
         chosen = advice.best_for(view=view, memory=memory)
         here = runs[(runs["view"] == view) & (runs["memory"] == memory)]
         assert chosen.error == here["error"].min()
-        assert here.set_index("candidate").loc[chosen.candidate, "error"] == chosen.error
+        assert here.set_index("technique").loc[chosen.candidate, "error"] == chosen.error
         assert chosen.technique.parameterize(advice.scene, advice.views[0].camera, advice.views[0].light)
     assert advice.best_for(memory="16 KiB").memory == 16384
     with pytest.raises(UnknownNameError, match="view: unknown view 'night'; expected one of 'noon', 'low'"):

@@ -14,6 +14,7 @@ from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
 from shadowlab.experiments import advise as advice_module
 from shadowlab.experiments.candidates import default_techniques
 from shadowlab.experiments.measures import MEASURES, docs, measure_of
+from shadowlab.scene.view import KEPT
 
 ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
 
@@ -51,9 +52,11 @@ def test_every_camera_is_taken_with_every_light(view):
 
 
 def test_truth_is_traced_once_a_view_and_the_eye_view_drawn_once_a_camera(view, monkeypatch):
+    from shadowlab import _core
+
     calls = []
-    real = sl.trace.shadow_mask
-    monkeypatch.setattr(sl.trace, "shadow_mask", lambda *a, **k: calls.append("truth") or real(*a, **k))
+    real = _core.trace_shadow_mask
+    monkeypatch.setattr(_core, "trace_shadow_mask", lambda *a, **k: calls.append("truth") or real(*a, **k))
 
     class Counting:
         inner = sl.Renderer("cpu")
@@ -63,6 +66,7 @@ def test_truth_is_traced_once_a_view_and_the_eye_view_drawn_once_a_camera(view, 
             calls.append("eye")
             return self.inner.gbuffer(*a, **k)
 
+    KEPT.forget_all()
     advise(view, renderer=Counting())
     assert (calls.count("truth"), calls.count("eye")) == (2, 1)
 
@@ -76,9 +80,9 @@ def test_lights_with_a_place(view, kind):
         else sl.SpotLight((0.5, 4, 0.2), (0, -1, 0), cone_angle=1.2, range=20)
     )
     found = advise((scene, camera, light), techniques=None, memory="96 KiB")
-    assert "tsm" not in set(found.table["candidate"])
+    assert "tsm" not in set(found.table["technique"])
     assert (found.table["failure"] == "").all()
-    assert found.table.set_index("candidate").loc["uniform", "maps"] == (6 if kind == "point" else 1)
+    assert found.table.set_index("technique").loc["uniform", "maps"] == (6 if kind == "point" else 1)
     assert found.views[0].label.startswith(f"{kind} light ")
     assert "several kinds" not in found.verdict
     mixed = advise((scene, camera, [sl.DirectionalLight((1, -1, 0)), light]), techniques="uniform", memory="96 KiB")
@@ -128,10 +132,10 @@ class Broken:
 def test_failures_become_rows_and_are_ranked_last(view, tmp_path):
     found = advise(view, techniques={"b": Broken(), "uniform": "uniform"})
     for _, table in found.table.groupby("memory"):
-        assert table["candidate"].tolist() == ["uniform", "b"]
+        assert table["technique"].tolist() == ["uniform", "b"]
         assert table["failure"].tolist()[1] == "no light from the side, please (in 1 of 2 views: low)"
         assert table["rank"].isna().tolist() == [False, True]
-    runs = found.runs.query("candidate == 'b'").set_index("view")
+    runs = found.runs.query("technique == 'b'").set_index("view")
     assert runs.loc["noon", "error"].notna().all()
     assert runs.loc["low", "error"].isna().all()
     assert "b failed: no light from the side, please (in 1 of 2 views: low)." in found.verdict
@@ -156,7 +160,7 @@ def test_where_all_fail_it_is_said(view):
 
 def test_candidates_without_a_few_texels_are_told(view):
     found = advise(view, memory=600, techniques=["uniform", "z_partition:count=4"])
-    rows = found.table.set_index("candidate")
+    rows = found.table.set_index("technique")
     assert rows.loc["uniform", "resolution"] == 12
     assert rows.loc["z_partition:count=4", "failure"] == (
         "memory: 4 maps of 8 x 8 texels, the smallest drawn, take 1,024 bytes, more than the 600 there are"
@@ -186,7 +190,7 @@ def test_matrices_serve_one_view(view):
         advise(view, techniques={"mine": mine})
     one = (scene, camera, lights["noon"])
     found = advise(one, techniques={"mine": mine, "uniform": "uniform", "flat": np_matrix()}, memory="16 KiB")
-    assert found.table["candidate"].tolist()[:2] == ["mine", "uniform"]
+    assert found.table["technique"].tolist()[:2] == ["mine", "uniform"]
     # What is no map of this light is not ranked, and is told.
     assert found.table["rank"].isna().tolist() == [False, False, True]
     assert "flat is left out of the ranking: not a map of this light" in found.verdict
@@ -234,7 +238,7 @@ def np_matrix():
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, error, message):
-    monkeypatch.setattr(advice_module, "traced_truth", lambda *_: pytest.fail("worked before it looked"))
+    monkeypatch.setattr(advice_module, "outcomes_of", lambda *_: pytest.fail("worked before it looked"))
     with pytest.raises(error, match=message):
         advise(view, **keywords)
 
@@ -273,9 +277,9 @@ def test_the_default_set_serves_the_lights_and_runs(view):
     assert "tsm" not in default_techniques(lights)
     found = advise(view, techniques=None, memory="16 KiB")
     assert (found.table["failure"] == "").all()
-    assert found.table["candidate"].tolist().count("uniform") == 1
+    assert found.table["technique"].tolist().count("uniform") == 1
     assert {2, 3, 4} <= set(found.table["maps"])
-    assert (found.table["candidate"] == found.table["technique"]).all()
+    assert (found.table["technique"] == found.table["spec"]).all()
 
 
 @pytest.mark.parametrize("count", [1, 2])

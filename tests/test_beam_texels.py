@@ -10,7 +10,8 @@ import pytest
 import shadowlab as sl
 from shadowlab.aliasing import closed_form as cf
 from shadowlab.aliasing.beam_texels import beam_texels
-from shadowlab.aliasing.frustum_body import frustum_scene, outline
+from shadowlab.aliasing.frustum_body import outline
+from shadowlab.experiments.frustum_scene import frustum_scene
 
 # The ends of the frustum's range are where w is smallest: rounding over near / far.
 ROUNDING = 1e-9

@@ -170,7 +170,7 @@ def test_the_printed_ends_and_the_minimum_are_those_of_f(scale, ratio, fov_y, th
     offset = cf.phi_offset(theta, **at)
     if view["near"] < offset < view["far"]:
         assert least.z == offset
-        # 4 ψ ϕ of theory.md 6, ψ as printed there.
+        # 4 ψ ϕ of theory.md 6, ψ as written in (6.2).
         acute, phi = min(theta, np.pi - theta), fov_y / 2
         t = np.tan(phi) / np.tan(acute)
         n, f = view["near"], view["far"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import importlib
 
 import numpy as np
 import pytest
@@ -11,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import shadowlab as sl
-from shadowlab.aliasing import footprint as footprints
-from shadowlab.aliasing.footprint import AVERTED, NO_MAP, NOTHING
+from shadowlab.aliasing.footprint import AVERTED, NO_MAP, NOTHING, sides_of
 from shadowlab.errors import ArgumentError
 
 # A warning of numpy is a failure.
@@ -270,16 +270,16 @@ def test_points_that_look_nothing_up():
 
 
 def test_the_example():
-    finder = doctest.DocTestFinder(recurse=False)
-    examples = [t for t in finder.find(footprints.footprint, "footprint", module=footprints) if t.examples]
+    finder, module = doctest.DocTestFinder(recurse=False), importlib.import_module("shadowlab.aliasing.footprint")
+    examples = [t for t in finder.find(module.footprint, "footprint", module=module) if t.examples]
     assert examples
     for example in examples:
         assert doctest.DocTestRunner().run(example).failed == 0
 
 
 def test_an_array_that_is_one_number_is_a_side():
-    assert footprints.pair(np.array(5)) == footprints.pair(5) == (5, 5)
-    assert footprints.pair(np.array([5, 6])) == (5, 6)
+    assert sides_of(np.array(5)) == sides_of(5) == (5, 5)
+    assert sides_of(np.array([5, 6])) == (5, 6)
 
 
 def test_a_matrix_of_another_light_is_warned_of_and_measured_all_the_same():

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.aliasing.frustum_body import frustum_scene, outline
+from shadowlab.aliasing.frustum_body import outline
 from shadowlab.errors import ArgumentError
+from shadowlab.experiments.frustum_scene import frustum_scene
 
 # Of float64 through a projection.
 EXACT = 1e-12
@@ -77,9 +78,9 @@ def test_what_is_no_camera_light_or_point_is_refused():
         sl.aliasing.outline(camera, steps=10**9)
 
 
-@pytest.mark.parametrize("module", ["beam_texels", "frustum_body"])
+@pytest.mark.parametrize("module", ["aliasing.beam_texels", "aliasing.frustum_body", "experiments.frustum_scene"])
 def test_examples_run_as_pasted(module):
-    module = importlib.import_module(f"shadowlab.aliasing.{module}")
+    module = importlib.import_module(f"shadowlab.{module}")
     examples = [e for e in doctest.DocTestFinder().find(module, globs={}) if e.examples]
     assert examples
     for example in examples:

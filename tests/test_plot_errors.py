@@ -31,6 +31,7 @@ from plot_support import (
 
 import shadowlab as sl
 from shadowlab import plot
+from shadowlab.pictures.errors import error_colours
 
 mpl.use("Agg")
 # A warning of numpy or matplotlib is a failure: nothing that is not a number reaches an artist.
@@ -162,7 +163,7 @@ def test_the_bar_has_the_colours_of_the_picture(ax):
     mappable = bar._colorbar.mappable
     values = np.array([0.11, 0.5, 0.99, 1.01, 3.0, 9.9])
     drawn = np.rint(255 * mappable.to_rgba(values)[:, :3])
-    wanted = sl.error_pictures.error_colours(values).astype(float)
+    wanted = error_colours(values).astype(float)
     # A step of the scale apart, since both round.
     assert np.abs(drawn - wanted).max() <= 4
 
@@ -273,7 +274,7 @@ def test_ratios_have_the_baseline_at_one(ax):
 
 
 def test_failed_runs_are_gaps_and_columns_have_units(ax):
-    table = angle_table(2).rename(columns={"p95": "extent_px"}).astype({"extent_px": float})
+    table = angle_table(2).rename(columns={"texel_p95": "extent_px"}).astype({"extent_px": float})
     table.loc[1, "extent_px"], table.loc[5, "extent_px"] = np.nan, np.inf
     plot.error_over_angle(table, ax, y="extent_px")
     assert np.isnan(ax.lines[0].get_ydata()).tolist() == [False, True, False, False]
@@ -318,9 +319,7 @@ def test_drift_has_rms_and_largest_of_each_label(ax):
     assert plot.drift(wide).get_yscale() == "symlog"
 
 
-@pytest.mark.parametrize(
-    "module", ["curves", "distributions", "drifts", "error_maps", "lattices", "light_views", "wrong_pixels"]
-)
+@pytest.mark.parametrize("module", ["causes", "curves", "distributions", "eye_views", "light_views", "temporal"])
 def test_examples_run(module):
     result = doctest.testmod(importlib.import_module(f"shadowlab.plot.{module}"))
     assert result.attempted

@@ -55,7 +55,9 @@ NOTHING = {
     "error_by_depth": lambda ax: plot.error_by_depth({"a": image(measured=False)}, ax),
     "error_along_view": lambda ax: plot.error_along_view({"a": (Z, Z * np.nan)}, ax, **VIEW),
     "error_over_angle": lambda ax: plot.error_over_angle(angle_table().iloc[:0], ax),
-    "error_over_angle failed": lambda ax: plot.error_over_angle(angle_table(2).assign(p95=np.nan), ax, baseline="t0"),
+    "error_over_angle failed": lambda ax: plot.error_over_angle(
+        angle_table(2).assign(texel_p95=np.nan), ax, baseline="t0"
+    ),
     "causes": lambda ax: plot.causes(CAUSES.iloc[:0], ax),
     "cause_map": lambda ax: plot.cause_map(view(), SUN, RIGHT, np.full((6, 8), -1), ax),
     "drift": lambda ax: plot.drift(DRIFT.iloc[:0], ax),
@@ -112,10 +114,13 @@ WRONG = [
         "bands: expected a whole number from 1 to 10000 or at least two rising depths",
     ),
     (lambda: plot.error_over_angle([1, 2]), "table: expected a pandas table"),
-    (lambda: plot.error_over_angle(angle_table(), y="worst"), "there is no worst among technique, angle_deg, p95"),
+    (
+        lambda: plot.error_over_angle(angle_table(), y="worst"),
+        "there is no worst among technique, angle_deg, texel_p95",
+    ),
     (lambda: plot.error_over_angle(angle_table(), baseline="lispsm"), "baseline: expected one of t0, t1"),
     (lambda: plot.error_over_angle(angle_table().assign(angle_deg=1)), "several of 't0' at 1"),
-    (lambda: plot.error_over_angle(angle_table().assign(p95="x")), "p95: expected a column of numbers"),
+    (lambda: plot.error_over_angle(angle_table().assign(texel_p95="x")), "texel_p95: expected a column of numbers"),
     (lambda: plot.causes(CAUSES[["technique"]]), "there is no acne, edge, leak, missing"),
     (lambda: plot.causes(CAUSES.assign(edge=-1)), "got a negative one"),
     (lambda: plot.cause_map(view(), SUN, RIGHT, np.zeros((2, 2))), "cause_image: expected shape"),

@@ -156,10 +156,8 @@ def test_beside_the_page(saved, study):
 def test_names_from_outside_are_text_not_markup(study):
     from dataclasses import replace
 
-    from shadowlab.reports.reproduce import Source
-
     runs = tuple(replace(run, label=f"<img src=x onerror=alert(1)> & {run.label}") for run in study.runs)
-    hostile = replace(study, runs=runs, source=Source('"><script>alert(1)</script>'))
+    hostile = replace(study, runs=runs, source=sl.Source('"><script>alert(1)</script>'))
     text, files = report_html.build(hostile)
     page = Page(text)
     assert "script" not in page.tags
@@ -204,7 +202,7 @@ def test_several_maps_are_shown_side_by_side(study):
     run = study.runs[0]
     matrix = np.asarray(run.parameterization.matrix)
     many = sl.Parameterization.from_matrix(np.stack([matrix, matrix]))
-    double = replace(run, parameterization=many, maps=np.stack([run.maps, run.maps]), given=True)
+    double = replace(run, parameterization=many, item=many)
     text, files = report_html.build(replace(study, runs=(double,)))
     assert {"uniform_64_map_1.png", "uniform_64_map_2.png"} <= set(files)
     assert Page(text).open == []

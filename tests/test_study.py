@@ -14,7 +14,8 @@ import trimesh
 import shadowlab as sl
 from shadowlab.experiments import compare as study_module
 from shadowlab.experiments.arguments import picture_size
-from shadowlab.experiments.compare import COLUMNS, compare
+from shadowlab.experiments.columns import TABLES
+from shadowlab.experiments.compare import compare
 
 SQUARE = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
 FACES = [[0, 2, 1], [0, 3, 2]]
@@ -34,12 +35,12 @@ def study(view):
 
 def test_one_row_a_technique_and_resolution(study):
     table = study.table
-    assert list(table.columns) == list(COLUMNS)
+    assert list(table.columns) == list(TABLES["compare"])
     assert list(zip(table["technique"], table["resolution"], strict=True)) == [
         ("uniform", 32), ("uniform", 128), ("lispsm", 32), ("lispsm", 128),
     ]  # fmt: skip
     assert (table["failure"] == "").all()
-    assert (table[["fit_us", "render_ms", "mask_ms"]] > 0).all(axis=None)
+    assert (table[["fit_us", "map_ms", "lookup_ms"]] > 0).all(axis=None)
 
 
 def test_the_table_counts_what_the_pictures_show(study, view):
@@ -135,9 +136,12 @@ def test_ctrl_c_is_a_keyboard_interrupt(view, capsys):
 
 
 def test_truth_is_traced_once(view, monkeypatch):
+    from shadowlab import _core
+
     calls = []
-    real = sl.trace.shadow_mask
-    monkeypatch.setattr(sl.trace, "shadow_mask", lambda *a, **k: calls.append(1) or real(*a, **k))
+    real = _core.trace_shadow_mask
+    monkeypatch.setattr(_core, "trace_shadow_mask", lambda *a, **k: calls.append(1) or real(*a, **k))
+    sl.View(*view, size=(10, 8)).clear()
     compare(*view, resolution=[16, 32], size=(10, 8), progress=False)
     assert len(calls) == 1
 
@@ -177,7 +181,7 @@ def test_without_truth_there_are_pictures_but_no_errors(view):
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, message):
-    monkeypatch.setattr(study_module, "traced_truth", lambda *_: pytest.fail("worked before it looked"))
+    monkeypatch.setattr(study_module, "View", lambda *_: pytest.fail("worked before it looked"))
     arguments = {"resolution": 32, "size": (10, 8), "techniques": ["uniform"], "progress": False} | keywords
     with pytest.raises(sl.errors.ArgumentError, match=message):
         compare(*view, arguments.pop("techniques"), **arguments)
@@ -266,7 +270,7 @@ def test_texts_and_figure(study):
 def test_csv_and_json_hold_the_table(study, tmp_path):
     study.save(tmp_path)
     read = pd.read_csv(tmp_path / "results.csv", keep_default_na=False)
-    assert list(read.columns) == list(COLUMNS)
+    assert list(read.columns) == list(TABLES["compare"])
     assert read["misclassified"].tolist() == study.table["misclassified"].tolist()
     np.testing.assert_allclose(read["share"].astype(float), study.table["share"], rtol=1e-15)
     text = (tmp_path / "results.json").read_text(encoding="utf-8")

@@ -36,8 +36,8 @@ def test_columns_are_what_the_parts_say(study, scene):
         e = sl.aliasing.footprint(study.gbuffer, scene.camera, scene.light, run.parameterization, resolution=256)
         s = e.summary()
         assert row["undersampled"] == s.undersampled
-        assert row["error_max"] == s.max == float(np.nanmax(e.major))
-        assert row["error_p95"] == s.percentiles[95]
+        assert row["texel_max"] == s.max == float(np.nanmax(e.major))
+        assert row["texel_p95"] == s.percentiles[95]
         assert row["storage_factor"] == s.storage_factor
         assert sum(row[name] for name in CAUSES.values()) == row["misclassified"]
         assert row["unused"] == study.usage(run.label).unused
@@ -48,7 +48,7 @@ def test_columns_are_what_the_parts_say(study, scene):
 
 def test_a_matrix_from_elsewhere_has_the_same_numbers_as_the_technique_it_comes_from(study):
     table = study.table.set_index("technique")
-    columns = ["misclassified", *CAUSES.values(), "undersampled", "error_max", "error_mean", "storage_factor", "unused"]
+    columns = ["misclassified", *CAUSES.values(), "undersampled", "texel_max", "texel_mean", "storage_factor", "unused"]
     pd.testing.assert_series_equal(table.loc["mine", columns], table.loc["lispsm", columns], check_names=False)
 
 
@@ -59,7 +59,7 @@ def test_without_truth_there_are_texels_and_no_causes(scene):
     row = study.table.iloc[0]
     assert pd.isna(row["acne"])
     assert pd.isna(row["edge_px"])
-    assert row["error_mean"] > 0
+    assert row["texel_mean"] > 0
     assert "Why pixels" not in report_errors.section_errors(study)
     assert "How large" in report_errors.section_errors(study)
 
@@ -68,7 +68,7 @@ def test_a_view_of_nothing_has_no_texels_and_says_so(scene, tmp_path):
     away = sl.Camera.look_at((0, 50, 0), (0, 100, 1), fov_y=0.5, aspect=1, near=0.1, far=10)
     study = sl.compare(scene, away, scene.light, ["uniform"], resolution=16, size=(8, 8), progress=False)
     row = study.table.iloc[0]
-    assert pd.isna(row["error_mean"])
+    assert pd.isna(row["texel_mean"])
     assert row["unused"] == 1
     assert row["acne"] == 0
     assert "nothing" in study.save(tmp_path, progress=False).read_text().lower()
@@ -78,8 +78,8 @@ def test_a_technique_that_fails_has_no_numbers_and_harms_no_other(scene):
     spot = sl.SpotLight((0, 12, 0), (0, -1, 0), cone_angle=1.2, range=50)
     study = sl.compare(scene, scene.camera, spot, ["psm", "uniform"], resolution=64, size=SIZE, progress=False)
     table = study.table.set_index("technique")
-    assert table.loc["psm", [*CAUSES.values(), "error_mean", "unused"]].isna().all()
-    assert table.loc["uniform", "error_mean"] > 0
+    assert table.loc["psm", [*CAUSES.values(), "texel_mean", "unused"]].isna().all()
+    assert table.loc["uniform", "texel_mean"] > 0
     assert report_errors.section_errors(study).count("<tr>") == 4  # two tables of a head and a row
     with pytest.raises(KeyError, match="uniform"):
         study.footprint("psm")
@@ -100,7 +100,7 @@ def test_the_report_has_a_picture_of_texels_and_of_causes_for_each_run(study, tm
 
 def row(**values):
     base = {"technique": "lispsm", "resolution": 512, "maps": 1, "misclassified": 1000, "acne": 0, "leak": 0}
-    return {**base, "missing": 0, "edge": 1000, "error_p95": 3.0, **values}
+    return {**base, "missing": 0, "edge": 1000, "texel_p95": 3.0, **values}
 
 
 def test_the_verdict_names_causes_that_are_many_and_the_map_that_would_do():
@@ -111,9 +111,9 @@ def test_the_verdict_names_causes_that_are_many_and_the_map_that_would_do():
     assert first.startswith("Of the wrong pixels of lispsm at 512², 40.0 % are leaks")
     assert "shadow themselves" in error_sentences(row(acne=900))[0]
     assert len(error_sentences(row(acne=20, misclassified=25))) == 1, "few pixels are no reason"
-    assert error_sentences(row(error_p95=0.7)) == [
+    assert error_sentences(row(texel_p95=0.7)) == [
         "A texel of lispsm at 512² is up to 0.7 px long in 95 % of the picture: fine enough."
     ]
     assert error_sentences(row(maps=3))[-1].endswith("1,536² texels a map.")
     assert error_sentences({"technique": "a", "resolution": 1, "misclassified": 5}) == []
-    assert error_sentences(row(error_p95=None, acne=None, leak=None, missing=None)) == []
+    assert error_sentences(row(texel_p95=None, acne=None, leak=None, missing=None)) == []

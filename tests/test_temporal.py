@@ -37,7 +37,7 @@ def walked(scene):
 
 
 def test_snapped_maps_do_not_drift_and_no_shadow_flips(walked):
-    rows = walked.summary.set_index("label")
+    rows = walked.summary.set_index("technique")
     for label in ("uniform:stable=true", "z_partition:count=3,stable=true"):
         assert rows.loc[label, "drift_max"] < NO_DRIFT
         assert rows.loc[label, "scale"] == pytest.approx(1.0, abs=1e-9)
@@ -47,7 +47,7 @@ def test_snapped_maps_do_not_drift_and_no_shadow_flips(walked):
 
 
 def test_maps_fitted_anew_drift_like_a_lattice_thrown_down_at_random(walked):
-    rows = walked.summary.set_index("label")
+    rows = walked.summary.set_index("technique")
     for label in ("uniform", "lispsm", "z_partition:count=3"):
         assert 0.5 * RANDOM_DRIFT_MEAN < rows.loc[label, "drift_mean"] < 1.5 * RANDOM_DRIFT_MEAN
         assert rows.loc[label, "flip_share"] > 3e-3
@@ -129,9 +129,9 @@ def test_flips_are_those_of_the_masks_of_both_frames(scene):
 def test_what_a_technique_cannot_do_is_told_in_its_rows(scene):
     spot = sl.SpotLight((0, 20, 0), (0, -1, 0), cone_angle=1.0, range=60)
     found = sl.aliasing.temporal(scene, path(scene, 3), spot, ["uniform", "psm"], resolution=64, progress=False)
-    failed = found.table[found.table["label"] == "psm"]
+    failed = found.table[found.table["technique"] == "psm"]
     assert failed["failure"].str.contains("spot").all()
-    assert (found.table[found.table["label"] == "uniform"]["failure"] == "").all()
+    assert (found.table[found.table["technique"] == "uniform"]["failure"] == "").all()
     assert "spot" in found._repr_html_()
 
 

@@ -10,7 +10,8 @@ import pytest
 import shadowlab as sl
 from shadowlab.conventions.doubts import CHECK_MATRIX
 from shadowlab.reports.study_verdict import verdict
-from shadowlab.reports.words import NO_WARP, factor, share_text, times, unwarped_maps
+from shadowlab.reports.words import NO_WARP, factor, times, unwarped_maps
+from shadowlab.text import share_text
 
 
 def table(*rows):

@@ -1,4 +1,4 @@
-//! The published and derived numbers: matrices, errors and bodies of `theory/tables.json` (a copy lies in `data`).
+//! The published and derived numbers: matrices, errors and bodies of `data/tables.json` (theory.md 17).
 //!
 //! Matrices are compared as the tables say: up to a positive scale, and up to a mirrored x. Where a table cut depth to the
 //! body B instead of the casters' boxes, the same steps are called with that cut.
@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use serde_json::Value as Json;
-use shadowlab::focus::{Focus, FocusedView, MapSize, WarpSpace, crop, stable_grid};
+use shadowlab::fit::{MapSize, crop, stable_grid};
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{ConvexBody, Rows, singular_values};
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};
+use shadowlab::techniques::kit::WarpSpace;
 
-/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 0).
+/// Of the tables: bodies that came from a joggled hull are good to this (theory.md 17).
 const JOGGLED: f64 = 1e-6;
 /// Of f64 through a dozen operations on numbers of size 100.
 const EXACT: f64 = 1e-9;
@@ -271,7 +273,8 @@ fn dp_ds_and_dp_dt_of_our_matrices_are_the_closed_forms() {
             for (z, expected) in zs.iter().zip(t[key][technique].as_array().expect("values")) {
                 let (z, expected) = (number(z), number(expected));
                 let p = DVec3::NEG_Z * z;
-                // dp/ds = (zn / z) dz/ds with s = (y + 1) / 2; dp/dt = (zn / z) dx/dt over the near plane's width (E.2, E.4).
+                // dp/ds = (zn / z) dz/ds with s = (y + 1) / 2; dp/dt = (zn / z) dx/dt over the near plane's width
+                // (E.2), (E.4).
                 let h = 1e-5 * z;
                 let moved = (rows.project(p + derivative * h) - rows.project(p - derivative * h)) / (2.0 * h);
                 let per_unit = if key == "ideal_dp_ds" { 0.5 * moved.y } else { 0.5 * moved.x };
@@ -317,7 +320,7 @@ fn f_of_a_tilted_light_is_measured_on_our_matrices() {
             let rows = crop(&provisional, &view, k.vertices(), k.vertices());
             for (j, z) in f["z"].as_array().expect("depths").iter().enumerate() {
                 let z = number(z);
-                // F = dz/ds / (z tan phi) on the centre ray, s in [0, 1] (theory.md 6.2).
+                // F = dz/ds / (z tan phi) on the centre ray, s in [0, 1] (6.2).
                 let ours = 2.0 / (rows.derivative(DVec3::NEG_Z * z, DVec3::NEG_Z).y * z * number(&f["phi"]).tan());
                 let table = number(&f[name][i][j]);
                 // The tables' uniform column is a warp at a large distance: equal to 1e-7.

@@ -11,7 +11,8 @@ use boxes::Boxes;
 use glam::{DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 use shadowlab::Parameterization;
-use shadowlab::focus::{Focus, FocusedView, crop};
+use shadowlab::fit::crop;
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{Aabb, Rows};
 use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::techniques::technique_of;
@@ -19,7 +20,7 @@ use views::{Random, cube, directional, look, placed, square};
 
 /// Of f64 through a dozen operations on numbers of size 100.
 const EXACT: f64 = 1e-9;
-/// Of the tables, whose casters' body came from a joggled hull (theory.md 0).
+/// Of the tables, whose casters' body came from a joggled hull (theory.md 17).
 const JOGGLED: f64 = 1e-6;
 
 fn made(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameterization {

@@ -24,6 +24,8 @@ from ._core import (
 from .conventions.convention import Convention
 from .scene import library
 from .scene.scenes import Scene, load_scene, turned
+from .scene.source import Source
+from .scene.view import View
 from .techniques.presets import Preset, preset, presets
 from .techniques.registry import technique, techniques
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from .doctor import report
     from .experiments.advise import Advice, advise
     from .experiments.compare import Study, compare
+    from .experiments.run import Run, evaluate
     from .scene.default_view import default_view
 
 __all__ = [
@@ -48,10 +51,13 @@ __all__ = [
     "PointLight",
     "Preset",
     "Renderer",
+    "Run",
     "Scene",
+    "Source",
     "SpotLight",
     "Study",
     "Technique",
+    "View",
     "__version__",
     "advise",
     "aliasing",
@@ -59,6 +65,7 @@ __all__ = [
     "default_view",
     "diagnose",
     "errors",
+    "evaluate",
     "library",
     "load_scene",
     "plot",
@@ -75,11 +82,13 @@ __all__ = [
 _LAZY = {
     "Advice": "experiments.advise",
     "Diagnosis": "conventions.diagnosis",
+    "Run": "experiments.run",
     "Study": "experiments.compare",
     "advise": "experiments.advise",
     "compare": "experiments.compare",
     "default_view": "scene.default_view",
     "diagnose": "conventions.diagnosis",
+    "evaluate": "experiments.run",
     "plot": "plot",
     "report": "doctor",
 }

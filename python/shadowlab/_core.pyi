@@ -1,12 +1,9 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, Protocol, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
-
-from .aliasing.footprint import Footprint
-from .conventions.convention import Convention
 
 __version__: str
 __all__ = [
@@ -45,6 +42,39 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Maps: TypeAlias = "Parameterization | npt.ArrayLike"
+
+# What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
+class _Convention(Protocol):
+    def from_ours(self, matrix: Any) -> npt.NDArray[Any]: ...
+    def to_ours(self, matrix: Any) -> npt.NDArray[Any]: ...
+
+class _Footprint(Protocol):
+    @property
+    def major(self) -> npt.NDArray[Any]: ...
+    @property
+    def minor(self) -> npt.NDArray[Any]: ...
+    @property
+    def perspective(self) -> npt.NDArray[Any]: ...
+    @property
+    def perspective_ts(self) -> npt.NDArray[Any]: ...
+    @property
+    def projection(self) -> npt.NDArray[Any]: ...
+    @property
+    def jacobian(self) -> npt.NDArray[Any]: ...
+    @property
+    def map(self) -> npt.NDArray[np.int16]: ...
+    @property
+    def depth(self) -> npt.NDArray[Any]: ...
+    @property
+    def resolution(self) -> tuple[int, int]: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def maps(self) -> int: ...
+    @property
+    def measured(self) -> npt.NDArray[np.bool_]: ...
+    def summary(self, *, bands: Any = 6) -> Any: ...
+    def counts(self) -> dict[str, int]: ...
 
 @final
 class Mesh:
@@ -207,14 +237,14 @@ class Parameterization:
     def from_matrix(
         matrix: npt.ArrayLike,
         *,
-        convention: Convention | str | None = None,
+        convention: _Convention | str | None = None,
         resolution: int = 1024,
         eye_depth: npt.ArrayLike | None = None,
         selection: str = "depth",
         post_warp: Sequence[tuple[str, float, float] | None] | None = None,
         regions: Sequence[npt.ArrayLike] | None = None,
     ) -> Parameterization: ...
-    def to(self, convention: Convention | str) -> _Float: ...
+    def to(self, convention: _Convention | str) -> _Float: ...
     @property
     def selection(self) -> Literal["depth", "containment"]: ...
     @property
@@ -323,7 +353,7 @@ class Renderer:
         *,
         size: _Size,
         resolution: _Size | None = None,
-    ) -> Footprint: ...
+    ) -> _Footprint: ...
 
 @final
 class Misclassified:

@@ -1,14 +1,17 @@
 """Texts that name things: `lispsm:near=basic`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again.
 
 What stands in parentheses is one value, whatever separators are in it, as in src/techniques/text.rs:
-`z_partition:count=4,inner=(lispsm:near=optimal)/uniform`, `plane_optimal:plane=(0,1,0,0)`.
+`z_partition:count=4,inner=(lispsm:near=optimal)/uniform`, `plane_optimal:plane=(0,1,0,0)`. Numbers and lists as people
+read them, and values as JSON knows them, stand at the end.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from .errors import ArgumentError, UnknownNameError
 
@@ -186,3 +189,47 @@ def parse_bias(text: str) -> dict[str, float]:
 def format_bias(bias: Any) -> str:
     """The text that `parse_bias` reads back, every value spelled out."""
     return ",".join(f"{name}={format_value(float(getattr(bias, name)))}" for name in BIAS)
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Settings on one line."""
+    return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
+
+
+def share_text(share: float) -> str:
+    """A share in per cent with three significant digits, never rounded to nothing."""
+    value = 100.0 * share
+    return "0 %" if value == 0 else f"{value:#.3g} %" if value < 99.95 else "100 %"
+
+
+def digits(value: float) -> str:
+    """A number with three digits, or whole from a thousand on."""
+    return f"{value:,.0f}" if abs(value) >= 999.5 else f"{value:.3g}"
+
+
+def px_text(value: float) -> str:
+    """A length in the picture."""
+    return f"{digits(value)} px"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as English lists them."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON knows it: arrays become lists, NaN and missing become null, infinity the word "inf"."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        number = float(value)
+        return None if math.isnan(number) else number if math.isfinite(number) else "inf" if number > 0 else "-inf"
+    return value if value is None or isinstance(value, str) else str(value)

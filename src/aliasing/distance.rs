@@ -1,6 +1,6 @@
 //! Exact Euclidean distances in an image: from every pixel to the nearest one of a set.
 //!
-//! Source: Felzenszwalb, Huttenlocher 2012 (distance transforms of sampled functions): the lower envelope of parabolas, along
+//! Source: Felzenszwalb, Huttenlocher 2012 `[felzenszwalb2012]`: the lower envelope of parabolas, along
 //! columns, then along rows. In whole numbers, so there is no tolerance: the squared distances are below 2^31.
 
 use rayon::prelude::*;

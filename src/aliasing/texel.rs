@@ -1,6 +1,7 @@
 //! What a texel of a shadow map looks like in the image, at one point of one surface.
 //!
-//! Source: theory.md E.2 (E.5, E.6); after Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 and Chong, Gortler 2007.
+//! Source: theory.md E.2, (E.5) and (E.6); after Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 `[lloyd2008]` and
+//! Chong, Gortler 2007 `[chong2007]`.
 //!
 //! ```text
 //!         eye                light         J = d(pixel) / d(texel) on the surface's tangent plane
@@ -163,6 +164,7 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
     let e = from_eye * per_distance;
     let (facing, per_facing) = (ray.dot(n), 1.0 / ray.dot(n));
     let d = ray * (per_ray * -f64::copysign(1.0, facing));
+    // R(h) of (E.6).
     // The plane across h reflects what lies across the light to what lies across the eye: w - b 2 (b·w) / (b·b) with b = e + d.
     // The reflection keeps lengths however few digits of b are left where light runs against the view; there it is none.
     let back = e + d;

@@ -28,7 +28,7 @@ pub fn receivers_extent(provisional: &Rows, view: &FocusedView, scene: &Scene) -
 }
 
 /// Whether receivers are known closer than by K: as the instances' boxes in it.
-pub(super) fn is_tightened(view: &FocusedView) -> bool {
+pub(crate) fn is_tightened(view: &FocusedView) -> bool {
     view.focus == Focus::SceneFit && view.coverage == Coverage::AsAsked
 }
 
@@ -56,7 +56,7 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
 
 /// Hands over the instances' boxes that may reach into K, each with a way to cut it to K, until told to stop. Stops at a box
 /// that holds K: true.
-pub(super) fn receivers_in(
+pub(crate) fn receivers_in(
     view: &FocusedView,
     scene: &Scene,
     mut visit: impl FnMut(&OrientedBox, &dyn Fn() -> ConvexBody) -> ControlFlow<()>,

@@ -1,7 +1,7 @@
 //! What a camera sees, as points: for techniques that look at the receivers themselves.
 //!
 //! Plain data made by whoever has a renderer, so that techniques stay pure functions. Source: Lauritzen, Salvi, Lefohn 2010
-//! (sample distribution shadow maps); theory.md 10.
+//! `[lauritzen2010]` (sample distribution shadow maps); theory.md 9 and 12.1.
 
 use glam::DVec3;
 

@@ -1,7 +1,8 @@
 //! The bodies of a view: K, where receivers can be seen and lit, and B, where their casters can be.
 //!
-//! Source: theory.md 1.1 and 1.2; Wimmer, Scherzer, Purgathofer 2004, section 5; Wimmer and Scherzer 2006 (robust shadow
-//! maps). K = V ∩ S (∩ Lf), B = conv(K ∪ light) ∩ S (∩ Lf), with V the camera's frustum, S the box of the scene and Lf the
+//! Source: theory.md 1.1 and 1.2; Wimmer, Scherzer, Purgathofer 2004 `[wimmer2004]`, section 5; Scherzer 2005
+//! `[scherzer2005]`, Wimmer and Scherzer 2006 `[wimmer2006]` (robust shadow maps). (1.1): K = V ∩ S (∩ Lf) and
+//! B = conv(K ∪ light) ∩ S (∩ Lf), with V the camera's frustum, S the box of the scene and Lf the
 //! pyramid around a spot's cone. Departure: the bodies are cut exactly from the box, no hull of points is built, so a
 //! flat scene has a flat K and needs no padding here.
 //!
@@ -230,7 +231,7 @@ impl FocusedView {
             plane(DVec3::Z, max),
         ]
     }
-    /// B, the casters' body: all points of the scene from which light can go on to a receiver in K.
+    /// B of (1.1), the casters' body: all points of the scene from which light can go on to a receiver in K.
     pub fn casters(&self) -> ConvexBody {
         let mut body = match self.light {
             // K lies in the scene's box, so twice the diagonal leaves it whatever the direction.
@@ -243,7 +244,7 @@ impl FocusedView {
         // Only a body in the scene's border plane, by rounding.
         if body.is_empty() { self.receivers } else { body }
     }
-    /// The unit vector from the eye to the middle of a body's vertices (robust shadow maps, 4.1); the view direction where
+    /// The unit vector from the eye to the middle of a body's vertices (theory.md 5.3); the view direction where
     /// the sum vanishes.
     pub fn middle_vector(&self, vertices: &[DVec3]) -> DVec3 {
         vertices.iter().map(|p| *p - self.eye).sum::<DVec3>().try_normalize().unwrap_or(self.camera.forward())

@@ -3,7 +3,8 @@
 //! A body is its vertices and the edges between them, each edge with the face on its left and right. A cut looks at the
 //! side of each vertex once; everything after that is combinatorial, so faces stay closed whatever rounding does, and
 //! flat bodies (a ground plane, a single point) are bodies like others. No heap: `parameterize` is measured in
-//! microseconds. Source: the classic edge-based clipping of Sutherland and Hodgman 1974, carried to polyhedra; the sweep
+//! microseconds. Source: the classic edge-based clipping of Sutherland and Hodgman 1974
+//! `[sutherland1974]`, carried to polyhedra; the sweep
 //! is the Minkowski sum with a segment, read off the silhouette.
 //!
 //! ```text

@@ -61,7 +61,7 @@ impl Rows {
         let row = |r: DVec4| r.truncate().extend(r.w - r.truncate().dot(origin));
         Self { x: row(self.x), y: row(self.y), z: row(self.z), w: row(self.w) }
     }
-    /// Derivative of NDC (x, y, z) along a direction at a point (theory.md E.5).
+    /// Derivative of NDC (x, y, z) along a direction at a point (E.5).
     pub fn derivative(&self, p: DVec3, direction: DVec3) -> DVec3 {
         let clip = self.clip(p);
         let d = direction.extend(0.0);

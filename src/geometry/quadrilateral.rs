@@ -1,6 +1,6 @@
 //! The plane homography that four points fix.
 //!
-//! Source: the projective basis theorem (Hartley and Zisserman, Multiple View Geometry, 2.2.1), solved by the lines through
+//! Source: the projective basis theorem (Hartley and Zisserman, `[hartley2004]`, 2.2.1), solved by the lines through
 //! pairs of points instead of a linear system: no pivots, and parallel sides are no special case.
 
 use glam::{DMat3, DVec2, DVec3};

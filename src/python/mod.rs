@@ -2,9 +2,9 @@
 
 mod aliasing;
 mod camera;
+mod causes;
 mod convert;
 mod drivers;
-mod errors;
 mod footprint;
 mod gbuffer;
 mod library;
@@ -13,9 +13,11 @@ mod map_fields;
 mod parameterization;
 mod render;
 mod scene;
+mod settings;
 mod technique;
 mod threads;
 mod trace;
+mod usage;
 
 /// The private extension module behind the package.
 #[pyo3::pymodule]
@@ -25,9 +27,9 @@ mod _core {
     #[pymodule_export]
     use super::camera::PyCamera;
     #[pymodule_export]
-    use super::drivers::adapters;
+    use super::causes::{causes, look_up};
     #[pymodule_export]
-    use super::errors::{causes, look_up, reads, texel_coordinates};
+    use super::drivers::adapters;
     #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
@@ -48,6 +50,8 @@ mod _core {
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+    #[pymodule_export]
+    use super::usage::{reads, texel_coordinates};
 
     /// The package's version.
     #[pymodule_export]

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 
 use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
-use super::technique::{settings_dict, value_text};
+use super::settings::{settings_dict, value_text};
 use crate::error::Error;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
 

@@ -342,7 +342,7 @@ impl PyRenderer {
         let (scene, eye) = (&scene.get().scene, &camera.get().camera);
         let found =
             self.run(py, |renderer, progress| renderer.footprint(scene, eye, &light, own, resolution, size, progress))?;
-        let class = py.import("shadowlab.aliasing.footprints")?.getattr("Footprint")?;
+        let class = py.import("shadowlab.aliasing.footprint")?.getattr("Footprint")?;
         class.call_method1("of_arrays", (footprint_arrays(py, found)?, p, resolution))
     }
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -9,6 +9,7 @@ use super::gbuffer::{PyGBuffer, receiver_samples, samples};
 use super::light::light;
 use super::parameterization::PyParameterization;
 use super::scene::{PyScene, scene};
+use super::settings::{settings_dict, value_text};
 use crate::parameterization::Value;
 use crate::techniques::{self, Default, Technique};
 
@@ -135,54 +136,10 @@ pub fn technique_specs(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     Ok(list)
 }
 
-/// A dictionary of settings.
-pub fn settings_dict<'py>(py: Python<'py>, settings: &[(&'static str, Value)]) -> PyResult<Bound<'py, PyDict>> {
-    let d = PyDict::new(py);
-    for (name, value) in settings {
-        match value {
-            Value::Number(x) => d.set_item(name, x)?,
-            Value::Integer(x) => d.set_item(name, x)?,
-            Value::Flag(x) => d.set_item(name, x)?,
-            Value::Choice(x) => d.set_item(name, x)?,
-            Value::Numbers(x) => d.set_item(name, PyTuple::new(py, x)?)?,
-        }
-    }
-    Ok(d)
-}
-
-/// A setting as Python would write it.
-pub fn value_text(value: &Value) -> String {
-    match value {
-        Value::Number(x) => format!("{x}"),
-        Value::Integer(x) => format!("{x}"),
-        Value::Flag(x) => if *x { "True" } else { "False" }.to_string(),
-        Value::Choice(x) => format!("{x:?}"),
-        Value::Numbers(_) => value.to_string(),
-    }
-}
-
-/// A technique as text that [`techniques::technique_of`] reads: its name, and the settings that are not the default.
-fn technique_text(technique: &dyn Technique) -> String {
-    let spec = technique.spec();
-    let settings = technique.settings();
-    let changed = settings.iter().zip(spec.params).filter(|((_, value), p)| *value != p.default.value());
-    let texts: Vec<String> = changed.map(|((name, value), _)| format!("{name}={}", setting_text(value))).collect();
-    if texts.is_empty() { spec.name.to_string() } else { format!("{}:{}", spec.name, texts.join(",")) }
-}
-
-/// A value in the text of a technique, in parentheses where it would be read as several.
-fn setting_text(value: &Value) -> String {
-    match value {
-        Value::Choice(word) if word.contains([',', '/', ':', '=', '(', ')']) => format!("({word})"),
-        Value::Choice(word) => word.clone(),
-        other => other.to_string(),
-    }
-}
-
 /// The text of a technique or of its name; nothing for another type.
 fn text_of_technique(value: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
     if let Ok(technique) = value.cast::<PyTechnique>() {
-        return Ok(Some(technique_text(&*technique.get().technique)));
+        return Ok(Some(techniques::text_of(&*technique.get().technique)));
     }
     if value.is_instance_of::<PyString>() { value.extract().map(Some) } else { Ok(None) }
 }

@@ -1,6 +1,7 @@
 //! Depth bias, each part in the unit its name says. The parts add up.
 //!
-//! Source: theory.md 13 (constant world bias; receiver-plane bias of a nearest lookup, tight at `slope = 1`).
+//! Source: theory.md 13: the constant world bias (13.1), the receiver-plane bias of a nearest lookup (13.2), tight at
+//! `slope = 1`.
 
 use crate::error::{Error, Result};
 

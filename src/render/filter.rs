@@ -1,4 +1,4 @@
-//! How a map is read: theory.md 14. The average is of comparisons, never of depths.
+//! How a map is read: theory.md 14, `[reeves1987]`. The average is of comparisons, never of depths.
 
 /// The reconstruction filter of a lookup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

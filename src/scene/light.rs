@@ -108,7 +108,7 @@ impl Light {
             Self::Point(_) => "point",
         }
     }
-    /// The centre of projection as a homogeneous point: (-l, 0) or (p, 1) (theory 0).
+    /// The centre of projection as a homogeneous point: (-l, 0) or (p, 1) (theory.md 0).
     pub fn point(&self) -> DVec4 {
         match self {
             Self::Directional(l) => (-l.direction).extend(0.0),

@@ -1,9 +1,10 @@
 //! Face partitioning: the light's rays are divided by the face of the camera's frustum through which they leave it.
 //!
-//! Source: Lloyd, Tuft, Yoon, Manocha 2006 (warping and partitioning for low error shadow maps); Kozlov 2004 (the faces of
-//! the frustum as a shadow map's parts). Seen from the light, the faces that light leaves through tile the whole frustum, so
-//! each ray has one map, whatever lies along it. A side face gets a warped map, as the error grows along it; over the near
-//! and the far face it does not, and a uniform map serves. Departures:
+//! Source: Lloyd, Tuft, Yoon, Manocha 2006 `[lloyd2006]` (warping and partitioning for low error shadow maps); Kozlov
+//! 2004 `[kozlov2004]` (the faces of the frustum as a shadow map's parts); theory.md 12.2. Seen from the light, the
+//! faces that light leaves through tile the whole frustum, so each ray has one map, whatever lies along it. A side face
+//! gets a warped map, as the error grows along it; over the near and the far face it does not, and a uniform map
+//! serves. Departures:
 //! - the warp of a side face runs along the view as seen from the light, as every warp here does, not along the face;
 //! - faces behind which nothing is seen get no map;
 //! - borders are homogeneous planes through the light and an edge, so placed lights are divided by the very same lines. A
@@ -20,13 +21,13 @@
 
 use glam::{DVec3, DVec4};
 
-use super::side_by_side::side_by_side;
-use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
-use super::{Maps, Part, Settings, Technique, Value, techniques_of};
+use super::kit::faces::side_by_side;
+use super::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use super::techniques_of;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Frustum;
-use crate::parameterization::Region;
+use crate::parameterization::{Region, Value};
 use crate::rays::LightRays;
 use crate::scene::Light;
 

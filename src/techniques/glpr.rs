@@ -1,16 +1,16 @@
 //! Generalized linear perspective shadow maps: on the view's centre ray the error grows as depth does, as a perspective
 //! shadow map's does under an overhead light, at any light angle.
 //!
-//! Source: Zhang, Xu, Tao, Sun 2006 (the requirement, as Zhang, Sun, Zhao, Wang 2007, section 3, tell it); theory.md 7. The error
-//! `F(z) = ψ (z + ϕ)² / z` is linear where ϕ = 0: the reference point lies at the eye as the light sees it, Pn = Ymin.
+//! Source: Zhang, Xu, Tao, Sun 2006 `[zhang2006glpr]` (the requirement, as Zhang, Sun, Zhao, Wang 2007 `[zhang2007]`,
+//! section 3, tell it); theory.md 7. The error `F(z) = ψ (z + ϕ)² / z` (6.2) is linear where ϕ = 0: the reference point
+//! lies at the eye as the light sees it, Pn = Ymin (7.1).
 //!
 //! Departures, ours since the first source is not available: towards θ = φ, where Ymin and with it the warp distance goes to
 //! 0, a least share of the body, `lambda_floor` n/f; below φ, where no warp is linear, that share over tan(π θ / (4 φ)) as
 //! GMNPR has it, so that the map goes to the uniform one.
 
-use super::along_view::warped_along_view;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -54,6 +54,7 @@ impl Warp for Glpr {
             let floor = self.floor * near / far;
             let extent = body.y[1] - body.y[0];
             values.extend([("silhouette", body.silhouette), ("lambda_floor", floor)]);
+            // (7.1), Pn = Ymin, with its floor; below the silhouette as (6.3).
             if body.y[0] >= 0.0 { body.y[0].max(floor * extent) } else { along.below_silhouette(&body, floor) * extent }
         }))
     }

@@ -1,22 +1,21 @@
 //! Generalized minimum-norm perspective shadow maps: equal errors at both ends of the view's centre ray, at any light angle.
 //!
-//! Source: Zhang, Sun, Zhao, Wang 2007, "Generalized Minimum-Norm Perspective Shadow Maps" (λ of eq. 4, 7, 8 and of
-//! LiSPSM, eq. 9); theory.md 6, with the errata of its section 15. On the centre ray the error is
+//! Source: Zhang, Sun, Zhao, Wang 2007 `[zhang2007]`, generalized minimum-norm perspective shadow maps (λ of eq. 4, 7,
+//! 8 and of LiSPSM, eq. 9); theory.md 6, with the errata of theory.md 15.1. On the centre ray the error is (6.2)
 //!
 //! ```text
 //!   F(z) = ψ (z + ϕ)² / z,    ϕ = (Pn - Ymin) / κ,    least at z = ϕ,    F(n) = F(f)  <=>  ϕ = √(n f)
 //! ```
 //!
 //! Departures: the paper knows only the camera's whole frustum, with the light in the plane of view and up. Here both
-//! azimuth and body are any (theory.md 6.4): while the eye lies before the body as the light sees it (θ ≥ φ), the distance
+//! azimuth and body are any (6.4): while the eye lies before the body as the light sees it (θ ≥ φ), the distance
 //! is κ √(n f) + Ymin, which is the formula there without its differences of large numbers; below, the paper's λ with the
 //! body's own silhouette angle φ. With `body=frustum` the same formulas see the frustum, which is what the paper prints,
 //! and the reference point stays where the frustum puts it. A body wholly on one side of the centre ray can keep θ ≥ φ, and
 //! its warp, down to θ = 0.
 
-use super::along_view::warped_along_view;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 

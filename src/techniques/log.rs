@@ -1,8 +1,8 @@
 //! The ideal logarithmic shadow map: texels even in the logarithm of the distance from the eye.
 //!
-//! Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM), section 4.2, for y; Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008
-//! for x, of which the former do not speak; theory.md 11 and E.1. Departure, there too: the paper's `s = ln(z/zn)` is not
-//! normalised, here s runs from 0 to 1 over the receivers.
+//! Source: Wimmer, Scherzer, Purgathofer 2004 `[wimmer2004]` (LiSPSM), section 4.2, for y; Lloyd, Govindaraju, Quammen,
+//! Molnar, Manocha 2008 `[lloyd2008]` for x, of which the former do not speak; theory.md 11 and E.1. Departure
+//! (theory.md 15.2): the paper's `s = ln(z/zn)` is not normalised, here s runs from 0 to 1 over the receivers.
 //!
 //! The reference point of the projective part is the eye's image itself, so under an overhead light a texel is as wide as a
 //! pixel and equally long everywhere. That image must lie before the receivers as the light sees them: a light that is closer
@@ -14,11 +14,12 @@
 //!        0 ............... s = 0 | |  |   |    |      |         |            s = 1     s = ln(w/w0) / ln(w1/w0)
 //! ```
 
-use super::along_view::warped_along_view;
-use super::spec::{FIT, LightSupport, Spec};
-use super::{Part, Provisional, Settings, Spacing, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{
+    FIT, LEAST_LAMBDA, LightSupport, NoWarp, Part, Provisional, Settings, Spacing, Spec, Warp, WarpSpace,
+};
 use crate::error::{Error, Result};
-use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, NoWarp, WarpSpace};
+use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
 
 /// What the technique says of itself.

@@ -1,7 +1,7 @@
 //! Logarithmic perspective shadow maps: a perspective warp, and after it the logarithm of its w.
 //!
-//! Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 (LogPSM); theory.md 11. Of a perspective along the view the
-//! error on the centre ray is
+//! Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 `[lloyd2008]` (LogPSM); theory.md 11. Of a perspective
+//! along the view the error on the centre ray is (11.2)
 //!
 //! ```text
 //!   F_log(z) = (z + ϕ)/z · ln((λ+1)/λ) / tan φ,      ϕ = (Pn - Ymin) / κ,  λ = Pn / D
@@ -10,14 +10,13 @@
 //! constant where ϕ = 0: where the reference point lies at the eye as the light sees it, which is GLPR's choice and the
 //! default. x/w and depth are the perspective's.
 //!
-//! Departures, all of theory.md: GLPR's least share of the body holds while θ comes down to φ, the angle of the outermost
+//! Departures (theory.md 11): GLPR's least share of the body holds while θ comes down to φ, the angle of the outermost
 //! receiver; below, where the eye lies among the receivers as the light sees it, GMNPR's distance is taken, so at φ the map
 //! changes at once (Lloyd's thesis shapes the way from one to the other; its constants are for another parameter).
 
-use super::along_view::warped_along_view;
 use super::glpr::LEAST_SHARE;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Part, Provisional, Settings, Spacing, Warp};
+use super::kit::along_view::warped_along_view;
+use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spacing, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -69,6 +68,7 @@ impl Warp for LogPsm {
             values.push(("silhouette", body.silhouette));
             let [near, far] = body.depth;
             match self.perspective {
+                // (7.1) with GLPR's floor, else (6.4) or (5.2).
                 Perspective::Glpr if body.y[0] >= 0.0 => {
                     body.y[0].max(LEAST_SHARE * near / far * (body.y[1] - body.y[0]))
                 }

@@ -1,25 +1,19 @@
 //! The techniques: each turns a view into a [`Parameterization`](crate::Parameterization), and says so in a [`Spec`].
 //!
-//! A new technique is one file with a `SPEC`, a `make` that reads the settings and the [`Warp`] itself, its `mod` line and its
-//! line in [`TECHNIQUES`]; focusing and fitting are shared around the warp.
+//! A new technique is one file or folder with a `SPEC`, a `make` that reads the settings and the [`Warp`] itself, its `mod`
+//! line and its line in [`TECHNIQUES`]; focusing and fitting are shared around the warp and lie with all else that techniques
+//! are made with in [`kit`].
 
-mod along_view;
-mod depth_splits;
 mod face_partition;
-mod focused;
 mod glpr;
 mod gmnpr;
-mod lispsm;
+pub mod kit;
+pub mod lispsm;
 mod log;
 mod log_psm;
-mod notes;
-mod plane_optimal;
+pub mod plane_optimal;
 mod psm;
 mod registry;
-mod settings;
-mod side_by_side;
-mod spec;
-mod technique;
 mod text;
 mod tsm;
 mod uniform;
@@ -27,11 +21,12 @@ mod xpsm;
 mod z_partition;
 
 pub use crate::parameterization::Value;
+pub use kit::{
+    Default, FIT, Fitting, Kind, LightSupport, Map, Maps, Named, ParamSpec, Part, Provisional, Settings, Spacing, Spec,
+    Technique, Warp,
+};
 pub use registry::{Entry, Make, specs, technique};
-pub use settings::Settings;
-pub use spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-pub use technique::{Fitting, Map, Maps, Named, Part, Provisional, Spacing, Technique, Warp};
-pub use text::{technique_of, techniques_of};
+pub use text::{technique_of, techniques_of, text_of};
 
 /// All techniques, in the order of tables.
 pub static TECHNIQUES: &[Entry] = &[

@@ -1,14 +1,14 @@
 //! Perspective shadow maps: a shadow map of the scene as the camera's own projection leaves it.
 //!
-//! Source: Stamminger and Drettakis 2002 (PSM); Kozlov 2004 (Perspective Shadow Maps: Care and Feeding: the virtual camera
-//! that slides back, the infinity plane, the inverse projection); theory.md 3. In post-perspective space a directional light
+//! Source: Stamminger and Drettakis 2002 `[stamminger2002]` (PSM); Kozlov 2004 `[kozlov2004]` (the virtual camera that
+//! slides back, the infinity plane, the inverse projection); theory.md 3. In post-perspective space a directional light
 //! is a point on the infinity plane. Departures:
 //! - The three cases (light parallel to the image plane, before the viewer, behind the viewer) are one formula. With
 //!   h = C (-l, 0) the light there and q the images, all rows of the published matrices are multiples of the differences
 //!   `h.w q - h`, which point along the light in every case and have no pole where h.w vanishes. The case is noted only.
-//! - The axis of the light's camera is the mean direction of the images, as in theory.md. It leans towards the view just as
-//!   far as keeps the light's own perspective from being deeper than the camera's: always possible, as from straight ahead
-//!   it is not. theory.md's 1/100 cannot be met where the camera's depths span more.
+//! - The axis of the light's camera is the mean direction of the images (theory.md 3.4). It leans towards the view just
+//!   as far as keeps the light's own perspective from being deeper than the camera's: always possible, as from straight
+//!   ahead it is not. A fixed share such as 1/100 cannot be met where the camera's depths span more.
 //! - Map y is the direction in which w grows, so the near end is at y = -1; depth and crop come from the shared fit.
 //!
 //! ```text
@@ -19,11 +19,12 @@
 
 use glam::{DVec2, DVec3};
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::uniform_rows;
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::light_projection::uniform_rows;
+use super::kit::{
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+};
 use crate::error::Result;
-use crate::focus::{Coverage, FocusedView, LEAST_KAPPA, LEAST_LAMBDA};
+use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::rays::LightFrame;
 use crate::scene::Light;
@@ -150,7 +151,7 @@ impl VirtualCamera {
     fn new([near, far]: [f64; 2], slide: Slide, notes: &mut Vec<String>) -> Self {
         let asked = match slide {
             Slide::Length(length) => length,
-            // Kozlov: z_inf = f' / (f' - n') with n' = n + slide, f' = f + slide.
+            // (3.1), Kozlov: z_inf = f' / (f' - n') with n' = n + slide, f' = f + slide.
             Slide::Infinity(z) => (z * (far - near) - far).max(0.0),
         };
         // n' / f' bounds w; twice the least leaves room for the light's own perspective.

@@ -1,9 +1,11 @@
 //! Techniques by name.
 
-use super::focused::Focused;
-use super::{Settings, Spec, TECHNIQUES, Technique, Value, Warp};
+use super::TECHNIQUES;
+use super::kit::focused::Focused;
+use super::kit::{Settings, Spec, Technique, Warp};
 use crate::error::{Error, Result};
-use crate::focus::Tightening;
+use crate::fit::Tightening;
+use crate::parameterization::Value;
 
 /// A line of [`TECHNIQUES`].
 #[derive(Debug, Clone, Copy)]

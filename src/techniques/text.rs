@@ -7,7 +7,8 @@
 //! ```
 //! What is in parentheses is one value, whatever separators are in it.
 
-use super::{Technique, technique};
+use super::kit::Technique;
+use super::technique;
 use crate::error::{Error, Result};
 use crate::parameterization::Value;
 
@@ -73,6 +74,24 @@ fn unreadable(text: &str) -> Error {
     Error::argument("technique", expected, format!("{text:?}"), "see the table of techniques")
 }
 
+/// A technique as text that [`technique_of`] reads: its name, and the settings that are not the default.
+pub fn text_of(technique: &dyn Technique) -> String {
+    let spec = technique.spec();
+    let settings = technique.settings();
+    let changed = settings.iter().zip(spec.params).filter(|((_, value), p)| *value != p.default.value());
+    let texts: Vec<String> = changed.map(|((name, value), _)| format!("{name}={}", setting_text(value))).collect();
+    if texts.is_empty() { spec.name.to_string() } else { format!("{}:{}", spec.name, texts.join(",")) }
+}
+
+/// A value in the text of a technique, in parentheses where it would be read as several.
+fn setting_text(value: &Value) -> String {
+    match value {
+        Value::Choice(word) if word.contains([',', '/', ':', '=', '(', ')']) => format!("({word})"),
+        Value::Choice(word) => word.clone(),
+        other => other.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +106,29 @@ mod tests {
         assert_eq!(pieces("a=(1,2),b=((3,4),5)", ',').unwrap(), ["a=(1,2)", "b=((3,4),5)"]);
         assert_eq!(bare(" ((x)) "), "x");
         assert_eq!(bare("(a)/(b)"), "(a)/(b)");
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let texts = [
+            "lispsm",
+            "lispsm:near=0.5,axis=middle",
+            "uniform:stable=true",
+            "z_partition:count=3,inner=lispsm/uniform",
+            "z_partition:distances=(2,8),inner=(lispsm:near=basic,axis=middle)/uniform",
+            "face_partition:inner=(z_partition:count=2,inner=(lispsm:near=basic))",
+        ];
+        for text in texts {
+            let technique = technique_of(text).expect(text);
+            let written = text_of(&*technique);
+            let again = technique_of(&written).expect(&written);
+            assert_eq!(
+                (again.spec().name, again.settings()),
+                (technique.spec().name, technique.settings()),
+                "{written}"
+            );
+        }
+        assert_eq!(text_of(&*technique_of("lispsm:near=delta-z,axis=middle").unwrap()), "lispsm:axis=middle");
     }
 
     #[test]

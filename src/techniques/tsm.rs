@@ -1,6 +1,6 @@
 //! Trapezoidal shadow maps: the trapezoid around what the eye sees becomes the map, a focus depth at a chosen share of it.
 //!
-//! Source: Martin and Tan 2004, "Anti-aliasing and Continuity with Trapezoidal Shadow Maps"; theory.md 4.
+//! Source: Martin and Tan 2004 `[martin2004]` (trapezoidal shadow maps); theory.md 4.
 //!
 //! ```text
 //!           top: near end      focus             base: far end
@@ -21,9 +21,8 @@
 //! projective (the paper's linear depth must be written per fragment). As published, the warp does not fade as the light
 //! turns along the view: with the centre ray in the middle of the body, eta goes to a third of its depth.
 
-use super::along_view::{AlongView, warped_along_view};
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Named, Part, Provisional, Settings, Warp};
+use super::kit::along_view::{AlongView, warped_along_view};
+use super::kit::{Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 use crate::scene::Light;
@@ -94,9 +93,9 @@ impl Warp for Tsm {
 }
 
 /// The distance of q before the top line with which a body of extent `lambda` gets the `share` of its map for its first
-/// `delta` (theory.md 4.1); infinite where it has that share, or more, without a warp, and where the focus lies before it.
+/// `delta` (4.1); infinite where it has that share, or more, without a warp, and where the focus lies before it.
 fn eta(lambda: f64, delta: f64, share: f64) -> f64 {
-    // 4.1 with ξ = 2 share - 1, both sides halved.
+    // (4.1) with ξ = 2 share - 1, both sides halved.
     let room = lambda * share - delta;
     if room <= 0.0 || delta <= 0.0 { f64::INFINITY } else { lambda * delta * (1.0 - share) / room }
 }

@@ -1,17 +1,18 @@
 //! Uniform shadow maps: the light's own projection, cropped.
 //!
-//! Source: Williams 1978; focusing after Brabec, Annen and Seidel 2002; theory.md 1.3, 1.4 and 2.
+//! Source: Williams 1978 `[williams1978]`; focusing after Brabec, Annen and Seidel 2002 `[brabec2002]`; theory.md 1.3,
+//! 1.4 and 2.
 
-use glam::{DVec3, DVec4};
+use glam::DVec4;
 
-use super::focused::begins_late;
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::{Fitting, Named, Part, Provisional, Settings, Warp};
+use super::kit::light_projection::uniform_rows;
+use super::kit::{
+    Default, FIT, Fitting, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+};
 use crate::error::Result;
-use crate::focus::{Focus, FocusedView, MapSize, SpotFrustum, spot_depths};
+use crate::fit::MapSize;
+use crate::focus::{Focus, FocusedView};
 use crate::geometry::Rows;
-use crate::rays::LightFrame;
-use crate::scene::{Light, Scene};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
@@ -76,42 +77,4 @@ impl Warp for Uniform {
         let texel = |row: DVec4| 2.0 * clip_w / (f64::from(size.resolution) * row.truncate().length());
         vec![("texel_x", texel(clip_from_local.x)), ("texel_y", texel(clip_from_local.y))]
     }
-}
-
-/// The light's own projection before the fit (theory.md 2): orthographic, or a spot's perspective over the depths of
-/// receivers and casters. The frame leans on the view direction, so that the map stands upright as a warped one does.
-pub(super) fn uniform_rows(view: &FocusedView, scene: &Scene, notes: &mut Vec<String>) -> Rows {
-    match (&view.light, view.spot()) {
-        (_, Some(spot)) => {
-            let [near, far] = spot_depth_range(&spot, view, scene, notes);
-            spot.perspective(near, far)
-        }
-        (Light::Directional(l), _) => frame_of_view(view, l.direction()).orthographic(),
-        // Refused before: a point light has no single map.
-        (light, None) => LightFrame::any(light.to_light(view.origin)).orthographic(),
-    }
-}
-
-/// The depths of a spot's map; notes what its beginning leaves out.
-pub(super) fn spot_depth_range(
-    spot: &SpotFrustum,
-    view: &FocusedView,
-    scene: &Scene,
-    notes: &mut Vec<String>,
-) -> [f64; 2] {
-    let depths = spot_depths(spot, view, scene);
-    if depths.begins_late {
-        notes.push(begins_late(spot.frustum.near));
-    }
-    depths.range
-}
-
-/// The frame whose y axis is the view direction in the shadow plane; the camera's up where the light runs along the view.
-fn frame_of_view(view: &FocusedView, along: DVec3) -> LightFrame {
-    if view.focus == Focus::Scene {
-        return LightFrame::any(along);
-    }
-    let turned =
-        LightFrame::towards(along, view.camera.forward()).or_else(|| LightFrame::towards(along, view.camera.up()));
-    turned.map_or_else(|| LightFrame::any(along), |(frame, _)| frame)
 }

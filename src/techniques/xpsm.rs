@@ -1,6 +1,6 @@
 //! Extended perspective shadow maps.
 //!
-//! Source: Gusev 2007 (XPSM); theory.md 8. Where we depart:
+//! Source: Gusev 2007 `[gusev2007]` (XPSM); theory.md 8. Where we depart:
 //! - The interval in focus begins at the near end of what is seen (Y_f = Ymin of K), so every receiver has w >= epsilon_w. The
 //!   paper takes the later beginning of receivers and casters; as every instance casts, that is the same.
 //! - The map is cut to the unit cube by the shared fit. The published step ignores points with w < epsilon_w and loses casters
@@ -11,11 +11,12 @@
 //!         x <----- 1/p ---------> |              | (w >= epsilon_w)            axis: view direction ->
 //! ```
 
-use super::spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-use super::uniform::uniform_rows;
-use super::{Part, Provisional, Settings, Warp};
+use super::kit::light_projection::uniform_rows;
+use super::kit::{
+    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+};
 use crate::error::Result;
-use crate::focus::{Coverage, FocusedView, LEAST_LAMBDA, WarpSpace};
+use crate::focus::{Coverage, FocusedView};
 use crate::scene::Light;
 
 /// What the technique says of itself.
@@ -114,8 +115,8 @@ impl Warp for Xpsm {
 }
 
 impl Xpsm {
-    /// The paper's p, so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays above its
-    /// least at the near end.
+    /// The paper's p (8.1), so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays
+    /// above its least at the near end.
     fn strength(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
         let [near, far] = view.eye_depth;
         let coefficient = self.coefficient.unwrap_or_else(|| 1.0 / (near.sqrt() * far.sqrt()));

@@ -6,12 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bundle::{BUNDLE, RayBits};
+use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
-use super::together::{Stacks, traverse_together};
-use super::tracer::{Inner, Tracer};
-use super::traverse::WorldRay;
-use super::visit::{Blocked, Closest};
+use super::rays::{BUNDLE, RayBits, WorldRay};
+use super::walk::{Blocked, Closest, Stacks, traverse_together};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 

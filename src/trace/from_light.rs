@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::batch::Hit;
-use super::tracer::Tracer;
+use super::hierarchy::Tracer;
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::scene::Light;

@@ -19,12 +19,10 @@
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::bundle::{BUNDLE, Each, RayBits};
+use super::hierarchy::{Inner, Tracer};
 use super::kernel::{Kernel, dispatched};
-use super::together::{Stacks, traverse_together};
-use super::tracer::{Inner, Tracer};
-use super::traverse::WorldRay;
-use super::visit::{Blocked, Closest, Face, SurelyBlocked};
+use super::rays::{BUNDLE, Each, RayBits, WorldRay};
+use super::walk::{Blocked, Closest, Face, Stacks, SurelyBlocked, traverse_together};
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
 use crate::progress::Progress;

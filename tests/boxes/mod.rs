@@ -2,7 +2,8 @@
 //! boxes, and nothing of maps.
 
 use glam::{DMat3, DVec3};
-use shadowlab::focus::{Coverage, Focus, FocusedView, MapSize, ReceiverSamples};
+use shadowlab::fit::MapSize;
+use shadowlab::focus::{Coverage, Focus, FocusedView, ReceiverSamples};
 use shadowlab::geometry::{ConvexBody, OrientedBox};
 use shadowlab::scene::{Camera, Light, Scene, SpotLight};
 

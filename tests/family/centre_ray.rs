@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
-use shadowlab::focus::crop;
+use shadowlab::fit::crop;
 use shadowlab::geometry::Rows;
 
 use super::setup::{
@@ -11,7 +11,7 @@ use super::setup::{
     tables, turned, word,
 };
 
-/// theory.md 6.1 to 6.3 as printed there: λ_GMNPR of a whole frustum.
+/// (6.1) and (6.3) as written there: λ_GMNPR of a whole frustum.
 fn lambda_gmnpr([n, f]: [f64; 2], tan_phi: f64, theta: f64) -> f64 {
     let (phi, t) = (tan_phi.atan(), tan_phi / theta.tan());
     if theta >= phi {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use serde_json::Value as Json;
-use shadowlab::focus::{Focus, FocusedView, MapSize, crop};
+use shadowlab::fit::{MapSize, crop};
+use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::{Aabb, Rows};
 use shadowlab::parameterization::Region;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene};
@@ -98,7 +99,7 @@ impl Setup {
         let (k, b) = (self.view.receivers, self.view.casters());
         (crop(&p.clip_from_local, &self.view, k.vertices(), b.vertices()), Values(p.values))
     }
-    /// 1 / (z tan φ) dz/ds on the centre ray, s in [0, 1] (theory.md 6.2).
+    /// 1 / (z tan φ) dz/ds on the centre ray, s in [0, 1] (6.2).
     pub fn f(&self, rows: &Rows, z: f64) -> f64 {
         let forward = self.camera.forward();
         2.0 / (rows.derivative(forward * z, forward).y * z * self.tan_phi())

@@ -40,7 +40,7 @@ fn floor(far: f64) -> (Scene, Camera, Light) {
     (scene.joined(&wide).expect("both"), camera, light)
 }
 
-/// dp/ds and dp/dt by depth, near plane at 1, of E.3 and E.4, and of the logarithm.
+/// dp/ds and dp/dt by depth, near plane at 1, of (E.3) and (E.4), and of the logarithm.
 type Forms = fn(z: f64, far: f64, n: f64) -> [f64; 2];
 
 fn warped(z: f64, far: f64, n: f64) -> [f64; 2] {
@@ -140,7 +140,8 @@ impl Family {
     fn f(&self, z: f64) -> f64 {
         (z + self.phi).powi(2) / z / (tan() * self.a * self.lambda * (self.lambda + 1.0))
     }
-    /// theory.md 6: 1 / (z tan φ) dx/dt. z' / sin θ is z + ϕ; the widest corners are the near or the far lower ones.
+    /// G of theory.md E.1: 1 / (z tan φ) dx/dt. z' / sin θ is z + ϕ; the widest corners are the near or the far lower
+    /// ones.
     fn g(&self, z: f64, far: f64) -> f64 {
         let at_corner = |c: f64| c / (self.phi + c * (1.0 - self.t));
         2.0 * (z + self.phi) / z * at_corner(1.0).max(at_corner(far))

@@ -12,7 +12,7 @@ import numpy as np
 DIFFERING_SHARE = 2e-4
 """Rays of an image that may differ: 0.02 %."""
 
-# Rounding of a vertex and of a ray's origin, and the operations of Embree's robust test (Woop 2013: products and
+# Rounding of a vertex and of a ray's origin, and the operations of Embree's robust test ([woop2013]: products and
 # differences of translated coordinates), each half a unit of 2^-23 of the scene's size at most.
 _SINGLE_PRECISION_ERROR = 16 * 2.0**-24
 

@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use shadowlab::Error;
-use shadowlab::focus::{DominantPlane, ReceiverSamples, dominant_plane};
+use shadowlab::focus::ReceiverSamples;
 use shadowlab::parameterization::Region;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, library};
+use shadowlab::techniques::plane_optimal::{DominantPlane, dominant_plane};
 
 use super::tables::{EXACT, View, difference, sun};
 

@@ -103,7 +103,7 @@ fn on_the_plane_texels_are_pixels_up_to_one_crop() {
         assert!(scale.y > 0.0 && (scale.x < 0.0) == below, "{what}: {scale}");
         let rays = LightRays::new(&light, v.focused().origin);
         for p in &seen {
-            // d(screen) / d(shadow) of two directions of the plane (theory.md E.5): the crop, the same everywhere.
+            // d(screen) / d(shadow) of two directions of the plane (E.5): the crop, the same everywhere.
             let j = camera.jacobian(*p, [DVec3::X, DVec3::Z]) * rows.jacobian(*p, [DVec3::X, DVec3::Z]).inverse();
             let crop = DMat2::from_diagonal(scale.recip());
             let apart = (j - crop).to_cols_array().iter().fold(0.0, |m: f64, x| m.max(x.abs()));

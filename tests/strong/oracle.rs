@@ -1,7 +1,7 @@
 //! Depth maps held against rays in f64: for every texel the least and the largest depth that a right map may have there.
 //!
 //! A texel's light ray meets a triangle where the centre's homogeneous coordinates in its corners (x, y, w) are not negative
-//! (M. Olano, T. Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997): no division, so corners behind the
+//! (Olano, Greer 1997 `[olano1997]`): no division, so corners behind the
 //! projection centre are corners as others. The one freedom is the renderers' grid of 1/256 texel: a centre nearer to an
 //! outline than that may or may not be covered.
 #![allow(dead_code)]

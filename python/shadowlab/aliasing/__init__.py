@@ -8,22 +8,27 @@ from .._core import Misclassified, misclassified
 from . import closed_form
 from .beam_texels import BeamTexels, beam_texels
 from .causes import Causes, causes
+from .codes import Cause, Difference, NoTexel
 from .footprint import Footprint, footprint, footprint_at, halfway_normals
-from .frustum_body import frustum_scene, outline
+from .frustum_body import outline
 from .summary import Summary
 from .usage import Usage, look_up, texel_coordinates, usage
 
 if TYPE_CHECKING:
+    from ..experiments.frustum_scene import frustum_scene
     from ..experiments.light_angles import LightAngles, light_at_angle, over_light_angle
     from ..experiments.light_angles_of_frustum import frustum_over_light_angle
     from ..experiments.temporal import Temporal, temporal
 
 __all__ = [
     "BeamTexels",
+    "Cause",
     "Causes",
+    "Difference",
     "Footprint",
     "LightAngles",
     "Misclassified",
+    "NoTexel",
     "Summary",
     "Temporal",
     "Usage",
@@ -50,6 +55,7 @@ _EXPERIMENTS = {
     "LightAngles": "light_angles",
     "Temporal": "temporal",
     "frustum_over_light_angle": "light_angles_of_frustum",
+    "frustum_scene": "frustum_scene",
     "light_at_angle": "light_angles",
     "over_light_angle": "light_angles",
     "temporal": "temporal",

@@ -1,9 +1,9 @@
 """Texels across the light's beam, at their depth in the image: the m_s and m_t that papers tabulate.
 
-Source: theory.md E.1 and E.2; Lloyd, Tuft, Yoon, Manocha 2006 (m_s, m_t, storage factor). Closed forms speak of
-lengths across the light's ray, over the height of the view at the receiver's depth. That is how long texels are in the
-image on the view's axis, on surfaces whose slope adds nothing; off the axis a perspective picture stretches lengths
-towards its corners, by 1 / cos of the angle at most: `Footprint` counts that, no formula for a map does.
+Source: theory.md E.1 and E.2; Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006] (m_s, m_t, storage factor). Closed forms
+speak of lengths across the light's ray, over the height of the view at the receiver's depth. That is how long texels
+are in the image on the view's axis, on surfaces whose slope adds nothing; off the axis a perspective picture stretches
+lengths towards its corners, by 1 / cos of the angle at most: `Footprint` counts that, no formula for a map does.
 
 ```
    s ^     /------/      a texel across the ray; a warp shears the sides of constant t
@@ -157,7 +157,7 @@ def _beam_from_texel(
     # Along the ray onto the surface: T' = T - d (N·T) / (N·d).
     reach = np.einsum("ni,nji->nj", normals, basis) / np.einsum("ni,ni->n", normals, ray)[:, None]
     on_surface = basis - reach[:, :, None] * ray[:, None, :]
-    # E.5: C T' takes the beam to pixels and J texels to pixels, so that (C T')⁻¹ J takes texels to the beam.
+    # (E.5): C T' takes the beam to pixels and J texels to pixels, so that (C T')⁻¹ J takes texels to the beam.
     pixels_from_beam = np.einsum("nki,nji->nkj", _pixels_from_world(points, camera, size), on_surface)
     depth = (points - np.asarray(camera.eye)) @ np.asarray(camera.forward)
     pixels = size[1] / (2 * np.tan(0.5 * camera.fov_y) * depth)

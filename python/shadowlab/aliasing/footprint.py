@@ -1,7 +1,7 @@
 """What a texel of the shadow map looks like in the image, at every pixel.
 
-Source: theory.md E.2 (E.5, E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, and the
-Jacobian of Chong and Gortler 2007. See `Footprint` for what each number means.
+Source: theory.md E.2, (E.5) and (E.6); after the error m of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008
+[lloyd2008], and the Jacobian of Chong and Gortler 2007 [chong2007]. See `Footprint` for what each number means.
 """
 
 from __future__ import annotations
@@ -11,21 +11,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..checks import check_camera, check_light
+from ..conventions.doubts import CHECK_MATRIX, notes_on
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
-from .summary import UNDERSAMPLED_FROM_PX
-
-if TYPE_CHECKING:
-    from .summary import Summary
+from .codes import NoTexel
+from .extent import UNDERSAMPLED_FROM_PX, largest_extent
+from .summary import Summary
 
 # Codes of `Footprint.map` below 0, and what they mean.
-NO_MAP, AVERTED, NOTHING = -1, -2, -3
+NO_MAP, AVERTED, NOTHING = NoTexel
 UNMEASURED = {
     NO_MAP: "held by no map",
     AVERTED: "facing away from the light, or beyond its cone or range",
@@ -57,7 +58,7 @@ class Footprint:
         1 what one texel along its y (down) does.
     map : (H, W) int16
         The map that serves the pixel; -1 where no map holds it (it is lit then), -2 where it faces away from the
-        light or is beyond its reach, -3 where nothing is seen.
+        light or is beyond its reach, -3 where nothing is seen: `NoTexel`.
     depth : (H, W) float
         Depth along the view, world units.
     resolution : (int, int)
@@ -69,8 +70,8 @@ class Footprint:
 
     References
     ----------
-    Lloyd, Govindaraju, Quammen, Molnar, Manocha, "Logarithmic perspective shadow maps", 2008 (error m, up to its norm).
-    Chong, Gortler, "Scene optimized shadow mapping", 2007 (the Jacobian of a map and a camera on a surface).
+    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] (error m, up to its norm).
+    Chong, Gortler 2007 [chong2007] (the Jacobian of a map and a camera on a surface).
     """
 
     jacobian: NDArray[Any]
@@ -185,9 +186,7 @@ class Footprint:
         ArgumentError
             For less than one band, or limits that do not rise.
         """
-        from .summary import summary_of
-
-        return summary_of(self, bands)
+        return Summary.of(self, bands)
 
     def counts(self) -> dict[str, int]:
         """Pixels by what is known of them: measured, and why the others are not."""
@@ -253,8 +252,6 @@ def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, r
     >>> e.major.shape
     (180, 320)
     """
-    from ..conventions.doubts import CHECK_MATRIX, notes_on
-
     found = footprint_of(gbuffer, camera, light, parameterization, resolution)
     p, _ = as_maps(parameterization, resolution)
     if p.technique == "matrix":
@@ -301,7 +298,7 @@ def footprint_at(
     arrays = _core.footprint_at(points, normals, camera, light, parameterization, size=size, resolution=resolution)
     p, texels = as_maps(parameterization, resolution)
     depth = (np.asarray(points, np.float64) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
-    return Footprint.of_arrays(arrays, p, texels, depth, pair(size))
+    return Footprint.of_arrays(arrays, p, texels, depth, sides_of(size))
 
 
 def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]:
@@ -342,50 +339,15 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
     return normals
 
 
-def check_camera(camera: Any) -> None:
-    """Raises unless it is a camera.
-
-    Raises
-    ------
-    ArgumentError
-        For something else.
-    """
-    if not isinstance(camera, _core.Camera):
-        raise ArgumentError(f"camera: expected a Camera, got {shown(camera)}; sl.Camera.look_at(...) makes one")
-
-
-def check_light(light: Any) -> None:
-    """Raises unless it is a light.
-
-    Raises
-    ------
-    ArgumentError
-        For something else.
-    """
-    if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
-        raise ArgumentError(
-            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {shown(light)}; "
-            "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
-        )
-
-
-def largest_extent(columns: NDArray[Any], area: NDArray[Any]) -> NDArray[Any]:
-    """The larger singular values of 2 x 2 matrices by the lengths of their columns (..., 2) and their determinants."""
-    squares = np.square(columns[..., 0], dtype=np.float64) + np.square(columns[..., 1], dtype=np.float64)
-    rest = np.maximum(squares * squares - 4.0 * np.square(area, dtype=np.float64), 0.0)
-    largest: NDArray[Any] = np.sqrt(0.5 * (squares + np.sqrt(rest))).astype(area.dtype)
-    return largest
-
-
 def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int]]:
     """The parameterization that is meant, and width and height of its maps."""
     p = parameterization
     if not isinstance(p, _core.Parameterization):
         p = _core.Parameterization.from_matrix(p)
-    return p, pair(p.resolution if resolution is None else resolution)
+    return p, sides_of(p.resolution if resolution is None else resolution)
 
 
-def pair(sides: Any) -> tuple[int, int]:
+def sides_of(sides: Any) -> tuple[int, int]:
     """Width and height of what the core has taken for a side or a pair."""
     width, height = sides if np.ndim(sides) else (sides, sides)
     return int(width), int(height)

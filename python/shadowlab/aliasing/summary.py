@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..types import FootprintLike
+from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .footprint import Footprint
-
-# A texel that is longer than a pixel in the image shows.
-UNDERSAMPLED_FROM_PX = 1.0
 PERCENTILES = (5, 25, 50, 75, 95, 99)
 # More bands than rows of a picture tell nothing.
 MOST_BANDS = 10_000
@@ -52,8 +50,8 @@ class Summary:
         The longest texels along the map's y (s) and x (t) by perspective alone, pixels, of all maps.
     storage_factor : float or None
         Texels over pixels without perspective error: the largest extent along s times the largest along t, by
-        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. 2008). Of what is seen, not
-        of the frustum.
+        perspective alone, times texels, over pixels; summed over the maps (Lloyd et al. [lloyd2008]). Of what is seen,
+        not of the frustum.
     resolution_needed : int or None
         Texels along the longer side of every map with which 95 % of the measured pixels are not undersampled, slopes
         and all.
@@ -76,6 +74,56 @@ class Summary:
     resolution_needed: int | None = None
     _histogram: NDArray[np.int64] | None = None
     _bands: tuple[Mapping[str, Any], ...] = ()
+
+    @classmethod
+    def of(cls, footprint: FootprintLike, bands: Any = 6) -> Summary:
+        """The summary of a footprint; see `Footprint.summary`.
+
+        Raises
+        ------
+        ArgumentError
+            For less than one band, or limits that do not rise.
+        """
+        chosen = footprint.measured
+        measured = int(np.count_nonzero(chosen))
+        pixels = int(footprint.map.size)
+        limits = checked_bands(bands)
+        if measured == 0:
+            return cls(0, pixels, footprint.counts())
+        # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
+        major, projection, depth = (
+            np.asarray(a[chosen], np.float64) for a in (footprint.major, footprint.projection, footprint.depth)
+        )
+        (along_t, along_s), of_map = (footprint.perspective_ts[..., k][chosen] for k in (0, 1)), footprint.map[chosen]
+        perspective = largest_extent(
+            np.stack([along_t, along_s], axis=-1), np.asarray(footprint.perspective[chosen], np.float64)
+        )
+        values = np.percentile(major, PERCENTILES)
+        worst = [
+            (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
+            for k in range(footprint.maps)
+            if (of_map == k).any()
+        ]
+        texels_by_pixels = footprint.resolution[0] * footprint.resolution[1] / (footprint.size[0] * footprint.size[1])
+        edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
+        limits = even_limits(depth, int(bands)) if limits is None else limits
+        return cls(
+            measured, pixels, footprint.counts(),
+            max=float(major.max()),
+            mean=float(major.mean()),
+            rms=float(np.sqrt(np.mean(np.square(major)))),
+            percentiles={k: float(v) for k, v in zip(PERCENTILES, values, strict=True)},
+            undersampled=float(np.count_nonzero(major > UNDERSAMPLED_FROM_PX) / measured),
+            perspective_max=float(perspective.max()),
+            perspective_mean=float(perspective.mean()),
+            projection_mean=float(np.exp(np.mean(np.log(np.maximum(projection, np.finfo(np.float32).tiny))))),
+            perspective_s_max=max(s for s, _ in worst),
+            perspective_t_max=max(t for _, t in worst),
+            storage_factor=sum(s * t for s, t in worst) * texels_by_pixels,
+            resolution_needed=math.ceil(max(footprint.resolution) * float(values[PERCENTILES.index(95)])),
+            _histogram=np.histogram(major, edges)[0],
+            _bands=tuple(band_rows(major, depth, limits)),
+        )  # fmt: skip
 
     @property
     def bands(self) -> pd.DataFrame:
@@ -118,48 +166,6 @@ class Summary:
     def _repr_html_(self) -> str:
         table = self.bands.to_html(index=False, border=0, float_format=lambda v: f"{v:.4g}") if self._bands else ""
         return f"<p>{escape(repr(self))}</p>{table}"
-
-
-def summary_of(e: Footprint, bands: Any) -> Summary:
-    """The summary of a footprint; see `Footprint.summary`."""
-    from .footprint import largest_extent
-
-    chosen = e.measured
-    measured = int(np.count_nonzero(chosen))
-    pixels = int(e.map.size)
-    limits = checked_bands(bands)
-    if measured == 0:
-        return Summary(0, pixels, e.counts())
-    # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
-    major, projection, depth = (np.asarray(a[chosen], np.float64) for a in (e.major, e.projection, e.depth))
-    (along_t, along_s), of_map = (e.perspective_ts[..., k][chosen] for k in (0, 1)), e.map[chosen]
-    perspective = largest_extent(np.stack([along_t, along_s], axis=-1), np.asarray(e.perspective[chosen], np.float64))
-    values = np.percentile(major, PERCENTILES)
-    worst = [
-        (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
-        for k in range(e.maps)
-        if (of_map == k).any()
-    ]
-    texels_by_pixels = e.resolution[0] * e.resolution[1] / (e.size[0] * e.size[1])
-    edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
-    limits = even_limits(depth, int(bands)) if limits is None else limits
-    return Summary(
-        measured, pixels, e.counts(),
-        max=float(major.max()),
-        mean=float(major.mean()),
-        rms=float(np.sqrt(np.mean(np.square(major)))),
-        percentiles={k: float(v) for k, v in zip(PERCENTILES, values, strict=True)},
-        undersampled=float(np.count_nonzero(major > UNDERSAMPLED_FROM_PX) / measured),
-        perspective_max=float(perspective.max()),
-        perspective_mean=float(perspective.mean()),
-        projection_mean=float(np.exp(np.mean(np.log(np.maximum(projection, np.finfo(np.float32).tiny))))),
-        perspective_s_max=max(s for s, _ in worst),
-        perspective_t_max=max(t for _, t in worst),
-        storage_factor=sum(s * t for s, t in worst) * texels_by_pixels,
-        resolution_needed=math.ceil(max(e.resolution) * float(values[PERCENTILES.index(95)])),
-        _histogram=np.histogram(major, edges)[0],
-        _bands=tuple(band_rows(major, depth, limits)),
-    )  # fmt: skip
 
 
 def checked_bands(bands: Any) -> NDArray[np.float64] | None:

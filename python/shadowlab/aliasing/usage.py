@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..experiments.arguments import check_filter
+from ..checks import check_filter
 
 if TYPE_CHECKING:
     import pandas as pd

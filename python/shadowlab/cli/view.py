@@ -1,4 +1,4 @@
-"""The view on the command line: scene, camera and light, the same for `compare` and `matrix`.
+"""The view on the command line: scene, camera and light, the same for every command that takes them.
 
 Vectors and points are in the axes of the file. What is not given is chosen to fit the scene.
 """
@@ -7,57 +7,19 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 from ..errors import ArgumentError
 from ..text import parse_spec, parse_vector
 
-P = TypeVar("P", bound=argparse.ArgumentParser)
-
-
-def view_options(options: P, optional: bool = False) -> P:
-    """The parser with scene, camera and light: what compare, matrix and diagnose share."""
-    options.add_argument(
-        "scene",
-        metavar="MESH|@LIBRARY",
-        nargs="?" if optional else None,
-        help="a mesh file, or a scene of the library such as @forest:trees=500",
-    )
-    view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
-    view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")
-    view.add_argument("--ground", action="store_true", help="add a floor under the scene")
-    view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
-    view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
-    view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
-    view.add_argument("--near", type=number, metavar="D", help="near depth")
-    view.add_argument("--far", type=number, metavar="D", help="far depth")
-    view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light or the middle of a spot travels")
-    view.add_argument("--light-position", metavar="X,Y,Z", help="where a point light is, or a spot")
-    view.add_argument("--cone-deg", type=number, metavar="DEG", help="full angle of a spot's cone")
-    view.add_argument("--range", type=number, metavar="D", help="how far a point light or a spot reaches")
-    view.add_argument(
-        "--size",
-        metavar="WxH",
-        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
-    )
-    return options
-
-
-def number(text: str) -> float:
-    """A number, or argparse's error."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-
 
 def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
     """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
-    from ..experiments.arguments import picture_size
-    from ..reports.reproduce import Source
+    from ..checks import picture_size
     from ..scene import library
     from ..scene.default_view import default_view
     from ..scene.scenes import load_scene
+    from ..scene.source import Source
 
     given = given_vectors(options)
     aspect = 1.0 if size is None else size[0] / size[1]

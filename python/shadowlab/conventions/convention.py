@@ -10,7 +10,7 @@ of view space end in. What does leave one is the world's axes.
 
 Sources of the presets: the specifications of OpenGL 4.6 (clip volume -w <= z <= w), Vulkan 1.3 (0 <= z <= w, y down),
 Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate Systems"); Everitt, Rege, Cebenoyan
-2001, "Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
+2001 [everitt2001], "Hardware shadow mapping", for the bias matrix; Unity, Universal RP, ShadowUtils.GetShadowTransform.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 
+from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
-from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, matrices_of, one_of, range_of, tiles_of
+from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, check_word, matrices_of, range_of, tiles_of
 
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
@@ -85,16 +86,16 @@ class Convention:
         def settle(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
 
-        one_of("vectors", self.vectors, ("column", "row"))
-        one_of("x", self.x, ("right", "left"))
-        one_of("y", self.y, ("up", "down"))
+        check_word("vectors", self.vectors, ("column", "row"))
+        check_word("x", self.x, ("right", "left"))
+        check_word("y", self.y, ("up", "down"))
         if not isinstance(self.reversed_z, (bool, np.bool_)):
             raise ArgumentError(f"reversed_z: expected True or False, got {self.reversed_z!r}; try reversed_z=True")
         settle("reversed_z", bool(self.reversed_z))
         settle("z_range", range_of("z_range", self.z_range))
         settle("xy_range", range_of("xy_range", self.xy_range))
         if self.handedness is not None:
-            one_of("handedness", self.handedness, ("right", "left"))
+            check_word("handedness", self.handedness, ("right", "left"))
         default = LEFT_HANDED_AXES if self.handedness == "left" else AXES
         settle("axes", axes_of(default if self.axes is None else self.axes))
         found = "right" if np.linalg.det(self.world_from_their_world[:3, :3]) > 0 else "left"
@@ -208,8 +209,6 @@ class Convention:
         ArgumentError
             For anything but whole numbers above 0.
         """
-        from ..experiments.arguments import whole
-
         columns, rows = whole("columns", columns), whole("rows", rows)
         tiles = [(i / columns, j / rows, 1 / columns, 1 / rows) for j in range(rows) for i in range(columns)]
         return self.changed(tile=tiles)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, Convention
-from .pair import SAME_TEXELS, Explanation, Pair, Seen, fitted, undone, with_texture_range, words_of
+from .pair import SAME_TEXELS, Explanation, Pair, Seen, affine_fit, undone, with_texture_range, words_of
 
 # An atlas of shadow maps has at most this many tiles along a side, and tiles at most this border, in whole texels:
 # of the crops that fit into a map only these places are more likely a tile than another map.
@@ -25,7 +25,7 @@ def affine_of(pair: Pair, seen: Seen) -> tuple[np.ndarray, np.ndarray] | None:
     maps, offsets = [], []
     for k in range(len(pair.ours)):
         here = pair.map_of == k
-        solution, left, rank = fitted(pair.ndc[here, :2], seen.q[here, :2])
+        solution, left, rank = affine_fit(pair.ndc[here, :2], seen.q[here, :2])
         # Our texels are as large in theirs as the least stretch of the map makes them.
         stretch = np.linalg.svd(solution[:2], compute_uv=False).min()
         if rank < 3 or not left * pair.half <= SAME_TEXELS * stretch:
@@ -137,7 +137,7 @@ def crop_words(pair: Pair, place: np.ndarray, k: int) -> str:
     return text
 
 
-def turned(pair: Pair, seen: Seen, maps: np.ndarray, offsets: np.ndarray) -> Explanation:
+def turned_map(pair: Pair, seen: Seen, maps: np.ndarray, offsets: np.ndarray) -> Explanation:
     """The same map, turned in its plane, or stretched askew."""
     mirrored = bool(np.linalg.det(maps[0]) < 0)
     convention: Convention = seen.convention.changed(y="down" if mirrored else "up")

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import whole
 from ..errors import ArgumentError
-from ..experiments.arguments import whole
 from .convention import Convention
 from .fields import matrices_of, tiles_of
 from .lights import angle_between, same_light
@@ -118,7 +118,7 @@ def diagnose(
         found = mistake(pair, found, camera) or found
     differences = (*found.differences, *scale_of(found, pair), *depth_of(found, pair))
     if not is_same(found) and not found.named:
-        differences += (real(found, pair),)
+        differences += (real_difference(found, pair),)
     return Diagnosis(is_same(found), found.convention, differences, found.texels, found.depth)
 
 
@@ -156,7 +156,7 @@ def depth_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
     return (f"depths differ by up to {found.depth:.3g} of the range: other near and far planes",)
 
 
-def real(found: Explanation, pair: Pair) -> str:
+def real_difference(found: Explanation, pair: Pair) -> str:
     """A difference that no convention explains."""
     finite = np.isfinite(found.texels)
     apart = f"up to {texels_text(found.texels)} apart" if finite else "some points of mine lie behind its centre"

@@ -16,13 +16,13 @@ AXES = ("x", "y", "z")
 LEFT_HANDED_AXES = ("x", "y", "-z")
 
 
-def one_of(name: str, value: Any, words: Sequence[str]) -> None:
+def check_word(name: str, value: Any, words: Sequence[str]) -> None:
     """Raises unless the value is one of the words."""
     if not isinstance(value, str) or value not in words:
         raise ArgumentError(f"{name}: expected {' or '.join(map(repr, words))}, got {value!r}; try {words[0]!r}")
 
 
-def numbers_of(name: str, value: Any, count: int, example: str) -> tuple[float, ...]:
+def finite_numbers(name: str, value: Any, count: int, example: str) -> tuple[float, ...]:
     """So many finite numbers."""
     try:
         found = tuple(float(v) for v in value)
@@ -35,7 +35,7 @@ def numbers_of(name: str, value: Any, count: int, example: str) -> tuple[float, 
 
 def range_of(name: str, value: Any) -> tuple[float, float]:
     """Two numbers, the lower first."""
-    low, high = numbers_of(name, value, 2, "(-1, 1)")
+    low, high = finite_numbers(name, value, 2, "(-1, 1)")
     if not low < high:
         fix = "reversed_z=True" if name == "z_range" else "x='left' or y='down'"
         raise ArgumentError(f"{name}: expected the lower number first, got {value!r}; {fix} turns the direction")
@@ -61,7 +61,7 @@ def tiles_of(value: Any) -> Tile | tuple[Tile, ...]:
     """One tile, or several, each with a positive size and a place inside the atlas."""
     several = isinstance(value, (Sequence, np.ndarray)) and len(value) > 0 and np.ndim(value[0]) > 0
     example = "(0, 0.5, 0.5, 0.5)"
-    made = [numbers_of("tile", tile, 4, example) for tile in (value if several else [value])]
+    made = [finite_numbers("tile", tile, 4, example) for tile in (value if several else [value])]
     # Thirds and the like do not add up exactly.
     most = 1.0 + 4.0 * np.finfo(np.float64).eps
     for tile in made:

@@ -15,6 +15,7 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError, LoadError, UnknownNameError
+from ..text import plain
 from .convention import Convention
 
 # What may stand beside the file in the text of such a technique, as `Parameterization.from_matrix` takes it.
@@ -30,8 +31,6 @@ def written(p: Any, form: str, convention: Convention) -> bytes:
         return stream.getvalue()
     stack = found.reshape(-1, 4, 4)
     if form == "json":
-        from ..reports.study_record import plain
-
         data = record_of(p, convention, stack)
         return (json.dumps(plain(data), indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode()
     blocks = ["\n".join(" ".join(f"{x:24.17g}" for x in row) for row in m) for m in stack]

@@ -119,7 +119,7 @@ def words_of(convention: Convention) -> tuple[str, ...]:
     return tuple(words)
 
 
-def fitted(mine: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, float, int]:
+def affine_fit(mine: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, float, int]:
     """(3, 2) rows of L^T and o of the affine map nearest to q = L m + o, its largest residual, and its rank."""
     design = np.column_stack([mine, np.ones(len(mine))])
     solution, _, rank, _ = np.linalg.lstsq(design, q, rcond=None)

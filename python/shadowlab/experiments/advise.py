@@ -8,21 +8,26 @@ truth, and measured by the footprint of its texels. The numbers of every run are
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..checks import renderer_of
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
+from ..scene.source import Source
 from ..text import shown
-from .arguments import check_types, renderer_of, size_of
-from .candidates import COLUMNS, COUNTS, TEXTS, Candidate, Draw, Outcome, Seen, candidates_of, run_candidate
-from .compare import traced_truth
+from .arguments import check_types, size_of
+from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of
+from .columns import table
 from .measures import Measure, measure_of, over_of
 from .memory import budgets_of, bytes_of, memory_text
-from .ranking import SWITCH_COLUMNS, TABLE_COLUMNS, TABLE_COUNTS, Standing, counted_views, standings, switches
-from .tables import Steps
-from .views import View, views_of
+from .progress import Steps
+from .ranking import Standing, counted_views, standings, switches
+from .views import LabelledView, views_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -58,19 +63,20 @@ class Choice:
     about_equal: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, repr=False)
 class Advice:
     """The result of `advise`: who is best at equal memory, where that switches, and the numbers behind it.
 
     Attributes
     ----------
     table : DataFrame
-        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes, unused
-        (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view of the worst,
-        ratios to the best and to uniform at equal memory, whether it is about equal to the best, and `failure`.
+        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes,
+        unused_memory (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view
+        of the worst, ratios to the best and to uniform at equal memory, whether it is about equal to the best, and
+        `failure`.
     runs : DataFrame
         One row a candidate, budget and view with all numbers: the error, wrong pixels and their causes, lengths of
-        texels (`major_max`, `major_p95`, `major_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
+        texels (`texel_max`, `texel_p95`, `texel_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
         run each; light_angle and light_elevation in radians. `outside` counts the pixels that no map holds.
     switches : DataFrame
         Where the winner changes, along views by light angle, or along budgets: `from` is the last one before the new
@@ -83,7 +89,7 @@ class Advice:
 
     outcomes: tuple[Outcome, ...] = field(repr=False)
     candidates: tuple[Candidate, ...]
-    views: tuple[View, ...]
+    views: tuple[LabelledView, ...]
     budgets: tuple[int, ...]
     measure: Measure
     over: str
@@ -101,31 +107,19 @@ class Advice:
         return standings(self.outcomes, self.over)
 
     @property
-    def table(self) -> Any:
-        """One row a candidate and budget."""
-        import pandas as pd
-
-        table = pd.DataFrame([one.row() for one in self.standings], columns=list(TABLE_COLUMNS))
-        numbers = ("unused", "error_mean", "error_worst", "ratio_to_best", "ratio_to_uniform")
-        return table.astype({**dict.fromkeys(TABLE_COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+    def table(self) -> pd.DataFrame:
+        """One row per candidate and budget."""
+        return table("advise", [{"scene": self.source.name, **one.row()} for one in self.standings])
 
     @property
-    def runs(self) -> Any:
-        """One row a candidate, budget and view."""
-        import pandas as pd
-
-        table = pd.DataFrame([one.row() for one in self.outcomes], columns=list(COLUMNS))
-        numbers = [name for name in COLUMNS if name not in (*COUNTS, *TEXTS)]
-        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(numbers, "float64")})
+    def runs(self) -> pd.DataFrame:
+        """One row per candidate, budget and view."""
+        return table("advise.runs", [one.row() | {"scene": self.source.name} for one in self.outcomes])
 
     @property
-    def switches(self) -> Any:
-        """One row a change of winner."""
-        import pandas as pd
-
-        table = pd.DataFrame(switches(self.outcomes, self.standings), columns=list(SWITCH_COLUMNS))
-        numbers = ("at_from", "at_to", "equal_from", "equal_to", "error_from", "error_to", "other_from", "other_to")
-        return table.astype({"memory": "Int64", **dict.fromkeys(numbers, "float64")})
+    def switches(self) -> pd.DataFrame:
+        """One row per change of winner."""
+        return table("advise.switches", switches(self.outcomes, self.standings))
 
     @property
     def verdict(self) -> str:
@@ -186,7 +180,7 @@ class Advice:
         return Choice(best.candidate, item, *sizes, float(best.error or 0.0), view, near)
 
     @property
-    def counted(self) -> list[View]:
+    def counted(self) -> list[LabelledView]:
         """The views that count: those in which something could be measured."""
         labels = counted_views(self.outcomes)
         return [view for view in self.views if view.label in labels]
@@ -204,7 +198,7 @@ class Advice:
         ArgumentError
             For something that is no row of this advice, and rows without a number.
         """
-        from ..reports.advice_record import snippet_of
+        from ..reports.reproduce import snippet_of
 
         return snippet_of(self, row)
 
@@ -222,25 +216,25 @@ class Advice:
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.advice_record import save
+        from ..reports.advice_record import save_advice
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "advice"')
-        return save(self, Path(directory))
+        return save_advice(self, Path(directory))
 
     def _repr_html_(self) -> str:
-        from ..reports.advice_record import notebook_html
+        from ..reports.advice_record import advice_html
 
-        return notebook_html(self)
+        return advice_html(self)
 
     def __repr__(self) -> str:
-        from ..reports.advice_record import text_table
+        from ..reports.terminal import advice_table
 
         head = (
             f"Advice by {self.measure.title} ({self.over} of {len(self.views)} view{'s' * (len(self.views) > 1)}): "
             f"{len(self.candidates)} candidates at {', '.join(map(memory_text, self.budgets))} on {self.backend}"
         )
-        return f"{head}\n{text_table(self)}\n{self.verdict}"
+        return f"{head}\n{advice_table(self.standings, self.measure)}\n{self.verdict}"
 
 
 def advise(
@@ -291,7 +285,7 @@ def advise(
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
-        Where the scene came from; see `shadowlab.reports.reproduce.Source`.
+        Where the scene came from; see `shadowlab.Source`.
 
     Returns
     -------
@@ -317,7 +311,6 @@ def advise(
     'lispsm'
     """
     from .._core import Bias, Camera, DirectionalLight
-    from ..reports.reproduce import Source
 
     # Cameras and lights are checked one by one, with the names that they have here.
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
@@ -327,26 +320,12 @@ def advise(
     candidates = candidates_of(techniques, views)
     renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
-    draw = Draw(scene, renderer, bias, filter, measure)
+    draw = Draw(renderer, bias, filter, measure)
     with Steps(len(views) * (2 + len(candidates) * len(budgets)), progress) as step:
-        seen = look(draw, views, step)
-        outcomes = [o for candidate in candidates for o in run_candidate(draw, candidate, seen, budgets, step)]
+        plans = [plan for candidate in candidates for plan in plans_of(draw, candidate, views, budgets)]
+        outcomes = outcomes_of(draw, plans, views, step)
     return Advice(
         tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
-        renderer.backend, renderer.adapter, {one.view.label: one.filled for one in seen},
+        renderer.backend, renderer.adapter, {view.label: view.view.filled(renderer) for view in views},
         source or Source.of_scene(scene),
     )  # fmt: skip
-
-
-def look(draw: Draw, views: list[View], step: Callable[[str], None]) -> list[Seen]:
-    """What the cameras see, and the truth of each view; a camera's picture is drawn once for all lights."""
-    pictures: dict[int, Any] = {}
-    seen = []
-    for view in views:
-        step(f"eye view, {view.label}")
-        if id(view.camera) not in pictures:
-            pictures[id(view.camera)] = draw.renderer.gbuffer(draw.scene, view.camera, size=view.size)
-        step(f"truth, {view.label}")
-        truth, _ = traced_truth(draw.scene, view.camera, view.light, view.size)
-        seen.append(Seen(view, pictures[id(view.camera)], truth))
-    return seen

@@ -7,24 +7,64 @@ cannot serve the scene or the light leaves its reason in its row and the others 
 from __future__ import annotations
 
 import os
-import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _core
+from ..checks import renderer_of
 from ..errors import ArgumentError
-from ..techniques.labels import labelled as labelled
-from ..techniques.labels import resolved as resolved
+from ..scene.source import Source
+from ..scene.view import View
+from ..techniques.labels import labelled
 from ..text import shown
-from .arguments import check_types, renderer_of, resolutions_of, size_of
-from .run import COLUMNS, COUNTS, NUMBERS, ByRun, Draw, Run, run_one
-from .tables import Steps, text_table
+from .arguments import check_types, resolutions_of, size_of
+from .columns import table
+from .progress import Steps
+from .run import METRICS, Metric, Run, checked_metrics, evaluate
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from ..aliasing import Footprint, Usage
+    from ..types import Light, RendererLike
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+class ByRun(Mapping[Any, Any]):
+    """What the runs that succeeded have, by (label, resolution), or by label alone in a study of one resolution.
+
+    An entry is made when it is asked for.
+    """
+
+    def __init__(self, runs: Sequence[Run], what: str):
+        self._runs = {(run.label, run.resolution): run for run in runs}
+        self._what = what
+
+    def __getitem__(self, key: Any) -> Any:
+        found = [key] if key in self._runs else [k for k in self._runs if k[0] == key]
+        if len(found) != 1:
+            keys = ", ".join(map(repr, self._runs)) or "none"
+            raise KeyError(f"{key!r}: expected one of {keys}")
+        run = self._runs[found[0]]
+        return run if self._what == "run" else getattr(run, self._what)
+
+    def __iter__(self) -> Iterator[tuple[str, int]]:
+        return iter(self._runs)
+
+    def __len__(self) -> int:
+        return len(self._runs)
+
+    def __repr__(self) -> str:
+        return f"{{{', '.join(f'{key!r}: {self._what}' for key in self._runs)}}}"
+
+
+@dataclass(frozen=True, repr=False)
 class Study:
     """The result of `compare`: a table, pictures, and what they say.
 
@@ -49,59 +89,88 @@ class Study:
     """
 
     runs: tuple[Run, ...]
-    scene: Any = field(repr=False)
-    camera: Any
-    light: Any
-    size: tuple[int, int]
-    bias: Any
+    view: View = field(repr=False)
+    bias: _core.Bias
     filter: str
     backend: str
     adapter: str
-    gbuffer: Any = field(repr=False)
-    truth: np.ndarray | None = field(repr=False)
-    truth_ms: float | None
-    source: Any
+    source: Source
+    traced: bool = True
+    renderer: Any = field(default=None, repr=False, compare=False)
 
     @property
-    def table(self) -> Any:
-        """The numbers, one row a run."""
-        import pandas as pd
+    def scene(self) -> _core.Scene:
+        """The scene."""
+        return self.view.scene
 
-        table = pd.DataFrame([run.row() for run in self.runs], columns=list(COLUMNS))
-        return table.astype({**dict.fromkeys(COUNTS, "Int64"), **dict.fromkeys(NUMBERS, "float64")})
+    @property
+    def camera(self) -> _core.Camera:
+        """The camera."""
+        return self.view.camera
+
+    @property
+    def light(self) -> Any:
+        """The light."""
+        return self.view.light
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the eye view, pixels."""
+        width, height = self.view.size
+        return width, height
+
+    @property
+    def gbuffer(self) -> _core.GBuffer:
+        """What the camera sees."""
+        return self.view.gbuffer(self.backend if self.renderer is None else self.renderer)
+
+    @property
+    def truth(self) -> NDArray[np.int8] | None:
+        """The traced truth (H, W) int8; None of a study without it."""
+        return self.view.truth() if self.traced else None
+
+    @property
+    def truth_ms(self) -> float | None:
+        """Milliseconds that tracing the truth took; None of a study without it."""
+        return self.view.truth_ms if self.traced else None
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The numbers, one row per run."""
+        return table("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
 
     @property
     def masks(self) -> ByRun:
         """Shadow masks (H, W) float32."""
-        return ByRun({(r.label, r.resolution): r.mask for r in self.runs if r.mask is not None})
+        return self._by_run("mask")
 
     @property
     def maps(self) -> ByRun:
         """Shadow maps (H, W) or (K, H, W) float32."""
-        return ByRun({(r.label, r.resolution): r.maps for r in self.runs if r.maps is not None})
+        return self._by_run("maps")
 
     @property
     def differences(self) -> ByRun:
         """Differences from the truth (H, W) int8."""
-        return ByRun({(r.label, r.resolution): r.errors.image for r in self.runs if r.errors is not None})
+        return ByRun([run for run in self._done if run.judged], "difference")
 
     @property
     def chosen(self) -> ByRun:
         """The map that each pixel asks (H, W) int16, of runs with several maps."""
-        return ByRun({(r.label, r.resolution): r.chosen for r in self.runs if r.chosen is not None})
+        return ByRun([run for run in self._done if run.several], "chosen")
 
     @property
     def causes(self) -> ByRun:
         """Why wrong pixels are wrong."""
-        return ByRun({(r.label, r.resolution): r.causes for r in self.runs if r.causes is not None})
+        return ByRun([run for run in self._done if "causes" in run.metrics], "causes")
 
     @property
     def summaries(self) -> ByRun:
-        """How large a texel is in the image, as numbers."""
-        return ByRun({(r.label, r.resolution): r.summary for r in self.runs if r.summary is not None})
+        """Size of a texel in the image, as numbers."""
+        return ByRun([run for run in self._done if run.summary is not None], "summary")
 
-    def footprint(self, label: str, resolution: int | None = None) -> Any:
-        """How large a texel of a run is at every pixel: `aliasing.Footprint`, computed anew.
+    def footprint(self, label: str, resolution: int | None = None) -> Footprint:
+        """Size of a texel of a run at every pixel.
 
         Parameters
         ----------
@@ -115,37 +184,39 @@ class Study:
         KeyError
             For a run that is not there or has failed; the message lists those that are.
         """
-        from ..aliasing.footprint import footprint_of
+        found: Footprint = self._run(label, resolution).footprint  # type: ignore[assignment]
+        return found
 
-        run = self._measured(label, resolution)
-        return footprint_of(self.gbuffer, self.camera, self.light, run.parameterization, run.resolution)
+    def usage(self, label: str, resolution: int | None = None) -> Usage:
+        """How often each texel of a run is read; arguments as of `footprint`."""
+        found: Usage = self._run(label, resolution).usage  # type: ignore[assignment]
+        return found
 
-    def _measured(self, label: str, resolution: int | None) -> Run:
-        runs = ByRun({(r.label, r.resolution): r for r in self.runs if r.summary is not None})
-        run: Run = runs[label if resolution is None else (label, resolution)]
+    @property
+    def _done(self) -> list[Run]:
+        return [run for run in self.runs if not run.failure]
+
+    def _by_run(self, what: str) -> ByRun:
+        return ByRun(self._done, what)
+
+    def _run(self, label: str, resolution: int | None) -> Run:
+        run: Run = self._by_run("run")[label if resolution is None else (label, resolution)]
         return run
-
-    def usage(self, label: str, resolution: int | None = None) -> Any:
-        """How often each texel of a run is read: `aliasing.Usage`, computed anew; arguments as of `footprint`."""
-        from .. import aliasing
-
-        run = self._measured(label, resolution)
-        seen = (self.gbuffer, self.camera, self.light, run.parameterization)
-        return aliasing.usage(*seen, resolution=run.resolution, filter=self.filter)
 
     @property
     def verdict(self) -> str:
         """What the table says."""
         from ..reports.study_verdict import verdict
 
-        seen = float(np.mean(np.asarray(self.gbuffer.triangle) >= 0))
+        seen = self.view.filled(self.backend if self.renderer is None else self.renderer)
         return verdict(self.table, {run.label: run.technique for run in self.runs}, seen=seen)
 
-    def figure(self) -> Any:
+    def figure(self) -> Figure:
         """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""
         from .. import plot
 
-        return plot.study_figure(self)
+        figure: Figure = plot.study_figure(self)
+        return figure
 
     def save(self, directory: str | Path, *, progress: bool = True) -> Path:
         """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
@@ -157,37 +228,41 @@ class Study:
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.html.page import save
+        from ..reports.html.page import save_study
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save(self, Path(directory), progress)
+        return save_study(self, Path(directory), progress)
 
     def _repr_html_(self) -> str:
-        from ..reports.html.page import notebook_html
+        from ..reports.html.page import study_html
 
-        return notebook_html(self)
+        return study_html(self)
 
     def __repr__(self) -> str:
+        from ..reports.terminal import study_table
+
         width, height = self.size
         head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
-        return f"{head}\n{text_table(self.table)}\n{self.verdict}"
+        return f"{head}\n{study_table(self.table)}\n{self.verdict}"
 
 
 def compare(
-    scene: Any,
-    camera: Any,
-    light: Any,
+    scene: _core.Scene,
+    camera: _core.Camera,
+    light: Light,
     techniques: Any = ("uniform", "lispsm"),
     *,
     resolution: int | Sequence[int] = 1024,
     size: tuple[int, int] | None = None,
-    renderer: Any = None,
-    bias: Any = None,
+    renderer: RendererLike | str | None = None,
+    bias: _core.Bias | None = None,
     filter: str = "nearest",
     truth: bool = True,
+    metrics: Sequence[Metric] = METRICS,
+    timing: bool = False,
     progress: bool = True,
-    source: Any = None,
+    source: Source | None = None,
 ) -> Study:
     """The shadows of several techniques against traced truth, as a table with pictures.
 
@@ -214,10 +289,12 @@ def compare(
         "nearest" or "pcf2x2".
     truth : bool
         Whether to trace the truth; without it no errors are counted.
+    metrics, timing
+        As of `evaluate`: what is measured, and whether timed calls are repeated until the times are steady.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
-        Where the scene came from, for the report; see `shadowlab.reports.reproduce.Source`.
+        Where the scene came from, for the report; what the scene knows of itself where none is given.
 
     Returns
     -------
@@ -227,43 +304,35 @@ def compare(
     ------
     ArgumentError
         For a scene, camera, light, bias or renderer of another type, a size or resolution that is not a whole number
-        above 0, a resolution or label that comes twice, or nothing to compare. All before any work.
+        above 0, a duplicate resolution or label, or nothing to compare. All before any work.
     UnknownNameError
-        For a technique, filter or renderer that does not exist. What a technique cannot do with this scene or light is
-        told in its row.
+        For a technique, metric, filter or renderer that does not exist. What a technique cannot do with this scene or
+        light is the `failure` of its row.
     """
-    from .._core import Bias
-    from ..reports.reproduce import Source
-
     check_types(scene, camera, light, bias, filter)
     resolutions = resolutions_of(resolution)
     width, height = size_of(size, camera)
     if not isinstance(truth, (bool, np.bool_)):
         raise ArgumentError(f"truth: expected True or False, got {shown(truth)}; without it no errors are counted")
+    # Without truth the maps are drawn and looked up all the same, for their times and pictures.
+    needs_truth = ("misclassified", "causes")
+    measured = checked_metrics([name for name in ("mask", *metrics) if truth or name not in needs_truth])
     entries = labelled(techniques, light)
-    renderer = renderer_of(renderer)
-    bias = Bias() if bias is None else bias
+    draw = renderer_of(renderer)
+    view = View(scene, camera, light, (width, height))
+    measure = partial(evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, timing=timing)
     with Steps(2 + len(entries) * len(resolutions), progress) as step:
         step("eye view")
-        gbuffer = renderer.gbuffer(scene, camera, size=(width, height))
+        view.gbuffer(draw)
         step("truth")
-        traced, truth_ms = traced_truth(scene, camera, light, (width, height)) if truth else (None, None)
+        if truth:
+            view.truth()
         runs = []
         for label, item in entries:
             for texels in resolutions:
                 step(f"{label} {texels}²")
-                draw = Draw(scene, camera, light, renderer, (width, height), bias, filter, gbuffer, traced)
-                runs.append(run_one(draw, label, item, texels))
+                runs.append(measure(view, item, texels, label=label))
     return Study(
-        tuple(runs), scene, camera, light, (width, height), bias, filter, renderer.backend, renderer.adapter, gbuffer,
-        traced, truth_ms, source or Source.of_scene(scene),
+        tuple(runs), view, _core.Bias() if bias is None else bias, filter, draw.backend, draw.adapter,
+        source or Source.of_scene(scene), bool(truth), draw,
     )  # fmt: skip
-
-
-def traced_truth(scene: Any, camera: Any, light: Any, size: tuple[int, int]) -> tuple[np.ndarray, float]:
-    """The truth and the milliseconds it took."""
-    from .. import trace
-
-    start = time.perf_counter()
-    mask = trace.shadow_mask(scene, camera, light, size=size)
-    return mask, 1e3 * (time.perf_counter() - start)

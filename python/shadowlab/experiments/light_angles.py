@@ -1,8 +1,8 @@
 """One view under light from many angles: where a warp pays, where it hurts, and from which angle on.
 
-Source: the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 and the errors of theory.md E.1, E.2,
-over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 (section 4.4) and Zhang, Sun, Zhao, Wang
-2007 derive their warps for.
+Source: the storage factor of Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] and the errors of theory.md
+E.1 and E.2, over the angle between light and view that Wimmer, Scherzer, Purgathofer 2004 [wimmer2004] (section 4.4)
+and Zhang, Sun, Zhao, Wang 2007 [zhang2007] derive their warps for.
 
 ```
               light at 90 degrees, azimuth 0
@@ -17,27 +17,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..aliasing.footprint import Footprint, footprint
-from ..aliasing.usage import look_up
+from ..checks import renderer_of, whole
 from ..errors import ArgumentError, ShadowlabError
+from ..scene.source import Source
+from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
-from .arguments import check_types, renderer_of, size_of, whole
-from .tables import Steps
+from .arguments import check_types, size_of
+from .columns import current, table
+from .progress import Steps
+from .run import Metric, evaluate, fitted
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SEEN_COLUMNS = (
-    "technique", "angle_deg", "maps", "resolution", "measured", "mean", "p50", "p95", "p99", "max", "undersampled",
-    "storage_factor", "misclassified", "false_shadow", "false_light", "share", "notes", "failure",
-)  # fmt: skip
+    from ..types import RendererLike
+
 # Two numbers that are this close are one: a map that fell back to the uniform one differs from it by rounding.
 SAME = 1e-6
 
@@ -74,6 +76,7 @@ class LightAngles:
         -----
         1 where neither has any, as of two without a wrong pixel; NaN where either has no number.
         """
+        y = y if y in self.table.columns else current(y)
         if y not in self.table.columns or not np.issubdtype(self.table[y].to_numpy().dtype, np.number):
             numbers = ", ".join(
                 c for c in self.table.columns if c not in ("technique", "angle_deg", "notes", "failure")
@@ -153,7 +156,9 @@ def light_at_angle(camera: Any, angle_deg: float, *, azimuth_deg: float = 0.0) -
     """
     if not isinstance(camera, _core.Camera):
         raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
-    angle, azimuth = (np.radians(degrees(n, v)) for n, v in (("angle_deg", angle_deg), ("azimuth_deg", azimuth_deg)))
+    angle, azimuth = (
+        np.radians(finite_degrees(n, v)) for n, v in (("angle_deg", angle_deg), ("azimuth_deg", azimuth_deg))
+    )
     if not 0 <= angle <= np.pi:
         raise ArgumentError(f"angle_deg: expected 0 to 180 degrees, got {shown(angle_deg)}; turn the azimuth instead")
     origin = np.cos(azimuth) * np.asarray(camera.up) + np.sin(azimuth) * np.asarray(camera.right)
@@ -209,33 +214,26 @@ def over_light_angle(
     UnknownNameError
         For a technique, filter or renderer that does not exist.
     """
-    from ..trace import shadow_mask
-
     lights = lights_at(camera, angles_deg, azimuth_deg)
     check_types(scene, camera, next(iter(lights.values())), bias, filter)
-    side, (width, height) = whole("resolution", resolution), size_of(size, camera)
+    side, picture = whole("resolution", resolution), size_of(size, camera)
     entries = labelled(techniques, next(iter(lights.values())))
     draw = renderer_of(renderer)
-    gbuffer = draw.gbuffer(scene, camera, size=(width, height))
+    metrics: tuple[Metric, ...] = ("misclassified", "texels") if truth else ("texels",)
+    measure = partial(evaluate, metrics=metrics, renderer=draw, bias=bias, filter=filter)
     rows = []
     with Steps(len(lights) * len(entries), progress) as step:
         for angle, light in lights.items():
-            traced = shadow_mask(scene, camera, light, size=(width, height)) if truth else None
+            view = View(scene, camera, light, picture, f"{angle:g}°")
             for label, item in entries:
                 step(f"{label} at {angle:g} degrees")
-                row: dict[str, Any] = {"technique": label, "angle_deg": angle, "failure": ""}
-                try:
-                    p, texels = at_equal_memory(item, scene, camera, light, side, gbuffer)
-                    e = footprint(gbuffer, camera, light, p, resolution=texels)
-                    row |= {"maps": e.maps, "resolution": texels, "notes": "; ".join(p.notes), **seen(e)}
-                    if traced is not None:
-                        maps = draw.shadow_map(scene, p, resolution=texels)
-                        row |= wrong(look_up(maps, gbuffer, camera, light, p, bias=bias, filter=filter), traced)
-                except ShadowlabError as error:
-                    row["failure"] = str(error)
-                rows.append(row)
-    counts = ("maps", "resolution", "measured", "misclassified", "false_shadow", "false_light")
-    return LightAngles(table_of(rows, SEEN_COLUMNS, counts))
+                texels, failure = side_at_equal_memory(item, view, side, draw)
+                if failure:
+                    rows.append({"view": view.label, "technique": label, "angle_deg": angle, "failure": failure})
+                else:
+                    rows.append(measure(view, item, texels, label=label).row() | {"angle_deg": angle})
+    name = Source.of_scene(scene).name
+    return LightAngles(table("over_light_angle", [row | {"scene": name} for row in rows]))
 
 
 def pays_from(angles: NDArray[np.float64], ratios: NDArray[np.float64]) -> float:
@@ -253,55 +251,33 @@ def pays_from(angles: NDArray[np.float64], ratios: NDArray[np.float64]) -> float
     return float(angles[first] + (angles[first - 1] - angles[first]) * at / (at - above))
 
 
-def made(item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None) -> Any:
-    """The maps of a technique, of the pixels where it looks at receivers; maps that are given stay."""
-    if not hasattr(item, "parameterize"):
-        return item
-    samples = {"samples": gbuffer} if gbuffer is not None and getattr(item, "needs_samples", False) else {}
-    return item.parameterize(scene, camera, light, resolution=resolution, **samples)
+def side_at_equal_memory(item: Any, view: View, resolution: int, renderer: RendererLike) -> tuple[int, str]:
+    """Texels along each side of a technique's maps that together have no more than one map of this resolution.
 
-
-def at_equal_memory(
-    item: Any, scene: Any, camera: Any, light: Any, resolution: int, gbuffer: Any = None
-) -> tuple[Any, int]:
-    """The maps of a technique, and texels of their sides: together no more than one map of this resolution has."""
-    p = made(item, scene, camera, light, resolution, gbuffer)
-    maps, side = len(p.partitions), resolution
-    while (fits := max(1, math.isqrt(resolution * resolution // maps))) < side:
-        side = fits
-        p = made(item, scene, camera, light, side, gbuffer)
-        # With other texels there may be more maps.
-        maps = max(maps, len(p.partitions))
-    return p, side
-
-
-def seen(e: Footprint) -> dict[str, Any]:
-    """The errors of the pixels, for a row."""
-    s = e.summary(bands=1)
-    row: dict[str, Any] = {"measured": s.measured}
-    if s.percentiles is None:
-        return row
-    row |= {f"p{k}": s.percentiles[k] for k in (50, 95, 99)}
-    return row | {"mean": s.mean, "max": s.max, "undersampled": s.undersampled, "storage_factor": s.storage_factor}
-
-
-def wrong(mask: Any, truth: Any) -> dict[str, Any]:
-    """The wrong pixels, for a row."""
-    errors = _core.misclassified(mask, truth)
-    sides = {"false_shadow": errors.false_shadow, "false_light": errors.false_light}
-    return {"misclassified": errors.count, **sides, "share": errors.fraction}
+    0 and the reason where it has no maps.
+    """
+    side, maps = resolution, 0
+    try:
+        while True:
+            # With other texels there may be more maps.
+            maps = max(maps, len(fitted(item, view, side, renderer).partitions))
+            if (fits := max(1, math.isqrt(resolution * resolution // maps))) >= side:
+                return side, ""
+            side = fits
+    except ShadowlabError as error:
+        return 0, str(error)
 
 
 def lights_at(camera: Any, angles_deg: Any, azimuth_deg: float) -> dict[float, Any]:
     """The light of each angle, in order."""
     given = angles_deg if isinstance(angles_deg, Iterable) and not isinstance(angles_deg, str) else [angles_deg]
-    angles = [degrees("angles_deg", angle) for angle in given]
+    angles = [finite_degrees("angles_deg", angle) for angle in given]
     if not angles or len(set(angles)) < len(angles):
         raise ArgumentError(f"angles_deg: expected angles, none twice, got {shown(angles_deg)}; try range(90, 0, -5)")
     return {angle: light_at_angle(camera, angle, azimuth_deg=azimuth_deg) for angle in angles}
 
 
-def degrees(name: str, value: Any) -> float:
+def finite_degrees(name: str, value: Any) -> float:
     """The value as a finite number."""
     try:
         number = float("nan") if isinstance(value, str) else float(value)
@@ -310,13 +286,3 @@ def degrees(name: str, value: Any) -> float:
     if not np.isfinite(number):
         raise ArgumentError(f"{name}: expected a finite number of degrees, got {shown(value)}; try 45")
     return number
-
-
-def table_of(rows: list[dict[str, Any]], columns: tuple[str, ...], counts: tuple[str, ...]) -> Any:
-    """The rows as a table whose numbers are numbers."""
-    import pandas as pd
-
-    texts = ("technique", "notes", "failure")
-    table = pd.DataFrame(rows, columns=list(columns))
-    kinds = {c: "Int64" if c in counts else "float64" for c in columns if c not in texts}
-    return table.astype(kinds).fillna({"notes": ""})

@@ -1,6 +1,7 @@
 """The worst errors of maps where receivers fill the frustum, over the angle between light and view.
 
-Source: the storage factor of Lloyd, Tuft, Yoon, Manocha 2006 and Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008, for
+Source: the storage factor of Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006] and Lloyd, Govindaraju, Quammen, Molnar,
+Manocha 2008 [lloyd2008], for
 light at any angle (theory.md E.2); measured from finished maps, so that a formula is judged by what it makes.
 """
 
@@ -12,17 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..aliasing.beam_texels import BeamTexels, beam_texels
-from ..aliasing.footprint import footprint_at, halfway_normals, pair
-from ..aliasing.frustum_body import frustum_scene, outline
+from ..aliasing.footprint import footprint_at, halfway_normals, sides_of
+from ..aliasing.frustum_body import outline
+from ..checks import whole
 from ..errors import ShadowlabError
-from ..techniques.labels import labelled
-from .arguments import whole
-from .light_angles import LightAngles, lights_at, made, table_of
+from ..techniques.labels import is_parameterization, labelled
+from .columns import table
+from .frustum_scene import frustum_scene
+from .light_angles import LightAngles, lights_at
 
-COLUMNS = (
-    "technique", "angle_deg", "maps", "m_s", "m_s_sheared", "m_t", "storage_factor", "storage_factor_sheared",
-    "storage_factor_image", "notes", "failure",
-)  # fmt: skip
 # From the borders of depth splits, as a share of the depth: outlasts the rounding of points.
 WITHIN = 1e-9
 
@@ -78,23 +77,23 @@ def frustum_over_light_angle(
     [0.001, 4.396]
     """
     lights = lights_at(camera, angles_deg, azimuth_deg)
-    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), pair(size)
+    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), sides_of(size)
     entries = labelled(techniques, next(iter(lights.values())))
     rows = []
     for angle, light in lights.items():
         for label, item in entries:
             row: dict[str, Any] = {"technique": label, "angle_deg": angle, "failure": ""}
             try:
-                p = made(item, scene, camera, light, side)
+                p = item if is_parameterization(item) else item.parameterize(scene, camera, light, resolution=side)
                 points = outlines(p, camera, steps)
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
                 e = footprint_at(points, normals, camera, light, p, size=picture, resolution=side)
-                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst(texels, e.perspective_ts)}
+                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst_of_outline(texels, e.perspective_ts)}
             except ShadowlabError as error:
                 row["failure"] = str(error)
             rows.append(row)
-    return LightAngles(table_of(rows, COLUMNS, ("maps",)))
+    return LightAngles(table("frustum_over_light_angle", rows))
 
 
 def outlines(p: Any, camera: Any, steps: int) -> NDArray[np.float64]:
@@ -109,7 +108,7 @@ def outlines(p: Any, camera: Any, steps: int) -> NDArray[np.float64]:
     return found
 
 
-def worst(texels: BeamTexels, perspective_ts: NDArray[np.float64]) -> dict[str, float]:
+def worst_of_outline(texels: BeamTexels, perspective_ts: NDArray[np.float64]) -> dict[str, float]:
     """The numbers of a row: of texels across the beam, and of the same in the image (N, 2).
 
     Raises

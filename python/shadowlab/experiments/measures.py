@@ -1,16 +1,18 @@
-"""What an advice ranks by: the errors by name, and when two of them are too close to choose by."""
+"""What an advice ranks by: the errors by name, and how each of them scatters."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ArgumentError, UnknownNameError
-from ..reports.study_verdict import ABOUT_EQUAL, NOISE_SIGMAS
-from ..reports.words import share_text
-from ..text import shown
+from ..text import share_text, shown
+from .thresholds import ABOUT_EQUAL, NOISE_SIGMAS
+
+if TYPE_CHECKING:
+    from .run import Run
 
 OVER = ("mean", "worst")
 # Edges move by parts of a texel when a map's texels shift, all along the edge at once: wrong pixels scatter by 1 to 3
@@ -47,8 +49,8 @@ class Measure:
         Why there.
     python : str
         The expression that gives it, of `errors` (`aliasing.Misclassified`) or `summary` (`aliasing.Summary`).
-    of : callable
-        The same as a function of both; None where nothing is measured.
+    column : str
+        The column of a run that has it.
     population : str
         The column of a run that counts the pixels of which it is a share; "" where that has no part in its noise.
     scatter : float
@@ -68,12 +70,16 @@ class Measure:
     poor_from: float
     poor_because: str
     python: str
-    of: Callable[[Any, Any], float | None]
+    column: str
     population: str = ""
     scatter: float = 0.0
     falls_with: str = ""
     caveat: str = ""
     direction: str = "lower"
+
+    def of(self, run: Run) -> float | None:
+        """The error of a run; None where nothing is measured."""
+        return run.numbers.get(self.column)
 
     def text(self, value: float) -> str:
         """A value as people read it."""
@@ -94,35 +100,35 @@ MEASURES = (
     Measure(
         "misclassified", "share of wrong pixels", "share", "pixels lit or dark other than by traced truth, of those "
         "compared", 0.05, "one pixel in twenty is wrong, which shows at a glance",
-        "errors.fraction", lambda errors, _: float(errors.fraction) if errors.compared else None, "compared",
+        "errors.fraction", "share", "compared",
         LATTICE_SCATTER,
     ),
     Measure(
         "worst", "longest texel", "px", "the longest extent of a texel in the image; one pixel decides it, use p95 "
-        "to choose", 10.0, LONG_TEXELS, "summary.max", lambda _, summary: summary.max, scatter=WORST_SCATTER,
+        "to choose", 10.0, LONG_TEXELS, "summary.max", "texel_max", scatter=WORST_SCATTER,
         caveat="One pixel decides this length, most often of a surface that the light grazes: p95 is the measure to "
         "choose by.",
     ),
     Measure(
         "p95", "texel length of 95 % of the pixels", "px", "the extent of a texel in the image that 95 % of the pixels "
         "do not exceed", 2.0, "stairs of texels show even through a filter of 2 x 2 texels",
-        "summary.percentiles[95]", lambda _, summary: summary.percentiles[95] if summary.percentiles else None,
+        "summary.percentiles[95]", "texel_p95",
         scatter=P95_SCATTER, falls_with="side",
     ),
     Measure(
         "mean", "mean texel length", "px", "the mean over the pixels of the longest extent of a texel in the image",
         2.0, "stairs of texels show even through a filter of 2 x 2 texels",
-        "summary.mean", lambda _, summary: summary.mean, scatter=MEAN_SCATTER,
+        "summary.mean", "texel_mean", scatter=MEAN_SCATTER,
     ),
     Measure(
         "undersampled", "share of undersampled pixels", "share", "pixels in which a texel is longer than a pixel, of "
         "those that look one up", 0.25, "texels show as stairs in a quarter of the picture",
-        "summary.undersampled", lambda _, summary: summary.undersampled, scatter=SHARE_SCATTER,
+        "summary.undersampled", "undersampled", scatter=SHARE_SCATTER,
     ),
     Measure(
         "perspective", "longest texel by perspective alone", "px", "the longest extent of a texel in the image, of all "
         "pixels, without what the slopes of surfaces add", 10.0, LONG_TEXELS,
-        "summary.perspective_max", lambda _, summary: summary.perspective_max, scatter=PERSPECTIVE_SCATTER,
+        "summary.perspective_max", "perspective_max", scatter=PERSPECTIVE_SCATTER,
         falls_with="side",
     ),
 )  # fmt: skip
@@ -165,12 +171,3 @@ def over_of(value: Any) -> str:
 def docs() -> Mapping[str, str]:
     """What each error means, by name."""
     return {measure.name: f"{measure.doc} ({measure.unit}; lower is better)" for measure in MEASURES}
-
-
-def about_equal(first: float, second: float, variance: float) -> bool:
-    """Whether two errors are too close to choose by: in ratio, or within the noise of their counts.
-
-    `variance` is that of their difference. The bounds are those of a study's verdict.
-    """
-    low, high = sorted((first, second))
-    return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(variance)

@@ -21,22 +21,12 @@ from itertools import pairwise
 from typing import Any
 
 from ..conventions.doubts import CHECK_MATRIX
-from ..reports.study_verdict import BASELINE
-from ..reports.words import listed
+from ..text import listed
 from .candidates import Outcome
-from .measures import about_equal
 from .memory import memory_text, taken, unused
-from .views import SAME_ANGLE, View, axis_of
+from .thresholds import BASELINE, about_equal
+from .views import SAME_ANGLE, LabelledView, axis_of
 
-TABLE_COLUMNS = (
-    "memory", "rank", "candidate", "technique", "maps", "resolution", "bytes", "unused", "error_mean", "error_worst",
-    "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
-)  # fmt: skip
-TABLE_COUNTS = ("memory", "rank", "maps", "resolution", "bytes")
-SWITCH_COLUMNS = (
-    "along", "camera", "memory", "from", "to", "at_from", "at_to", "equal_from", "equal_to", "winner_from",
-    "winner_to", "error_from", "error_to", "other_from", "other_to",
-)  # fmt: skip
 MEMORY = "memory"
 NOTHING_SEEN = "nothing to compare in any view: no camera sees anything that looks up a texel"
 NO_TEXEL = "no pixel of the view looks up a texel of its maps"
@@ -84,8 +74,8 @@ class Standing:
         """The row of `Advice.table`."""
         size = None if self.maps is None or self.resolution is None else taken(self.maps, self.resolution)
         return {
-            "memory": self.memory, "rank": self.rank, "candidate": self.candidate, "technique": self.text,
-            "maps": self.maps, "resolution": self.resolution, "bytes": size, "unused": self.unused,
+            "memory": self.memory, "rank": self.rank, "technique": self.candidate, "spec": self.text,
+            "maps": self.maps, "resolution": self.resolution, "bytes": size, "unused_memory": self.unused,
             "error_mean": self.mean, "error_worst": self.worst, "worst_view": self.worst_view,
             "ratio_to_best": self.ratio_to_best, "ratio_to_uniform": self.ratio_to_uniform,
             "about_best": self.about_best, "notes": self.notes, "failure": self.failure,
@@ -105,11 +95,11 @@ def standings(outcomes: Sequence[Outcome], over: str) -> list[Standing]:
         groups.setdefault((one.memory, one.candidate), []).append(one)
     found = []
     for memory in sorted({memory for memory, _ in groups}):
-        found += ranked([together(of, counted, over) for (m, _), of in groups.items() if m == memory])
+        found += ranked([standing_of(of, counted, over) for (m, _), of in groups.items() if m == memory])
     return found
 
 
-def together(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Standing:
+def standing_of(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Standing:
     """A candidate with a budget over the views that count."""
     first = of[0]
     used = [o for o in of if o.view.label in counted] if counted else list(of)
@@ -281,7 +271,7 @@ def rows_of_views(valid: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     return groups
 
 
-def place_of(view: View, axis: str) -> tuple[int, float, str]:
+def place_of(view: LabelledView, axis: str) -> tuple[int, float, str]:
     """Where a view stands in its row; the other angle, then the label, order those in one place."""
     angle, elevation = view.light_angle or 0.0, view.light_elevation or 0.0
     own, other = (angle, elevation) if axis == "light_angle" else (elevation, angle)

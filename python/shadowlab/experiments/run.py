@@ -1,225 +1,397 @@
-"""One technique at one resolution: how it is run, measured and timed, and the row of the table that it gives."""
+"""One technique at one resolution in one view: the only evaluator, and the row of a table that it gives.
+
+```
+    View, technique, resolution
+      |  fit          matrices                        fit_us
+      |  draw         maps                            map_ms
+      |  look up      the light at every pixel        lookup_ms
+      v
+    metrics, those that are asked for: misclassified, causes, texels, usage
+```
+"""
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, cast
 
-import numpy as np
-
-from ..aliasing.causes import CAUSES, causes_of, depths_of
-from ..aliasing.footprint import footprint_of
+from .. import _core
+from ..aliasing.causes import CAUSES
+from ..checks import check_bias, check_filter, renderer_of, whole
 from ..conventions.doubts import CHECK_MATRIX, notes_on
-from ..errors import ShadowlabError
-from ..techniques.labels import is_parameterization as is_parameterization
-from .tables import settings_text
+from ..errors import ArgumentError, ShadowlabError, UnknownNameError
+from ..scene.source import Source
+from ..scene.view import View
+from ..techniques.labels import is_parameterization, resolved, spec_of
+from ..text import settings_text, shown
+from .columns import COLUMNS
+from .drawing import Drawing
+from .memory import BYTES_PER_TEXEL
+from .timing import best_of, median_us
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from ..aliasing import Causes, Footprint, Misclassified, Summary, Usage
+    from ..types import RendererLike, TechniqueLike
 
-COLUMNS = (
-    "technique", "settings", "resolution", "maps", "misclassified", "false_shadow", "false_light", "share", "compared",
-    "undecided", "unmatched", *CAUSES.values(), "edge_px", "undersampled", "error_mean", "error_p95",
-    "error_max", "perspective_max", "storage_factor", "unused", "fit_us", "render_ms", "mask_ms", "notes", "failure",
-)  # fmt: skip
-COUNTS = (
-    "resolution", "maps", "misclassified", "false_shadow", "false_light", "compared", "undecided", "unmatched",
-    *CAUSES.values(),
-)  # fmt: skip
-NUMBERS = (
-    "share", "edge_px", "undersampled", "error_mean", "error_p95", "error_max", "perspective_max", "storage_factor",
-    "unused", "fit_us", "render_ms", "mask_ms",
-)  # fmt: skip
-
-# A fit takes microseconds: this many repeats, or as many as fit into the budget, give a steady median.
-FIT_REPEATS = 200
-FIT_BUDGET_S = 0.1
-# The best of a few runs is what the machine can do; slow maps are drawn once.
-RENDER_REPEATS = 3
-RENDER_BUDGET_S = 1.0
+Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
+#: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
+METRICS: tuple[Metric, ...] = ("misclassified", "causes", "texels", "usage")
+KNOWN_METRICS: tuple[Metric, ...] = ("mask", *METRICS)
+# Those that need maps.
+DRAWN = frozenset({"mask", "misclassified", "causes"})
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False)
 class Run:
-    """One technique at one resolution: a row of the table with its pictures. What failed holds None and the reason."""
+    """A technique at a resolution in a view: its matrices, what was measured, and the reason where it failed.
 
+    Numbers are held; arrays are made when they are asked for, kept while there is room, and drawn again after that.
+
+    Attributes
+    ----------
+    view : View
+    label : str
+        The technique's name in tables.
+    item : Technique, Preset or Parameterization
+        What was evaluated.
+    resolution : int
+        Texels along each side of the maps.
+    metrics : tuple of str
+        What was measured.
+    bias, filter
+        As the pixels were looked up.
+    backend, adapter : str
+        Of the renderer.
+    parameterization : Parameterization or None
+        None where the technique failed to make it, and of several lights.
+    summary : Summary or None
+        Of the footprints of texels, with the metric "texels".
+    values : tuple of (str, number)
+        What was measured, by the names of columns; see `numbers`.
+    doubts : tuple of str
+        What speaks against a matrix from elsewhere.
+    failure : str
+        Why there are no numbers; empty where there are.
+    parts : tuple of Run
+        Of a view with several lights, the run of each.
+    """
+
+    view: View
     label: str
-    technique: str
-    settings: Mapping[str, Any]
+    item: Any
     resolution: int
-    given: bool  # a matrix from elsewhere, not made by a technique of ours
-    parameterization: Any = None
-    maps: np.ndarray | None = None
-    mask: np.ndarray | None = None
-    chosen: np.ndarray | None = None  # which of several maps each pixel asks
-    errors: Any = None
-    causes: Any = None  # why the wrong pixels are wrong
-    summary: Any = None  # of the footprint of a texel at every pixel
-    unused: float | None = None  # share of the texels that no pixel reads
-    fit_us: float | None = None
-    render_ms: float | None = None
-    mask_ms: float | None = None
-    doubts: tuple[str, ...] = ()  # what speaks against a matrix from elsewhere
+    metrics: tuple[Metric, ...]
+    bias: _core.Bias
+    filter: str
+    backend: str
+    adapter: str
+    parameterization: _core.Parameterization | None = None
+    summary: Summary | None = field(default=None, compare=False)
+    values: tuple[tuple[str, Any], ...] = ()
+    doubts: tuple[str, ...] = ()
     failure: str = ""
+    parts: tuple[Run, ...] = ()
+    _drawing: Drawing | None = field(default=None, init=False, compare=False)
+
+    @property
+    def given(self) -> bool:
+        """Whether it is matrices from elsewhere, not made by a technique."""
+        return is_parameterization(self.item)
+
+    @property
+    def technique(self) -> str:
+        """Name of the technique; "preset:NAME" of an engine's."""
+        if self.given:
+            return str(self.item.technique)
+        return f"preset:{self.item.name}" if hasattr(self.item, "engine") else str(self.item.name)
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """All settings of the technique."""
+        return dict(self.item.settings)
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several maps."""
+        return self.parameterization is not None and len(self.parameterization.partitions) > 1
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What was measured, by the names of columns."""
+        return dict(self.values)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the technique did where it could not do as told, and what speaks against a given matrix."""
+        """What the technique could not do as asked, and what speaks against a given matrix."""
+        if self.parts:
+            return tuple(dict.fromkeys(note for part in self.parts for note in part.notes))
         own = () if self.parameterization is None else tuple(self.parameterization.notes)
         return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
 
+    @property
+    def maps(self) -> Any:
+        """Shadow maps (H, W) or (K, H, W) float32; None of a run that failed."""
+        return self._of(lambda drawing: drawing.maps)
+
+    @property
+    def mask(self) -> Any:
+        """Light that arrives (H, W) float32; None of a run that failed."""
+        return self._of(lambda drawing: drawing.mask)
+
+    @property
+    def chosen(self) -> Any:
+        """Map that each pixel looks up (H, W) int16, -1 for none; None of a single map and of a run that failed."""
+        return self._of(lambda drawing: drawing.chosen if self.several else None)
+
+    @property
+    def judged(self) -> bool:
+        """Whether it was held against the truth."""
+        return not self.failure and bool({"misclassified", "causes"} & set(self.metrics))
+
+    @property
+    def errors(self) -> Misclassified | None:
+        """Where the mask and the truth disagree; None of a run that was not held against the truth."""
+        return cast("Misclassified | None", self._of(lambda drawing: drawing.errors) if self.judged else None)
+
+    @property
+    def difference(self) -> Any:
+        """Difference from the truth (H, W) int8: 0 agree, 1 false shadow, 2 false light, -1 not compared; or None."""
+        return self._of(lambda drawing: drawing.errors.image) if self.judged else None
+
+    @property
+    def causes(self) -> Causes | None:
+        """Why the wrong pixels are wrong; None where that was not asked for."""
+        return cast("Causes | None", self._of(lambda drawing: drawing.causes) if "causes" in self.metrics else None)
+
+    @property
+    def footprint(self) -> Footprint | None:
+        """Size of a texel at every pixel; None of a run that failed."""
+        return cast("Footprint | None", self._of(lambda drawing: drawing.footprint))
+
+    @property
+    def usage(self) -> Usage | None:
+        """How often each texel is read; None of a run that failed."""
+        return cast("Usage | None", self._of(lambda drawing: drawing.usage))
+
     def row(self) -> dict[str, Any]:
-        """The row of the table; None where nothing was measured."""
-        errors, causes, summary = self.errors, self.causes, self.summary
-        moved = None if causes is None else causes.edge_distance
-        measured = summary is not None and summary.measured > 0
+        """The row of a table, by the names of `columns.COLUMNS`; None where nothing was measured."""
+        p, view = self.parameterization, self.view
+        maps = sum(len(q.matrices) for part in self.parts or (self,) if (q := part.parameterization) is not None)
+        known = bool(self.parts) or p is not None
         return {
+            "scene": Source.of_scene(view.scene).name,
+            "view": view.label,
+            "light_angle": view.light_angle,
+            "light_elevation": view.light_elevation,
             "technique": self.label,
+            "spec": spec_of(self.label, self.item),
             "settings": settings_text(self.settings),
             "resolution": self.resolution,
-            "maps": None if self.parameterization is None else len(self.parameterization.matrices),
-            "misclassified": None if errors is None else int(errors.count),
-            "false_shadow": None if errors is None else int(errors.false_shadow),
-            "false_light": None if errors is None else int(errors.false_light),
-            "share": None if errors is None else float(errors.fraction),
-            "compared": None if errors is None else int(errors.compared),
-            "undecided": None if errors is None else int(errors.undecided),
-            "unmatched": None if errors is None else int(errors.unmatched),
-            **{name: None if causes is None else causes.counts[name] for name in CAUSES.values()},
-            "edge_px": None if moved is None else moved["mean"],
-            "undersampled": summary.undersampled if measured else None,
-            "error_mean": summary.mean if measured else None,
-            "error_p95": summary.percentiles[95] if measured else None,
-            "error_max": summary.max if measured else None,
-            "perspective_max": summary.perspective_max if measured else None,
-            "storage_factor": summary.storage_factor if measured else None,
-            "unused": self.unused,
-            "fit_us": self.fit_us,
-            "render_ms": self.render_ms,
-            "mask_ms": self.mask_ms,
+            "maps": maps if known else None,
+            "bytes": BYTES_PER_TEXEL * maps * self.resolution**2 if known else None,
+            **dict.fromkeys(MEASURED),
+            **self.numbers,
             "notes": "; ".join(self.notes),
             "failure": self.failure,
         }
 
+    def _of(self, what: Any) -> Any:
+        if self.parts:
+            return tuple(part._of(what) for part in self.parts)
+        return None if self.failure or self.parameterization is None else what(self._drawn())
 
-class ByRun(Mapping[Any, Any]):
-    """What the runs that succeeded have, by (label, resolution), or by label alone in a study of one resolution."""
+    def _drawn(self) -> Drawing:
+        if self._drawing is None:
+            if self.adapter == ELSEWHERE:
+                raise ArgumentError(
+                    f"run: its pictures were drawn by a renderer of another kind ({self.backend}), which did not come "
+                    "along; evaluate again with that renderer"
+                )
+            renderer = _core.Renderer(self.backend)
+            drawing = Drawing(self.view, renderer, self.parameterization, self.resolution, self.bias, self.filter)
+            object.__setattr__(self, "_drawing", drawing)
+        return cast("Drawing", self._drawing)
 
-    def __init__(self, arrays: Mapping[tuple[str, int], Any]):
-        self._arrays = dict(arrays)
-
-    def __getitem__(self, key: Any) -> Any:
-        found = [key] if key in self._arrays else [k for k in self._arrays if k[0] == key]
-        if len(found) != 1:
-            keys = ", ".join(map(repr, self._arrays)) or "none"
-            raise KeyError(f"{key!r}: expected one of {keys}")
-        return self._arrays[found[0]]
-
-    def __iter__(self) -> Iterator[tuple[str, int]]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
+    def __getstate__(self) -> dict[str, Any]:
+        ours = self._drawing is None or isinstance(self._drawing.renderer, _core.Renderer)
+        return {**self.__dict__, "_drawing": None, "adapter": self.adapter if ours else ELSEWHERE}
 
     def __repr__(self) -> str:
-        def short(value: Any) -> str:
-            return f"{value.shape} {value.dtype}" if isinstance(value, np.ndarray) else repr(value)
-
-        return f"{{{', '.join(f'{k!r}: {short(v)}' for k, v in self._arrays.items())}}}"
-
-
-@dataclass(frozen=True, eq=False)
-class Draw:
-    """What all runs of a study share."""
-
-    scene: Any
-    camera: Any
-    light: Any
-    renderer: Any
-    size: tuple[int, int]
-    bias: Any
-    filter: str
-    gbuffer: Any
-    truth: np.ndarray | None
-
-    @cached_property
-    def depth(self) -> np.ndarray:
-        """Depths along the view (H, W), world units."""
-        return depths_of(self.gbuffer, self.camera)
+        head = f"Run({self.label} at {self.resolution}²"
+        if self.failure:
+            return f"{head}, failed: {self.failure})"
+        wrong = self.numbers.get("misclassified")
+        return f"{head}{'' if wrong is None else f', {wrong:,} wrong pixels'})"
 
 
-def run_one(draw: Draw, label: str, item: Any, resolution: int) -> Run:
-    """One row of the study; an error of ours becomes its `failure`."""
-    from .. import aliasing
+# The adapter of a run whose renderer is not of this package and stayed in another process.
+ELSEWHERE = "elsewhere"
+# The columns that metrics and times fill.
+MEASURED = (
+    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *CAUSES.values(),
+    "edge_px", "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
+    "perspective_max", "storage_factor", "unused", "fit_us", "map_ms", "lookup_ms",
+)  # fmt: skip
 
-    given = is_parameterization(item)
-    name = item.technique if given else f"preset:{item.name}" if hasattr(item, "engine") else item.name
-    settings = dict(item.settings)
+
+def evaluate(
+    view: View,
+    technique: TechniqueLike,
+    resolution: int = 1024,
+    *,
+    metrics: Sequence[Metric] = METRICS,
+    renderer: RendererLike | str | None = None,
+    filter: str = "nearest",
+    bias: _core.Bias | None = None,
+    timing: bool = False,
+    label: str | None = None,
+) -> Run:
+    """A technique at a resolution in a view, measured: the unit of work of every experiment.
+
+    Parameters
+    ----------
+    view : View
+    technique : str, Technique, Preset or Parameterization
+        As `sl.technique` takes it. Of a technique that looks at receivers, the pixels of the view are the samples.
+    resolution : int
+        Texels along each side of the maps.
+    metrics : sequence of str
+        What to measure, and nothing else: "misclassified" (wrong pixels against the traced truth), "causes" (why they
+        are wrong), "texels" (size of texels in the picture), "usage" (texels that no pixel reads), "mask" (draw and
+        look up only, for the times). None of them makes the matrices only.
+    renderer : Renderer or str, optional
+        "cpu", "gpu" or "auto" for the renderer of that name; the best there is where none is given.
+    filter : str
+        "nearest" or "pcf2x2".
+    bias : Bias, optional
+        ``Bias()`` where none is given.
+    timing : bool
+        Whether to repeat what is timed: the median of many fits, the shortest of several draws and look-ups. Without
+        it the times are those of one call each, which scatter.
+    label : str, optional
+        Its name in tables; the technique's own where none is given.
+
+    Returns
+    -------
+    Run
+        What the technique cannot do with this scene or light is its `failure`. Of several lights, counts and times
+        add up, lengths are those of the worst light, and `parts` has the run of each.
+
+    Raises
+    ------
+    ArgumentError
+        For arguments of another type, and a resolution that is not a whole number above 0.
+    UnknownNameError
+        For a technique, metric, filter or renderer that does not exist.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
+    >>> run = sl.evaluate(view, "lispsm", 256, metrics=["misclassified"], renderer="cpu")
+    >>> run.row()["misclassified"] == run.errors.count
+    True
+    """
+    if not isinstance(view, View):
+        raise ArgumentError(
+            f"view: expected a View, got {type(view).__name__}; sl.View(scene, camera, light) makes one"
+        )
+    item = resolved(technique)
+    check_filter(filter)
+    check_bias(bias)
+    made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
+    how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
+    lookup = (_core.Bias() if bias is None else bias, filter)
+    runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
+    return runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
+
+
+def name_of(item: Any) -> str:
+    """The name of a technique that is no text."""
+    return str(item.technique if is_parameterization(item) else item.name)
+
+
+def checked_metrics(metrics: Any) -> tuple[Metric, ...]:
+    """The metrics, each once, in their order.
+
+    Raises
+    ------
+    ArgumentError
+        For something that is no list of names.
+    UnknownNameError
+        For a metric that does not exist.
+    """
+    listed = ", ".join(KNOWN_METRICS)
+    if isinstance(metrics, str) or not isinstance(metrics, Sequence):
+        raise ArgumentError(f"metrics: expected several of {listed}, got {shown(metrics)}; try ['misclassified']")
+    for name in metrics:
+        if name not in KNOWN_METRICS:
+            raise UnknownNameError(f"metrics: unknown metric {shown(name)}; expected some of {listed}")
+    return tuple(name for name in KNOWN_METRICS if name in metrics)
+
+
+def fitted(item: Any, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
+    """The matrices of a technique in a view; those that are given stay."""
+    if is_parameterization(item):
+        return cast("_core.Parameterization", item)
+    # The very pixels that are compared, for techniques that look at receivers.
+    samples = {"samples": view.gbuffer(renderer)} if getattr(item, "needs_samples", False) else {}
+    made = item.parameterize(view.scene, view.camera, view.light, resolution=resolution, **samples)
+    return cast("_core.Parameterization", made)
+
+
+def _measured(
+    view: View, label: str, item: Any, resolution: int, metrics: tuple[Metric, ...], renderer: RendererLike,
+    bias: _core.Bias, filter: str, timing: bool,
+) -> Run:  # fmt: skip
+    """The run of a view with one light; an error of ours becomes its `failure`."""
+    head = (view, label, item, resolution, metrics, bias, filter, renderer.backend, renderer.adapter)
     known: dict[str, Any] = {}
     try:
-        if given:
-            known["parameterization"] = p = item
+        numbers: dict[str, Any] = {}
+        p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
+        known["parameterization"] = p
+        if is_parameterization(item):
             warps = [part.post_warp_terms for part in p.partitions]
-            known["doubts"] = tuple(notes_on(p.matrices, draw.light, draw.gbuffer, warps))
+            known["doubts"] = tuple(notes_on(p.matrices, view.light, view.gbuffer(renderer), warps))
         else:
-            # The very pixels that are compared, for techniques that look at receivers.
-            samples = {"samples": draw.gbuffer} if getattr(item, "needs_samples", False) else {}
-
-            def fit() -> Any:
-                return item.parameterize(draw.scene, draw.camera, draw.light, resolution=resolution, **samples)
-
-            known["parameterization"] = p = fit()
-            known["fit_us"] = median_fit_us(fit)
-        known["maps"], known["render_ms"] = best_of(
-            lambda: draw.renderer.shadow_map(draw.scene, p, resolution=resolution)
-        )
-        known["mask"], known["mask_ms"] = best_of(
-            lambda: draw.renderer.shadow_mask(
-                draw.scene, draw.camera, draw.light, p,
-                resolution=resolution, size=draw.size, bias=draw.bias, filter=draw.filter,
-            )
-        )  # fmt: skip
-        if len(p.matrices) > 1 and hasattr(draw.renderer, "chosen_map"):
-            known["chosen"] = draw.renderer.chosen_map(
-                draw.scene, draw.camera, draw.light, p, resolution=resolution, size=draw.size
-            )
-        if draw.truth is not None:
-            known["errors"] = errors = aliasing.misclassified(known["mask"], draw.truth)
-            known["causes"] = causes_of(
-                draw.scene, draw.camera, draw.light, p, errors, draw.truth, draw.gbuffer, known["maps"], draw.bias,
-                draw.filter, draw.depth,
-            )  # fmt: skip
-        seen = (draw.gbuffer, draw.camera, draw.light, p)
-        known["summary"] = footprint_of(*seen, resolution).summary()
-        known["unused"] = aliasing.usage(*seen, resolution=resolution, filter=draw.filter).unused
+            numbers["fit_us"] = fit_us
+        drawing = Drawing(view, renderer, p, resolution, bias, filter)
+        if DRAWN & set(metrics):
+            view.gbuffer(renderer)  # of the view and made once, so no part of the times
+            numbers["map_ms"] = best_of(drawing.draw, timing)
+            numbers["lookup_ms"] = best_of(drawing.look_up, timing)
+        if "misclassified" in metrics or "causes" in metrics:
+            numbers |= drawing.wrong_pixels()
+        if "causes" in metrics:
+            numbers |= drawing.cause_counts()
+        summary = None
+        if "texels" in metrics:
+            summary, texels = drawing.texels()
+            numbers |= texels
+        if "usage" in metrics:
+            numbers["unused"] = drawing.usage.unused
     except ShadowlabError as error:
-        kept = {key: known[key] for key in ("parameterization", "doubts") if key in known}
-        return Run(label, name, settings, resolution, given, **kept, failure=str(error))
-    return Run(label, name, settings, resolution, given, **known)
+        return Run(*head, **known, failure=str(error))
+    run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
+    object.__setattr__(run, "_drawing", drawing)
+    return run
 
 
-def median_fit_us(fit: Callable[[], Any]) -> float:
-    """The median time of a call, in microseconds."""
-    durations: list[float] = []
-    end = time.perf_counter() + FIT_BUDGET_S
-    while len(durations) < FIT_REPEATS and (not durations or time.perf_counter() < end):
-        start = time.perf_counter()
-        fit()
-        durations.append(time.perf_counter() - start)
-    return 1e6 * statistics.median(durations)
-
-
-def best_of(draw: Callable[[], T]) -> tuple[T, float]:
-    """What a call returns and its shortest time, in milliseconds."""
-    best, spent, result = float("inf"), 0.0, None
-    for _ in range(RENDER_REPEATS):
-        start = time.perf_counter()
-        result = draw()
-        elapsed = time.perf_counter() - start
-        best, spent = min(best, elapsed), spent + elapsed
-        if spent > RENDER_BUDGET_S:
-            break
-    return result, 1e3 * best  # type: ignore[return-value]
+def _together(view: View, runs: Sequence[Run]) -> Run:
+    """The run of several lights."""
+    first = runs[0]
+    failure = "; ".join(f"{run.view.label}: {run.failure}" for run in runs if run.failure)
+    numbers: dict[str, Any] = {}
+    for name in dict.fromkeys(name for run in runs for name in run.numbers):
+        values = [run.numbers[name] for run in runs if run.numbers.get(name) is not None]
+        how = COLUMNS[name].over_lights
+        if values and how:
+            numbers[name] = sum(values) if how == "sum" else max(values)
+    if numbers.get("compared"):
+        numbers["share"] = numbers["misclassified"] / numbers["compared"]
+    head = (first.item, first.resolution, first.metrics, first.bias, first.filter, first.backend, first.adapter)
+    found = () if failure else tuple(numbers.items())
+    return Run(view, first.label, *head, values=found, failure=failure, parts=tuple(runs))

@@ -1,7 +1,7 @@
 """What a moving camera does to a shadow: how far the texel lattice drifts on surfaces that stand still, and which flip.
 
 A shadow shimmers where the map's texels move over the receivers: a receiver's place in the lattice, the fraction of
-its texel coordinates, changes from frame to frame. Snapping (theory 1.4) moves maps by whole texels, so that it does
+its texel coordinates, changes from frame to frame. Snapping (theory.md 1.4) moves maps by whole texels, so that it does
 not.
 
 ```
@@ -13,29 +13,34 @@ not.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from ..aliasing.footprint import NO_MAP
 from ..aliasing.usage import look_up, texel_coordinates
+from ..checks import renderer_of, whole
 from ..errors import ArgumentError, ShadowlabError
+from ..scene.source import Source
+from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
-from .arguments import check_types, renderer_of, size_of, whole
-from .tables import Steps
+from ..trace import Truth
+from .arguments import check_types, size_of
+from .columns import table
+from .progress import Steps
+from .run import Run, evaluate
 
 if TYPE_CHECKING:
     import pandas as pd
 
-COLUMNS = (
-    "label", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "judged",
-    "flips", "flip_share", "failure",
-)  # fmt: skip
+    from ..types import RendererLike
+
 # Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
 # point of a square of side 1 from its centre, and its root mean square.
 RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
@@ -48,7 +53,7 @@ class Temporal:
     Attributes
     ----------
     table : DataFrame
-        label, frame (the first of the two that the row compares); of the `receivers` that look up the same map in
+        technique, frame (the first of the two that the row compares); of the `receivers` that look up the same map in
         both frames: drift_mean, drift_rms, drift_max (texels a frame), scale (the factor by which the length of a
         texel changes, the geometric mean of the factor or its inverse; 1 where it does not). Of all that face the
         light and lie in both frustums: switched (share that asks another map), lost (share that one of the frames has
@@ -60,9 +65,9 @@ class Temporal:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """One row a label: means over the path, and the largest drift."""
+        """One row per technique: means over the path, and the largest drift."""
         rows = self.table[self.table["failure"] == ""]
-        grouped = rows.groupby("label", sort=False)
+        grouped = rows.groupby("technique", sort=False)
         found = grouped[["drift_mean", "drift_rms", "scale", "switched", "lost", "flip_share"]].mean()
         found.insert(2, "drift_max", grouped["drift_max"].max())
         means: pd.DataFrame = found.reset_index()
@@ -127,7 +132,7 @@ def temporal(
 
     References
     ----------
-    Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 (snapping to whole texels).
+    Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 [valient2008] (snapping to whole texels).
     """
     path = checked_path(cameras)
     lights = checked_lights(light, len(path))
@@ -137,65 +142,45 @@ def temporal(
     picture = size_of(size, path[0]) if size is not None else small_size(path[0])
     entries = labelled(techniques, lights[0])
     draw = renderer_of(renderer)
-    table: list[dict[str, Any]] = []
-    drawn: dict[str, tuple[Any, Any]] = {}  # what each label has drawn for the second frame of the last pair
+    name = Source.of_scene(scene).name
+    views = [View(scene, camera, of, picture) for camera, of in zip(path, lights, strict=True)]
+    rows: list[dict[str, Any]] = []
+    drawn: dict[str, Run] = {}  # what each label has drawn for the second frame of the last pair
+    measure = partial(evaluate, metrics=(), renderer=draw, bias=bias, filter=filter)
     with Steps(len(path) - 1, progress) as step:
-        for i in range(len(path) - 1):
+        for i, (before, after) in enumerate(pairwise(views)):
             step(f"frame {i}")
-            pair = Pair(scene, path[i : i + 2], lights[i : i + 2], picture, draw, bias, filter, texels)
+            pair = FramePair(before, after, draw)
             for label, item in entries:
-                row: dict[str, Any] = {"label": label, "frame": i, "failure": ""}
+                first = drawn.pop(label, None) or measure(before, item, texels, label=label)
+                drawn[label] = second = measure(after, item, texels, label=label)
+                row = {"scene": name, "technique": label, "frame": i, "failure": first.failure or second.failure}
                 try:
-                    first = drawn.pop(label, None) or pair.maps(item, 0)
-                    drawn[label] = second = pair.maps(item, 1)
-                    table.append({**row, **pair.compared((first, second))})
+                    rows.append(row if row["failure"] else {**row, **pair.compared((first, second))})
                 except ShadowlabError as error:
-                    table.append({**row, "failure": str(error)})
-    import pandas as pd
-
-    frame = pd.DataFrame(table, columns=list(COLUMNS))
-    counts = dict.fromkeys(("receivers", "judged", "flips"), "Int64")
-    numbers = dict.fromkeys(
-        ("drift_mean", "drift_rms", "drift_max", "scale", "switched", "lost", "flip_share"), "float64"
-    )
-    return Temporal(frame.astype({**counts, **numbers}))
+                    rows.append({**row, "failure": str(error)})
+    return Temporal(table("temporal", rows))
 
 
-class Pair:
+class FramePair:
     """Two frames of a path: the receivers of the first, and what the maps of both make of them."""
 
-    def __init__(
-        self, scene: Any, cameras: list[Any], lights: list[Any], size: tuple[int, int], renderer: Any, bias: Any,
-        filter: str, resolution: int,
-    ):  # fmt: skip
-        self.scene, self.cameras, self.lights, self.renderer = scene, cameras, lights, renderer
-        self.bias, self.filter, self.resolution = bias, filter, resolution
-        self.gbuffer = renderer.gbuffer(scene, cameras[0], size=size)
-        self.seen = (np.asarray(self.gbuffer.triangle) >= 0) & seen_by(cameras[1], self.gbuffer.position)
+    def __init__(self, before: View, after: View, renderer: RendererLike):
+        self.frames = (before, after)
+        self.gbuffer = before.gbuffer(renderer)
+        self.seen = (np.asarray(self.gbuffer.triangle) >= 0) & seen_by(after.camera, self.gbuffer.position)
         self.steady = self.seen
-        if lights[0] != lights[1]:
-            first, second = (_core.trace_shadow_mask(scene, cameras[0], of, size=size) for of in lights)
-            self.steady = self.seen & (first == second) & (first >= 0)
+        if before.light != after.light:
+            first, second = before.truth(), replace(before, light=after.light).truth()
+            self.steady = self.seen & (first == second) & (first >= Truth.SHADOW)
 
-    def maps(self, item: Any, frame: int) -> tuple[Any, Any]:
-        """The parameterization of one of the two frames, and its maps."""
-        camera, light = self.cameras[frame], self.lights[frame]
-        p = item
-        if hasattr(item, "parameterize"):
-            samples = {}
-            if getattr(item, "needs_samples", False):
-                size = self.gbuffer.size
-                seen = self.gbuffer if frame == 0 else self.renderer.gbuffer(self.scene, camera, size=size)
-                samples = {"samples": seen}
-            p = item.parameterize(self.scene, camera, light, resolution=self.resolution, **samples)
-        return p, self.renderer.shadow_map(self.scene, p, resolution=self.resolution)
-
-    def compared(self, frames: tuple[tuple[Any, Any], tuple[Any, Any]]) -> dict[str, Any]:
+    def compared(self, runs: tuple[Run, Run]) -> dict[str, Any]:
         """A row of the table."""
         texels, which, masks = [], [], []
-        for camera, light, (p, maps) in zip(self.cameras, self.lights, frames, strict=True):
-            texel, chosen = texel_coordinates(self.gbuffer, camera, light, p, resolution=self.resolution)
-            masks.append(look_up(maps, self.gbuffer, camera, light, p, bias=self.bias, filter=self.filter))
+        for view, run in zip(self.frames, runs, strict=True):
+            looks = (self.gbuffer, view.camera, view.light, run.parameterization)
+            texel, chosen = texel_coordinates(*looks, resolution=run.resolution)
+            masks.append(look_up(run.maps, *looks, bias=run.bias, filter=run.filter))
             texels.append(texel)
             which.append(chosen)
         facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
@@ -293,6 +278,6 @@ def checked_lights(light: Any, count: int) -> list[Any]:
 
 def small_size(camera: Any) -> tuple[int, int]:
     """The view whose pixels are the receivers, where nobody chose one: enough for a share to a thousandth."""
-    from .arguments import picture_size
+    from ..checks import picture_size
 
     return picture_size(camera.aspect, 256 * 256)

@@ -9,49 +9,71 @@ r"""The views of an advice: every camera with every light, with names that tell 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..errors import ArgumentError
+from ..scene.view import LIGHTS, View, angle_to, elevation_of, light_way
 from ..text import shown
 
 # Angles this close, radians, are ordered by other things: half a degree, as texts round.
 SAME_ANGLE = math.radians(0.5)
 
 
-@dataclass(frozen=True, eq=False)
-class View:
-    """One camera and one light.
+@dataclass(frozen=True)
+class LabelledView:
+    """A view of one of several cameras under one of several lights.
 
     Attributes
     ----------
-    label : str
-        Of camera and light together; of the one that has several alone.
+    view : View
+        Its label is of camera and light together; of the one that has several alone.
     camera_label, light_label : str
-    camera : Camera
-    light : DirectionalLight, SpotLight or PointLight
-    size : (int, int)
-        Pixels of the picture.
-    light_angle : float or None
-        Between the way the light travels and the view, radians, 0 to pi; None where the light has no way.
-    light_elevation : float or None
-        Of the light above the horizon, radians, -pi/2 to pi/2.
     """
 
-    label: str
+    view: View
     camera_label: str
     light_label: str
-    camera: Any = field(repr=False)
-    light: Any = field(repr=False)
-    size: tuple[int, int]
-    light_angle: float | None
-    light_elevation: float | None
+
+    @property
+    def label(self) -> str:
+        """The view's label."""
+        return self.view.label
+
+    @property
+    def camera(self) -> _core.Camera:
+        """The view's camera."""
+        return self.view.camera
+
+    @property
+    def light(self) -> Any:
+        """The view's light."""
+        return self.view.light
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture, pixels."""
+        width, height = self.view.size
+        return width, height
+
+    @property
+    def light_angle(self) -> float | None:
+        """As `View.light_angle`."""
+        return self.view.light_angle
+
+    @property
+    def light_elevation(self) -> float | None:
+        """As `View.light_elevation`."""
+        return self.view.light_elevation
 
 
-def views_of(scene: Any, cameras: Any, lights: Any, sizes: Any) -> list[View]:
+def views_of(
+    scene: _core.Scene, cameras: Any, lights: Any, sizes: Callable[[_core.Camera], tuple[int, int]]
+) -> list[LabelledView]:
     """The product of cameras and lights, cameras first; `sizes` gives the pixels of a camera's picture.
 
     Raises
@@ -59,12 +81,9 @@ def views_of(scene: Any, cameras: Any, lights: Any, sizes: Any) -> list[View]:
     ArgumentError
         For none of either, something else among them, or a label that comes twice.
     """
-    from .. import _core
-
-    kinds = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
     of_cameras = named("cameras", cameras, _core.Camera, "a Camera", "sl.Camera.look_at makes one")
     of_lights = named(
-        "lights", lights, kinds, "a DirectionalLight, a SpotLight or a PointLight",
+        "lights", lights, LIGHTS, "a DirectionalLight, a SpotLight or a PointLight",
         "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
     )  # fmt: skip
     single = of_cameras[0][1] if len(of_cameras) == 1 else None
@@ -73,12 +92,11 @@ def views_of(scene: Any, cameras: Any, lights: Any, sizes: Any) -> list[View]:
     views = []
     for i, (camera_name, camera) in enumerate(of_cameras):
         size = sizes(camera)
-        for light_name, (given, light), way in zip(apart(names), of_lights, ways, strict=True):
+        for light_name, (given, light) in zip(apart(names), of_lights, strict=True):
             parts = [camera_name or f"camera {i + 1}"] if camera_name or len(of_cameras) > 1 else []
             parts += [light_name] if given or len(of_lights) > 1 or not parts else []
-            angle, elevation = angle_to(way, camera), elevation_of(way)
             own = camera_name or ("camera" if single is not None else f"camera {i + 1}")
-            views.append(View(", ".join(parts), own, light_name, camera, light, size, angle, elevation))
+            views.append(LabelledView(View(scene, camera, light, size, ", ".join(parts)), own, light_name))
     labels = [view.label for view in views]
     for label in labels:
         if labels.count(label) > 1:
@@ -116,30 +134,7 @@ def apart(names: list[str]) -> list[str]:
     return [f"{name} ({names[: i + 1].count(name)})" if names.count(name) > 1 else name for i, name in enumerate(names)]
 
 
-def light_way(scene: Any, light: Any) -> np.ndarray | None:
-    """The unit vector (3,) along which a light travels, of a point light towards the middle of the scene's box."""
-    if light.kind != "point":
-        way: np.ndarray = np.asarray(light.direction, np.float64)
-        return way
-    way = np.asarray(scene.bounds, np.float64).mean(axis=0) - np.asarray(light.position, np.float64)
-    length = float(np.linalg.norm(way))
-    return way / length if length > 0 else None
-
-
-def angle_to(way: np.ndarray | None, camera: Any) -> float | None:
-    """The angle between the way of a light and a view, radians; exact near 0 and pi, too."""
-    if way is None:
-        return None
-    forward = np.asarray(camera.forward, np.float64)
-    return float(math.atan2(np.linalg.norm(np.cross(way, forward)), np.dot(way, forward)))
-
-
-def elevation_of(way: np.ndarray | None) -> float | None:
-    """How high a light stands above the horizon, radians; y points up."""
-    return None if way is None else float(math.asin(np.clip(-way[1], -1.0, 1.0)))
-
-
-def axis_of(views: Sequence[View]) -> str:
+def axis_of(views: Sequence[LabelledView]) -> str:
     """What sets views in a row apart most: the light's angle to the view, or its elevation, as the attribute's name.
 
     A sun that climbs beside the viewer keeps its angle to the view; one that climbs behind or ahead changes both.

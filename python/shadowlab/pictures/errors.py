@@ -1,8 +1,9 @@
 """The error of every pixel as a picture: how long a texel of the map is in the image, and the scale that says so.
 
-Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008: 1 pixel a texel is green, 10 and more are dark red, on a
-logarithmic scale. Departures: lightness falls all the way, so that every kind of colour vision and a grey print read
-it; below 1 is blue and clearly lighter, since such pixels have texels to spare. Pixels without a texel are grey.
+Source: Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008]: 1 pixel a texel is green, 10 and more are dark
+red, on a logarithmic scale. Departures: lightness falls all the way, so that every kind of colour vision and a grey
+print read it; below 1 is blue and clearly lighter, since such pixels have texels to spare. Pixels without a texel are
+grey.
 
     0.1          1          10 pixels a texel
     | pale blue  | green, mustard, orange, red, dark red
@@ -36,8 +37,8 @@ STEPS = 128
 
 # Darkest and lightest grey where no texel is looked up, and how much darker its hatching is. The ranges are apart, and
 # so are the directions, since one grey or another is as dark as some colour of the scale.
-GREYS = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
-WORDS = {NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen"}
+GREYS: dict[int, tuple[int, int, int]] = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
+WORDS: dict[int, str] = {NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen"}
 # Pixels from one line of the hatching to the next: wide enough to survive at half the size.
 HATCH_PX = 8
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -173,7 +174,7 @@ def middle_grey(code: int) -> int:
 
 
 # The scale as SVG, in its pixels.
-WIDTH, BAR, LEFT = 560, 14, 28
+SVG_WIDTH, BAR, SVG_LEFT = 560, 14, 28
 TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)
 
 
@@ -189,44 +190,45 @@ def error_scale_svg(
     label : str
         What is drawn, and its unit.
     """
-    inner = WIDTH - 2 * LEFT
+    inner = SVG_WIDTH - 2 * SVG_LEFT
     # Twelve pieces a decade and more: no seam is seen, and a page stays small.
     pieces = 64
 
     def x(value: float) -> float:
-        return LEFT + inner * math.log10(value / BEST_PX) / math.log10(WORST_PX / BEST_PX)
+        return SVG_LEFT + inner * math.log10(value / BEST_PX) / math.log10(WORST_PX / BEST_PX)
 
     parts = []
     for i in range(pieces):
         colour = rgb(SCALE[round((i + 0.5) * len(SCALE) / pieces)])
         parts.append(
-            f'<rect x="{LEFT + inner * i / pieces:.2f}" y="20" width="{inner / pieces:.2f}" height="{BAR}" '
+            f'<rect x="{SVG_LEFT + inner * i / pieces:.2f}" y="20" width="{inner / pieces:.2f}" height="{BAR}" '
             f'fill="{colour}" shape-rendering="crispEdges"/>'
         )
     top, middle, bottom = 20, 20 + BAR / 2, 20 + BAR
-    for end, tip, colour in ((LEFT, LEFT - 12, SCALE[0]), (LEFT + inner, LEFT + inner + 12, SCALE[-1])):
+    for end, tip, colour in ((SVG_LEFT, SVG_LEFT - 12, SCALE[0]), (SVG_LEFT + inner, SVG_LEFT + inner + 12, SCALE[-1])):
         parts.append(f'<path d="M{end} {top}L{tip} {middle:g}L{end} {bottom}z" fill="{rgb(colour)}"/>')
     for value in TICKS:
         parts.append(f'<path d="M{x(value):.1f} {bottom}v4" stroke="currentColor"/>')
         parts.append(f'<text x="{x(value):.1f}" y="{bottom + 17}" text-anchor="middle">{value:g}</text>')
     parts.append(f'<text x="{x(1) - 8:.1f}" y="14" text-anchor="end">oversampled</text>')
     parts.append(f'<text x="{x(1) + 8:.1f}" y="14">undersampled</text>')
-    parts.append(f'<text x="{WIDTH / 2}" y="{bottom + 35}" text-anchor="middle">{escape(label)}</text>')
-    at, y = float(LEFT), bottom + 48
+    parts.append(f'<text x="{SVG_WIDTH / 2}" y="{bottom + 35}" text-anchor="middle">{escape(label)}</text>')
+    at, y = float(SVG_LEFT), bottom + 48
     known = [code for code in GREYS if code in set(codes)]
     for code in known:
-        parts.append(swatch(code, at, y))
+        parts.append(grey_swatch(code, at, y))
         parts.append(f'<text x="{at + 26:.0f}" y="{y + 11}">{WORDS[code]}</text>')
         at += 50 + 6.3 * len(WORDS[code])  # the width of a letter of 13 pixels, on average
     height = y + 20 if known else bottom + 42
     text = "Colours of the error: green is one pixel a texel, dark red ten and more, blue less than one"
     return (
-        f'<svg class="scale" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{text}" fill="currentColor" '
-        f'style="display:block;width:100%;max-width:{WIDTH}px;font:13px system-ui,sans-serif">{"".join(parts)}</svg>'
+        f'<svg class="scale" viewBox="0 0 {SVG_WIDTH} {height}" role="img" aria-label="{text}" fill="currentColor" '
+        f'style="display:block;width:100%;max-width:{SVG_WIDTH}px;font:13px system-ui,sans-serif">'
+        f"{''.join(parts)}</svg>"
     )
 
 
-def swatch(code: int, x: float, y: float) -> str:
+def grey_swatch(code: int, x: float, y: float) -> str:
     """A sample of the grey of a code, hatched as in the picture."""
     hatch = GREYS[code][2]
     dark = middle_grey(code) - hatch

@@ -13,7 +13,7 @@ import numpy as np
 from .eye import shade
 from .frustum import frustum_edges, frustum_segments, with_frustum
 
-# The colours of Okabe and Ito (2008) in an order in which neighbours differ most, for the first eight maps and again.
+# The colours of [okabe2008] in an order in which neighbours differ most, for the first eight maps and again.
 MAP_RGB = (
     (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167), (240, 228, 66), (0, 114, 178), (213, 94, 0),
     (120, 120, 120),
@@ -65,7 +65,7 @@ def reduced(depth: np.ndarray, side: int) -> np.ndarray:
     return nearest
 
 
-def depths_of(partition: Any, camera: Any) -> tuple[float, float] | None:
+def served_depths(partition: Any, camera: Any) -> tuple[float, float] | None:
     """The camera depths that a map serves; None where it serves all that the camera sees."""
     near, far = (min(max(depth, camera.near), camera.far) for depth in partition.eye_depth)
     return (near, far) if near < far else None
@@ -115,7 +115,7 @@ def pictures_of_run(run: Any, camera: Any, side: int) -> list[np.ndarray]:
     parts = run.parameterization.partitions
     made = []
     for i, (layer, part) in enumerate(zip(layers, parts, strict=True)):
-        depths = depths_of(part, camera) if len(parts) > 1 else None
+        depths = served_depths(part, camera) if len(parts) > 1 else None
         picture = map_picture(layer, part, camera, side, depths=depths)
         made.append(framed(picture, map_colour(i)) if len(parts) > 1 else picture)
     return made

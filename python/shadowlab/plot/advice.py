@@ -14,13 +14,16 @@ import numpy as np
 from ..experiments.memory import memory_text
 from ..experiments.ranking import place_of
 from ..experiments.views import SAME_ANGLE, axis_of
-from .axes import legend_beside, log_axis, padded, plain, say, series_style, short_label
+from .axes import curve_look, legend_beside, log_axis, padded, say, series_style, short_label
 
 # Panels over the views: more budgets than these are told by the panel over memory.
 MOST_BUDGETS = 2
-AXES = {"light_angle": "angle between light and view (degrees)", "light_elevation": "elevation of the light (degrees)"}
+ANGLE_LABELS = {
+    "light_angle": "angle between light and view (degrees)",
+    "light_elevation": "elevation of the light (degrees)",
+}
 # Letters of a candidate in the legend.
-WIDEST = 52
+WIDEST_NAME = 52
 PANEL_INCHES, HEIGHT_INCHES, LEGEND_INCHES = 4.4, 4.2, 3.0
 
 
@@ -80,11 +83,11 @@ def of_views(ax: Any, advice: Any, memory: int, styles: Any) -> None:
         values = scaled(advice, [found.get((label, view.label)) for view in views])
         (lines[label],) = ax.plot(places, values, **style)
     thicken(lines, [s for s in advice.standings if s.memory == memory])
-    plain(ax)
+    curve_look(ax)
     ax.set_title(memory_text(memory), fontsize="medium")
     ax.set_ylabel(axis_title(advice))
     if by_angle:
-        ax.set_xlabel(AXES[axis])
+        ax.set_xlabel(ANGLE_LABELS[axis])
     else:
         ax.set_xticks(places, [short_label(view.label) for view in views], rotation=30, ha="right", fontsize="small")
 
@@ -97,7 +100,7 @@ def of_memory(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None
         values = scaled(advice, [found.get((label, memory)) for memory in advice.budgets])
         (lines[label],) = ax.plot([memory / 2**20 for memory in advice.budgets], values, **style)
     thicken(lines, [s for s in ranking if s.memory == advice.budgets[-1]])
-    plain(ax)
+    curve_look(ax)
     many = len(advice.counted)
     ax.set_title(f"{advice.over} of {many} views" if many > 1 else "over memory", fontsize="medium")
     ax.set(xlabel="memory (MiB)", ylabel=axis_title(advice))
@@ -121,16 +124,16 @@ def of_candidates(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> 
             f" {advice.measure.text(one.error)}", (value, i), xytext=(6, 0), textcoords="offset points", va="center",
             fontsize="small",
         )  # fmt: skip
-    plain(ax)
-    ax.set_yticks(range(len(shown)), [name_of(one.candidate) for one in shown])
+    curve_look(ax)
+    ax.set_yticks(range(len(shown)), [legend_name(one.candidate) for one in shown])
     ax.set_title(memory_text(advice.budgets[0]), fontsize="medium")
     ax.set_xlabel(axis_title(advice))
     ax.set_xlim(0, 1.25 * float(values.max()) or 1.0)
 
 
-def name_of(label: str) -> str:
+def legend_name(label: str) -> str:
     """A candidate for the legend, its middle left out where it is too long."""
-    return label if len(label) <= WIDEST else short_label(label)
+    return label if len(label) <= WIDEST_NAME else short_label(label)
 
 
 def thicken(lines: dict[str, Any], ranking: Sequence[Any]) -> None:
@@ -163,7 +166,9 @@ def legend(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
 
     order = [s for s in ranking if s.memory == advice.budgets[-1]]
     handles = [
-        Line2D([], [], **styles[s.candidate], label=name_of(s.candidate) + ("" if s.error is not None else " (failed)"))
+        Line2D(
+            [], [], **styles[s.candidate], label=legend_name(s.candidate) + ("" if s.error is not None else " (failed)")
+        )
         for s in order
     ]
     legend_beside(ax, handles, fontsize="small")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..aliasing.footprint import Footprint
 from ..errors import ArgumentError
+from ..experiments.columns import with_current
 from ..text import shown
 
 # Columns of tables that say more than their name.
@@ -18,23 +19,28 @@ COLUMN_LABELS = {
     "elevation_deg": "elevation of the light, degrees",
     "azimuth_deg": "azimuth of the light, degrees",
     "resolution": "texels along each side of the map",
-    "max": "longest extent of a texel, worst, pixels per texel",
-    "mean": "longest extent of a texel, mean, pixels per texel",
-    "rms": "longest extent of a texel, root mean square, pixels per texel",
-    "p50": "longest extent of a texel, median, pixels per texel",
-    "p95": "longest extent of a texel, 95th percentile, pixels per texel",
-    "p99": "longest extent of a texel, 99th percentile, pixels per texel",
+    "texel_max": "longest extent of a texel, worst, pixels per texel",
+    "texel_mean": "longest extent of a texel, mean, pixels per texel",
+    "texel_rms": "longest extent of a texel, root mean square, pixels per texel",
+    "texel_p50": "longest extent of a texel, median, pixels per texel",
+    "texel_p95": "longest extent of a texel, 95th percentile, pixels per texel",
+    "texel_p99": "longest extent of a texel, 99th percentile, pixels per texel",
     "perspective_max": "extent of a texel by perspective alone, worst, pixels",
     "perspective_mean": "extent of a texel by perspective alone, mean, pixels",
     "undersampled": "undersampled pixels, share of those measured",
     "share": "wrong pixels, share of those compared",
-    "count": "wrong pixels, count",
+    "misclassified": "wrong pixels, count",
     "storage_factor": "storage factor, texels per pixel",
 }
-UNITS = {
+COLUMN_UNITS = {
     "_px": "pixels", "_texels": "texels", "_deg": "degrees", "_ms": "milliseconds", "_s": "seconds",
     "_world": "world units", "_ndc": "NDC", "_fraction": "share",
 }  # fmt: skip
+
+
+def current_columns(table: Any, wanted: list[str]) -> Any:
+    """The table with the wanted columns under the names that they have now; something else as it is."""
+    return with_current(table, wanted) if hasattr(table, "columns") else table
 
 
 def column_label(column: Any) -> str:
@@ -42,13 +48,13 @@ def column_label(column: Any) -> str:
     name = str(column)
     if name in COLUMN_LABELS:
         return COLUMN_LABELS[name]
-    for suffix, unit in UNITS.items():
+    for suffix, unit in COLUMN_UNITS.items():
         if name.endswith(suffix) and len(name) > len(suffix):
             return f"{name[: -len(suffix)].replace('_', ' ')}, {unit}"
     return name.replace("_", " ")
 
 
-def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
+def dictionary_of(given: Any, name: str, what: str) -> dict[Any, Any]:
     """The dictionary, checked to be one that has an entry."""
     if not isinstance(given, Mapping) or not given:
         came = "an empty one" if isinstance(given, Mapping) else shown(given)
@@ -58,7 +64,7 @@ def labelled(given: Any, name: str, what: str) -> dict[Any, Any]:
 
 def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
     """The dictionary of footprints, or one without a label, checked; `also` is another type that may stand for one."""
-    found = {"": given} if isinstance(given, (Footprint, also)) else labelled(given, "footprints", "footprints")
+    found = {"": given} if isinstance(given, (Footprint, also)) else dictionary_of(given, "footprints", "footprints")
     for label, value in found.items():
         if not isinstance(value, (Footprint, also)):
             raise ArgumentError(

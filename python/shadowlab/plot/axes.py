@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..text import shown
 
-# Series of Okabe and Ito (2008), the two that mean false shadow and false light left out.
+# Series of Okabe and Ito [okabe2008], the two that mean false shadow and false light left out.
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # For many series in one plot: twelve markers with six colours and four kinds of line, no pair of which comes twice.
@@ -64,7 +64,7 @@ def short_label(label: Any) -> str:
     return text if len(text) <= WIDEST_LABEL else f"{text[: WIDEST_LABEL - 13]}…{text[-12:]}"
 
 
-def plain(ax: Any) -> None:
+def curve_look(ax: Any) -> None:
     """Turn axes to the look of all curves: a pale grid behind, no frame above and to the right."""
     ax.grid(True, which="major", color=GRID, alpha=0.45, linewidth=0.7)
     ax.set_axisbelow(True)

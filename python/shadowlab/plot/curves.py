@@ -1,6 +1,6 @@
 """Errors as curves: over the depth along the view, and over the angle between light and view.
 
-The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004.
+The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004].
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
-from .arguments import column_label, columns_of, labelled, numbers_of, pair_of
+from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of
 from .axes import (
     _axes,
+    curve_look,
     last_finite,
     legend_beside,
     level,
     log_axis,
     padded,
-    plain,
     say,
     series_style,
     short_label,
@@ -69,7 +69,7 @@ def error_along_view(
 
     References
     ----------
-    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004, figure 6.
+    Wimmer, Scherzer, Purgathofer, "Light space perspective shadow maps", 2004 [wimmer2004], figure 6.
 
     Examples
     --------
@@ -81,8 +81,8 @@ def error_along_view(
     ends = [np.asarray(end) for end in (near, far)]
     if any(end.ndim or end.dtype.kind not in "iuf" for end in ends) or not 0 < near < far < np.inf:
         raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; take the camera's")
-    lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in labelled(curves, "curves", "(z, values)").items()}
-    dots = {} if measured is None else labelled(measured, "measured", "(z, values)")
+    lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in dictionary_of(curves, "curves", "(z, values)").items()}
+    dots = {} if measured is None else dictionary_of(measured, "measured", "(z, values)")
     dots = {k: pair_of(v, f"measured[{k!r}]") for k, v in dots.items()}
     ax = _axes(ax)
     styles = {label: series_style(i) for i, label in enumerate([*lines, *(k for k in dots if k not in lines)])}
@@ -95,7 +95,7 @@ def error_along_view(
     within = [values[(near <= z) & (z <= far)] for z, values in (*lines.values(), *dots.values())]
     log_axis(ax, "x", (near, far))
     log_axis(ax, "y", padded(np.concatenate(within)))
-    plain(ax)
+    curve_look(ax)
     ax.set(xlabel=DEPTH_LABEL, ylabel=wrapped(ylabel), title=title)
     if not np.isfinite(np.concatenate(within)).any():
         say(ax, "no finite value between near and far")
@@ -108,7 +108,7 @@ def error_over_angle(
     ax: Any = None,
     *,
     x: str = "angle_deg",
-    y: str = "p95",
+    y: str = "texel_p95",
     baseline: str | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
@@ -147,11 +147,12 @@ def error_over_angle(
     --------
     >>> import pandas as pd, shadowlab as sl
     >>> rows = [("uniform", 30, 9.0), ("uniform", 90, 8.0), ("lispsm", 30, 4.0), ("lispsm", 90, 2.0)]
-    >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "p95"])
+    >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "texel_p95"])
     >>> ax = sl.plot.error_over_angle(table, baseline="uniform")
     """
     if isinstance(table, LightAngles):
         table = table.table
+    table = current_columns(table, ["technique", x, y])
     columns_of(table, ["technique", x, y])
     rows = table.assign(**{x: numbers_of(table, x), y: numbers_of(table, y)})
     rows = rows[rows["technique"].notna()]
@@ -182,7 +183,7 @@ def error_over_angle(
         drawn.append((last_finite(values), line))
     positive = wide.to_numpy(np.float64)
     log_axis(ax, "y", padded(np.append(positive.ravel(), [1.0] if baseline is not None else [])))
-    plain(ax)
+    curve_look(ax)
     _angles(ax, wide.index.to_numpy(np.float64), x)
     said = ylabel or column_label(y)
     if baseline is not None and ylabel is None:

@@ -14,7 +14,7 @@ from ..aliasing.summary import HISTOGRAM_LIMITS_PX, Summary, checked_bands
 from ..errors import ArgumentError
 from ..text import shown
 from .arguments import count_of, footprints_of
-from .axes import _axes, legend_beside, level, log_axis, padded, plain, say, series_style, short_label
+from .axes import _axes, curve_look, legend_beside, level, log_axis, padded, say, series_style, short_label
 from .curves import DEPTH_LABEL
 
 # What a histogram may be of, and what its axis says.
@@ -32,7 +32,7 @@ QUANTITIES = {
 # What stands at 1.
 AT_ONE = {"projection": "slope adds nothing"}
 # Bins in an octave, and octaves at the most: beyond, the outer bins hold the rest.
-BINS, WIDEST = 2, 20
+BINS, MOST_OCTAVES = 2, 20
 # Share of the pixels that the axis may leave to each of the outer bins.
 TAIL = 0.003
 BEYOND = "\n(the outer bins hold what is beyond)"
@@ -96,10 +96,10 @@ def error_histogram(
         bands = 3 if by_depth is True else count_of(by_depth, "by_depth", most=100)
         series: dict[Any, Any] = _by_band(given, quantity, bands)
     else:
-        series = {k: v if isinstance(v, Summary) else _measured(v, quantity) for k, v in given.items()}
+        series = {k: v if isinstance(v, Summary) else _measured_values(v, quantity) for k, v in given.items()}
     ax = _axes(ax)
     edges = _edges([v for v in series.values() if not isinstance(v, Summary)], coarse=bool(summaries))
-    counted = {label: _counts(values, edges) for label, values in series.items()}
+    counted = {label: _bin_counts(values, edges) for label, values in series.items()}
     # Half octaves around 1, and out to the last bin that has a pixel.
     filled = np.flatnonzero(np.sum(list(counted.values()), axis=0)) if counted else np.empty(0)
     one = int(np.searchsorted(edges, 1.0))
@@ -121,7 +121,7 @@ def error_histogram(
         ax.plot([], [], label=short_label(label), **style)
     ax.set_ylim(0.0, 1.12 * highest or 1.0)
     log_axis(ax, "x", (float(edges[0]), float(edges[-1])))
-    plain(ax)
+    curve_look(ax)
     level(ax, 1.0, AT_ONE.get(quantity, "one texel a pixel"), vertical=True)
     of = "of the band's" if by_depth else "of those measured"
     ax.set(xlabel=QUANTITIES[quantity] + (BEYOND if ends else ""), ylabel=f"pixels, % {of}", title=title)
@@ -132,7 +132,7 @@ def error_histogram(
     return ax
 
 
-def _measured(footprint: Footprint, quantity: str) -> NDArray[Any]:
+def _measured_values(footprint: Footprint, quantity: str) -> NDArray[Any]:
     """The quantity (N,) of the pixels that look up a texel."""
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         values = np.asarray(getattr(footprint, quantity))[footprint.measured].astype(np.float64)
@@ -169,12 +169,12 @@ def _edges(series: list[NDArray[np.float64]], *, coarse: bool) -> NDArray[np.flo
         if positive.size:
             reached += list(np.log2(np.quantile(positive, (TAIL, 1 - TAIL))))
     low, high = math.floor(min([*reached, -1.0])), math.ceil(max([*reached, 1.0]))
-    low, high = max(low, -WIDEST), min(high, WIDEST)
+    low, high = max(low, -MOST_OCTAVES), min(high, MOST_OCTAVES)
     edges: NDArray[np.float64] = 2.0 ** np.linspace(low, high, BINS * (high - low) + 1)
     return edges
 
 
-def _counts(values: Any, edges: NDArray[np.float64]) -> NDArray[np.int64]:
+def _bin_counts(values: Any, edges: NDArray[np.float64]) -> NDArray[np.int64]:
     """Pixels of each bin; the outer ones hold what is beyond them."""
     if isinstance(values, Summary):
         counts = values.histogram["pixels"].to_numpy()
@@ -244,7 +244,7 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
         depths += [float(table["near"].iloc[0]), float(table["far"].iloc[-1])]
     log_axis(ax, "y", padded([*shown_values, 1.0] if shown_values else []))
     log_axis(ax, "x", padded(depths, least=1.05) if depths else (0.1, 10.0))
-    plain(ax)
+    curve_look(ax)
     level(ax, 1.0, "one texel a pixel")
     ax.set(xlabel=DEPTH_LABEL, ylabel=QUANTITIES["major"], title=title)
     if not shown_values:

@@ -12,7 +12,7 @@ from ..pictures.lattice import DARKER, lattice_picture
 from ..pictures.maps import map_colour
 from .axes import MOST_NAMED, _picture, legend_below
 
-HATCHES = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
+GREY_HATCHES: dict[int, str] = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
 
 
 def error_map(
@@ -29,8 +29,8 @@ def error_map(
 ) -> Any:
     """Axes with the error of every pixel: pale blue below 1 pixel a texel, green at 1, dark red from 10 on.
 
-    The colours are those of Lloyd et al. 2008 with lightness that falls all the way; see `pictures.errors`. Pixels
-    without a texel are grey, and a legend says why for each reason that occurs.
+    The colours are those of Lloyd et al. [lloyd2008] with lightness that falls all the way; see `pictures.errors`.
+    Pixels without a texel are grey, and a legend says why for each reason that occurs.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def error_map(
     picture = error_picture(footprint, values=values, gbuffer=gbuffer, light=light)
     ax = _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
     if colorbar:
-        _scale(ax, label)
+        _colour_bar(ax, label)
     _explain_greys(ax, footprint.map)
     return ax
 
 
-def _scale(ax: Any, label: str) -> None:
+def _colour_bar(ax: Any, label: str) -> None:
     """The scale to the right of axes."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, LogNorm
@@ -102,7 +102,9 @@ def _explain_greys(ax: Any, codes: Any) -> None:
     for code in present:
         grey, hatch = middle_grey(code), GREYS[code][2]
         face, edge = rgb((grey,) * 3), rgb((grey - hatch - 40,) * 3)
-        patches.append(Patch(facecolor=face, edgecolor=edge, hatch=HATCHES.get(code), label=WORDS[code], linewidth=0.5))
+        patches.append(
+            Patch(facecolor=face, edgecolor=edge, hatch=GREY_HATCHES.get(code), label=WORDS[code], linewidth=0.5)
+        )
     legend_below(ax, patches, ncols=len(present), handlelength=1.6)
 
 

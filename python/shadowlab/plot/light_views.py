@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from .. import _core, pictures
 from ..aliasing.footprint import as_maps
+from ..checks import renderer_of
 from ..errors import ArgumentError
-from ..experiments.arguments import renderer_of
 from ..pictures.errors import rgb
 from ..pictures.light_plane import LightPlane
-from ..pictures.maps import depths_of, frustum_in, map_colour
+from ..pictures.maps import frustum_in, map_colour, served_depths
 from ..text import shown
 from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
 
 # Lines along a side where no step is given.
-LINES = 16
+LINES_ALONG = 16
 # Pixels along the longer side of the picture before the warp.
 SIDE = 900
 FRUSTUM = np.array(pictures.FRUSTUM_RGB) / 255
@@ -73,7 +73,7 @@ def warped_view(
     part, _, given = _chosen(parameterization, map, resolution)
     picture = None if depth is None else _depth_of(depth, map)
     width, height = given if resolution is not None or picture is None else picture.shape[::-1]
-    step = max(1, max(width, height) // LINES) if every is None else count_of(every, "every")
+    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every")
     ax = _axes(ax)
     if picture is not None:
         relief = pictures.relief(pictures.reduced(picture, 1024))
@@ -82,7 +82,7 @@ def warped_view(
     lattice = np.array([[[x, -1], [x, 1]] for x in xs] + [[[-1, y], [1, y]] for y in ys])
     colour = "white" if picture is not None else "#8A8A8A"
     _segments(ax, lattice, colors=[colour], linewidths=0.6, alpha=0.55)
-    served = depths_of(part, camera)
+    served = served_depths(part, camera)
     frustum = frustum_in(part, camera, served)
     _draw_frustum(ax, frustum)
     ticks = [-1.0, -0.5, 0.0, 0.5, 1.0]
@@ -158,7 +158,7 @@ def light_view(
             "map: expected one map of a point light, whose maps look different ways, got None; choose one"
         )
     part, parts, (width, height) = _chosen(parameterization, 0 if map is None else map, resolution)
-    step = max(1, max(width, height) // LINES) if every is None else count_of(every, "every")
+    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every")
     plane = LightPlane.of(light, camera, part)
     chosen = list(enumerate(parts)) if map is None else [(map, part)]
     bounds = _bounds(scene)
@@ -175,7 +175,7 @@ def light_view(
     for (index, _), segments in zip(chosen, lines, strict=True):
         colour = np.array(map_colour(index)) / 255 if len(chosen) > 1 else "#0072B2"
         _segments(ax, segments, colors=[colour], linewidths=0.9, alpha=0.9)
-    frustum = plane.frustum(camera, depths_of(part, camera) if map is not None else None)
+    frustum = plane.frustum(camera, served_depths(part, camera) if map is not None else None)
     _draw_frustum(ax, frustum)
     _mark_eye(ax, plane, camera)
     _name_maps(ax, len(chosen))

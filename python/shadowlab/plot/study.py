@@ -9,6 +9,7 @@ import numpy as np
 from .. import pictures
 from ..pictures.eye import difference, shade
 from ..pictures.maps import chosen_picture, mosaic, pictures_of_run
+from ..text import share_text
 from .axes import MARKERS, SERIES, _axes, _picture
 
 # Letters of a label that fit over a picture of the figure.
@@ -99,8 +100,6 @@ def error_curve(table: Any, ax: Any = None) -> Any:
 def study_figure(study: Any) -> Any:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt
-
-    from ..reports.words import share_text
 
     runs = [run for run in study.runs if run.mask is not None]
     several = any(run.chosen is not None for run in runs)

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..errors import ArgumentError
 from ..experiments.temporal import Temporal
-from .arguments import columns_of, numbers_of
-from .axes import _axes, legend_beside, plain, say, series_style, short_label
+from .arguments import columns_of, current_columns, numbers_of
+from .axes import _axes, curve_look, legend_beside, say, series_style, short_label
 
 # Drifts that span more than this are read on a logarithm only; below a thousandth of a texel a frame, at which a
 # lattice takes half a minute to move by one, the axis is linear.
@@ -45,12 +45,13 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
     --------
     >>> import pandas as pd, shadowlab as sl
     >>> rows = [("uniform", 0, 0.41, 0.7, 12), ("uniform", 1, 0.4, 0.7, 9), ("stable", 0, 0, 0, 0)]
-    >>> table = pd.DataFrame(rows, columns=["label", "frame", "drift_rms", "drift_max", "flips"])
+    >>> table = pd.DataFrame(rows, columns=["technique", "frame", "drift_rms", "drift_max", "flips"])
     >>> ax = sl.plot.drift(table)
     """
     if isinstance(table, Temporal):
         table = table.table
-    columns_of(table, ["label", "frame", "drift_rms", "drift_max", "flips"])
+    table = current_columns(table, ["technique", "drift_rms"])
+    columns_of(table, ["technique", "frame", "drift_rms", "drift_max", "flips"])
     names = ("frame", "drift_rms", "drift_max", "flips")
     rows = table.assign(**{name: numbers_of(table, name) for name in names})
     drifts = rows[["drift_rms", "drift_max"]].to_numpy(np.float64)
@@ -58,7 +59,7 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
         raise ArgumentError("table: expected drifts of 0 texels per frame or more, got a negative one; take its length")
     ax = _axes(ax)
     finite = drifts[np.isfinite(drifts)]
-    for i, (label, group) in enumerate(rows.groupby("label", sort=False)):
+    for i, (label, group) in enumerate(rows.groupby("technique", sort=False)):
         group = group.sort_values("frame")
         flips = group["flips"].to_numpy(np.float64)
         flips = flips[np.isfinite(flips)]
@@ -71,19 +72,19 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
         ax.plot(frames, rms, label=f"{short_label(label)}\n{said}", **style, markevery=(i % every, every))
         ax.plot(frames, largest, color=style["color"], linestyle=style["linestyle"], linewidth=0.8)
     ax.margins(x=0.03)
-    plain(ax)
+    curve_look(ax)
     ax.set(xlabel="frame, number", ylabel="drift of the texel lattice, texels per frame", title=title)
     if not finite.size:
         say(ax, "no drift was measured")
         return ax
     ax.plot([], [], color="#555555", marker="o", markersize=4, linewidth=1.6, label="root mean square")
     ax.plot([], [], color="#555555", linewidth=0.8, label="largest")
-    _scale(ax, finite)
+    _drift_scale(ax, finite)
     legend_beside(ax, fontsize="small")
     return ax
 
 
-def _scale(ax: Any, values: np.ndarray) -> None:
+def _drift_scale(ax: Any, values: np.ndarray) -> None:
     """The scale of the axis of drifts, and its limits."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 

@@ -11,14 +11,13 @@ from ..experiments.candidates import Outcome
 from ..experiments.measures import Measure
 from ..experiments.memory import MOST_TEXELS, UNUSED_FROM, memory_text
 from ..experiments.ranking import MEMORY, NOTHING_SEEN, Standing, counted_views
+from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, MAIN_CAUSE, hardly_wrong
 from ..experiments.views import degrees
-from .study_verdict import BASELINE, FEW_PIXELS, FEW_SHARE, LITTLE_SEEN
-from .words import listed, share_text, times, unwarped_maps
+from ..text import listed, share_text
+from .words import times, unwarped_maps
 
 # Switches, failures and the like that are told; the rest is counted and left to the tables.
 MOST_TOLD = 4
-# A cause of more than this share of the wrong pixels is what to look at first.
-MAIN_CAUSE = 0.5
 OF_BIAS = {
     "acne": "surfaces that shadow themselves; more bias trades them for leaks",
     "leak": "light that its bias lets through (without the bias they would be dark); less bias trades them for acne",
@@ -50,7 +49,7 @@ def advice_text(
                 sentences.append(_best(of, measure, over, len(counted)))
         if measure.caveat:
             sentences.append(measure.caveat)
-        elif measure.name == "misclassified" and _hardly_wrong(outcomes):
+        elif measure.name == "misclassified" and _nothing_wrong(outcomes):
             sentences.append(f"These views hardly test shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
             sentences += _switches(switched, measure, several, len(budgets))
@@ -98,7 +97,7 @@ def _best(of: Sequence[Standing], measure: Measure, over: str, views: int) -> st
         return f"{head}."
     near = [s for s in of[1:] if s.about_best]
     plain = min((s for s in of if s.technique == BASELINE), key=lambda s: float(s.error or 0.0), default=None)
-    text = head + (_against(best, plain, measure) if len(of) > 1 else "") + "."
+    text = head + (_beside_uniform(best, plain, measure) if len(of) > 1 else "") + "."
     others = [s.candidate for s in near if s is not plain]
     if others:
         told = others if len(others) <= MOST_TOLD else [*others[:MOST_TOLD], f"{len(others) - MOST_TOLD} more"]
@@ -111,7 +110,7 @@ def _best(of: Sequence[Standing], measure: Measure, over: str, views: int) -> st
     return text
 
 
-def _against(best: Standing, plain: Standing | None, measure: Measure) -> str:
+def _beside_uniform(best: Standing, plain: Standing | None, measure: Measure) -> str:
     """The best beside a uniform map of as much memory."""
     if plain is None:
         return ""
@@ -125,10 +124,10 @@ def _against(best: Standing, plain: Standing | None, measure: Measure) -> str:
     return f", {times(other / mine)} times less than {plain.candidate} in as much memory ({measure.text(other)})"
 
 
-def _hardly_wrong(outcomes: Sequence[Outcome]) -> bool:
+def _nothing_wrong(outcomes: Sequence[Outcome]) -> bool:
     """Whether no run has wrong pixels worth the name."""
     wrong = [o.numbers for o in outcomes if o.error is not None and "misclassified" in o.numbers]
-    return bool(wrong) and all(n["misclassified"] < FEW_PIXELS and n["share"] < FEW_SHARE for n in wrong)
+    return bool(wrong) and all(hardly_wrong(n["misclassified"], n["share"]) for n in wrong)
 
 
 def _switches(switched: Sequence[Mapping[str, Any]], measure: Measure, several: bool, budgets: int) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..text import BIAS
+from ..text import BIAS, plain
 from .reproduce import command_line, python_snippet
 
 PACKAGES = ("shadowlab", "numpy", "pandas", "trimesh", "matplotlib")
@@ -32,24 +32,6 @@ def versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return {**found, "Python": platform.python_version()}
-
-
-def plain(value: Any) -> Any:
-    """The value as JSON knows it: arrays become lists, NaN and missing become null, infinity the word "inf"."""
-    if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        number = float(value)
-        return None if math.isnan(number) else number if math.isfinite(number) else "inf" if number > 0 else "-inf"
-    return value if value is None or isinstance(value, str) else str(value)
 
 
 def camera_record(camera: Any) -> dict[str, Any]:
@@ -95,7 +77,7 @@ def run_record(run: Any) -> dict[str, Any]:
     return record
 
 
-def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
+def study_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
     """The whole study as data, with the names of its pictures."""
     scene, bias = study.scene, study.bias
     return {
@@ -125,7 +107,7 @@ def as_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
 
 def dumps(study: Any, pictures: Sequence[str] = ()) -> str:
     """results.json, with the names of the pictures beside it."""
-    return json.dumps(plain(as_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(study_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def facts(study: Any) -> list[tuple[str, str]]:

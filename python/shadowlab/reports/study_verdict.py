@@ -5,43 +5,27 @@ The question that readers bring: which technique at which resolution is good eno
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..conventions.doubts import CHECK_MATRIX
+from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, SLIGHT, about_equal, hardly_wrong
+from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
 from .words import (
     count,
-    details,
+    count_details,
     factor,
-    listed,
     maps_of,
     missing,
     place,
-    share_text,
     size_text,
     span,
     texels,
     times,
     unwarped_maps,
 )
-
-# Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
-ABOUT_EQUAL = 1.05
-# Below this ratio a technique is called slightly better or worse: errors along silhouettes fall with the texel's side,
-# so a map with a quarter more texels along each side does as much.
-SLIGHT = 1.25
-# Counts of wrong pixels scatter as counts do when a map's texels shift against the scene: below this many standard
-# deviations of their difference, sqrt(a + b), two runs are told as equal.
-NOISE_SIGMAS = 3.0
-# With fewer wrong pixels than both of these in every run, a view has nothing to tell the runs apart by.
-FEW_PIXELS = 10
-FEW_SHARE = 1e-4
-# A camera that sees less than this share of its pixels filled compares little of the picture.
-LITTLE_SEEN = 0.05
-BASELINE = "uniform"
 
 
 def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
@@ -78,7 +62,7 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
         unwarped = {row["technique"]: reason for row, found, reason in flat if found >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
         sentences += _fewest(warped or drawn)
-        if all(_hardly_wrong(row) for row in drawn):
+        if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
             sentences.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
             sentences += _warps_against_uniform(warped, technique_of_label)
@@ -106,15 +90,9 @@ def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _hardly_wrong(row: Mapping[str, Any]) -> bool:
-    """Whether a row has almost no wrong pixels, in number and as a share."""
-    return int(row["misclassified"]) < FEW_PIXELS and float(row["share"]) < FEW_SHARE
-
-
-def _about_equal(first: int, second: int) -> bool:
+def _alike(first: int, second: int) -> bool:
     """Whether two counts of wrong pixels are too close to choose by: in ratio, or within their noise."""
-    low, high = sorted((first, second))
-    return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(low + high)
+    return about_equal(first, second, first + second)
 
 
 def _nothing_compared(row: Mapping[str, Any]) -> str:
@@ -131,7 +109,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         row = drawn[0]
         if least == 0:
             return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
-        return [f"{place(row)} gets {count(row)} wrong ({details(drawn)})."]
+        return [f"{place(row)} gets {count(row)} wrong ({count_details(drawn)})."]
     best = [row for row in drawn if int(row["misclassified"]) == least]
     cheapest = min(texels(row) for row in best)
     best = [row for row in best if texels(row) == cheapest]
@@ -142,7 +120,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         compared = int(best[0]["compared"])
         return [f"{who} {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
+    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({count_details(best)})."]
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
@@ -195,7 +173,7 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
     if len(pairs) == 1:
         mine, base = outcomes[0]
         text = f"({mine:,} against {base:,})"
-        if _about_equal(mine, base):
+        if _alike(mine, base):
             return f"{label} {where} makes little difference here: about as many wrong pixels as {base_label} {text}."
         if mine < base:
             if mine == 0:
@@ -212,8 +190,8 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
             return f"{label} is slightly worse here: {where} it has {more} {text}."
         many = f"{times(mine / base)} times as many wrong pixels as {base_label}"
         return f"{label} is not worth it here: {where} it has {many} {text}."
-    better = sum(mine < base and not _about_equal(mine, base) for mine, base in outcomes)
-    worse = sum(base < mine and not _about_equal(mine, base) for mine, base in outcomes)
+    better = sum(mine < base and not _alike(mine, base) for mine, base in outcomes)
+    worse = sum(base < mine and not _alike(mine, base) for mine, base in outcomes)
     ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
     slightly = bool(ratios) and len(ratios) == len(pairs) and min(ratios) >= 1 / SLIGHT and max(ratios) <= SLIGHT
     if better == len(pairs):
@@ -239,7 +217,7 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
 
     def as_well(r: int) -> bool:
         mine = int(uniform[r]["misclassified"])
-        return mine <= wrong or _about_equal(mine, wrong)
+        return mine <= wrong or _alike(mine, wrong)
 
     if not larger or as_well(resolution):
         return []
@@ -281,7 +259,9 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
             sentences.append(f"{place(as_large)} has {many} {place(row)}, and {_against(as_large, row)}.")
         elif base is not None:
             cost = f"with {factor(texels(row) / texels(base))} times the texels"
-            sentences.append(f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_counts(row, base)}).")
+            sentences.append(
+                f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_both_counts(row, base)})."
+            )
         else:
             bare.setdefault(maps_of(row), []).append(row["technique"])
     if any(maps_of(row) == 1 for row in drawn):
@@ -296,7 +276,7 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
 def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
     """The wrong pixels of a row beside another's."""
     mine, other = int(row["misclassified"]), int(base["misclassified"])
-    if _about_equal(mine, other):
+    if _alike(mine, other):
         return "about as many wrong pixels as"
     if mine == 0 or other == 0:
         return "fewer wrong pixels than" if mine < other else "more wrong pixels than"
@@ -307,7 +287,7 @@ def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
     )
 
 
-def _counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+def _both_counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
     """The wrong pixels of two rows, bare."""
     return f"{int(first['misclassified']):,} against {int(second['misclassified']):,}"
 

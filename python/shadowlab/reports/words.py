@@ -1,10 +1,12 @@
-"""How numbers and rows of a study's table are said: sizes, shares, ratios, lists, and which maps did not warp."""
+"""How rows of a study's table are said: their sizes, counts and ratios, and which of their maps did not warp."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from ..text import share_text
 
 # How a technique's note begins where it fell back to the uniform map; the reason follows.
 NO_WARP = "no warp, a uniform map: "
@@ -70,18 +72,12 @@ def percent(row: Mapping[str, Any]) -> str:
     return share_text(float(row["share"]))
 
 
-def share_text(share: float) -> str:
-    """A share in per cent with three significant digits, never rounded to nothing."""
-    value = 100.0 * share
-    return "0 %" if value == 0 else f"{value:#.3g} %" if value < 99.95 else "100 %"
-
-
 def split(row: Mapping[str, Any]) -> str:
     """The two kinds of error of a row."""
     return f"{int(row['false_shadow']):,} false shadow, {int(row['false_light']):,} false light"
 
 
-def details(rows: Sequence[Mapping[str, Any]]) -> str:
+def count_details(rows: Sequence[Mapping[str, Any]]) -> str:
     """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
     texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
     both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]
@@ -104,18 +100,3 @@ def span(ratios: Sequence[float]) -> str:
     """One ratio, or the range of several."""
     low, high = times(min(ratios)), times(max(ratios))
     return low if low == high else f"{low} to {high}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names as English lists them."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def digits(value: float) -> str:
-    """A number with three digits, or whole from a thousand on."""
-    return f"{value:,.0f}" if abs(value) >= 999.5 else f"{value:.3g}"
-
-
-def px_text(value: float) -> str:
-    """A length in the picture."""
-    return f"{digits(value)} px"

@@ -79,13 +79,13 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
 
     part = scene if focus is None else focus
     framed = padded_bounds(part)
-    center = box_corners(framed).mean(axis=0)
+    center = corners_of_box(framed).mean(axis=0)
     safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
     elevation = FLAT_ELEVATION_RAD + (ELEVATION_RAD - FLAT_ELEVATION_RAD) * height_share(framed)
     usual, other = (framing(part, center, orientation(a, elevation), safe_aspect) for a in (AZIMUTH_RAD, -AZIMUTH_RAD))
     chosen = other if other.area > OTHER_SIDE_GAIN * usual.area else usual
     (right, up, forward), inner, eye = chosen.axes, chosen.outline, chosen.eye
-    whole = inner if focus is None else box_corners(padded_bounds(scene))
+    whole = inner if focus is None else corners_of_box(padded_bounds(scene))
     near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
     reach = float((inner.mean(axis=0) - eye) @ forward)
     camera = Camera.look_at(
@@ -106,7 +106,7 @@ class Framing:
 
 def framing(scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float) -> Framing:
     """The eye of this orientation that holds the scene, and the area of the scene's rectangle in the picture."""
-    points = outline(scene, center, axes, aspect)
+    points = outermost_vertices(scene, center, axes, aspect)
     eye = center + fitting_offset(points - center, *axes, FOV_Y_RAD, aspect)
     right, up, forward = axes
     seen = np.column_stack([(points - eye) @ right, (points - eye) @ up]) / ((points - eye) @ forward)[:, None]
@@ -121,7 +121,7 @@ def height_share(bounds: np.ndarray) -> float:
 
 def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
     """Near and far planes for an eye of one's own: hugging the scene's box, or in a fixed ratio from inside it."""
-    corners = box_corners(padded_bounds(scene))
+    corners = corners_of_box(padded_bounds(scene))
     depths = (corners - np.asarray(eye, float)) @ np.asarray(forward, float)
     # An eye that looks away from everything still needs a valid pair; the scene's size is the only length there is.
     far = float(depths.max()) if depths.max() > 0 else float(np.ptp(corners, axis=0).max())
@@ -166,18 +166,18 @@ def padded_bounds(scene: Any) -> np.ndarray:
     return padded
 
 
-def box_corners(bounds: np.ndarray) -> np.ndarray:
+def corners_of_box(bounds: np.ndarray) -> np.ndarray:
     """The eight corners (8, 3) of a box (2, 3)."""
     return np.array(list(itertools.product(*bounds.T)))
 
 
-def outline(
+def outermost_vertices(
     scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
 ) -> np.ndarray:
     """The vertices (K, 3) that stand out furthest: what a picture along these axes must hold to hold the scene."""
     bounds = padded_bounds(scene)
     if not np.array_equal(bounds, np.asarray(scene.bounds)):
-        return box_corners(bounds)  # a point: its vertices have no outline
+        return corners_of_box(bounds)  # a point: its vertices have no outline
     right, up, forward = axes
     turns = np.linspace(0.0, 2 * math.pi, OUTLINE_DIRECTIONS, endpoint=False)
     tan_y = math.tan(0.5 * FOV_Y_RAD) * (1 - MARGIN)
@@ -201,7 +201,7 @@ def world_points(scene: Any) -> Iterator[np.ndarray]:
     total = sum(len(vertices) * int(n) for vertices, n in zip(meshes, counts, strict=True))
     for i, vertices in enumerate(meshes):
         if total > MOST_VERTICES and counts[i] > 1:
-            vertices = box_corners(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
+            vertices = corners_of_box(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
         placed = transforms[index == i]
         for start in range(0, len(vertices), VERTICES_AT_ONCE):
             part = vertices[start : start + VERTICES_AT_ONCE]

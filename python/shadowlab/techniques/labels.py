@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..errors import ArgumentError
-from ..experiments.tables import settings_text
+from ..errors import ArgumentError, ShadowlabError
+from ..text import format_spec, settings_text
 
 
 def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
@@ -64,3 +64,24 @@ def resolved(item: Any) -> Any:
 def is_parameterization(item: Any) -> bool:
     """Whether it is the result of a technique rather than a technique."""
     return hasattr(item, "matrices") and hasattr(item, "technique")
+
+
+def spec_of(label: str, item: Any) -> str:
+    """The text that makes a technique again: its label where that does, else with all its settings.
+
+    Of matrices always the label.
+    """
+    from .registry import technique_of
+
+    if is_parameterization(item):
+        return label
+    name = f"preset:{item.name}" if hasattr(item, "engine") else str(item.name)
+    try:
+        again = technique_of(label)
+    except ShadowlabError:
+        again = None
+    same = again is item or (
+        again is not None and not is_parameterization(again)
+        and (again.name, dict(again.settings)) == (item.name, dict(item.settings))
+    )  # fmt: skip
+    return label if same else format_spec(name, dict(item.settings))

@@ -5,11 +5,10 @@ use std::mem::MaybeUninit;
 use glam::DMat4;
 use rayon::prelude::*;
 
-use super::batch::{Batches, Scratch};
-use super::binning::{Bands, Bins};
-use super::raster::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
-use super::screen::Viewport;
-use super::simd::LANES;
+use super::raster::{
+    BandArea, Bands, Batches, Bins, DepthPixels, Entries, IdPixels, LANES, Pixels, Scratch, Viewport, draw,
+    draw_fragments,
+};
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
 use crate::progress::Progress;

@@ -3,12 +3,11 @@
 use std::mem::MaybeUninit;
 use std::sync::Mutex;
 
-use super::batch::Scratch;
 use super::gbuffer::gbuffer;
-use super::lookup::Lookups;
-use super::mask::MaskInput;
+use super::log_rows::UnevenMap;
+use super::lookup::{Lookups, MaskInput};
 use super::passes::{Pass, checked_matrix, pixel_count};
-use super::uneven::UnevenMap;
+use super::raster::Scratch;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};

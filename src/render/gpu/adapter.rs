@@ -2,7 +2,7 @@
 
 use wgpu::{Backends, DeviceType, DownlevelFlags, Instance, InstanceDescriptor, InstanceFlags};
 
-use super::device::guarded;
+use super::failure::guarded;
 use crate::error::{Error, Result};
 
 /// What is known of an adapter before it is opened.

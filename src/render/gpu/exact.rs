@@ -3,7 +3,7 @@
 //! Where w falls far below the terms it is the sum of, f32 clip coordinates have no digit left: under a map whose w varies by
 //! 1e5 every texel was wrong. Instances of which [`single_is_enough`](crate::render::precision) says no (a ground far larger
 //! than its map, whatever lies near the singular plane of a strong warp) therefore come to the device as NDC of its viewport,
-//! w = 1, one corner after the other. Clipping is the cpu renderer's (I. Sutherland, G. Hodgman, 1974), on the viewport of
+//! w = 1, one corner after the other. Clipping is the cpu renderer's (`[sutherland1974]`), on the viewport of
 //! [`GuardBand`](super::guard_band) and both depth planes, so that nothing is left for the device to cut.
 
 use glam::{DMat4, DVec4};

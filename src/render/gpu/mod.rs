@@ -3,10 +3,10 @@
 //! Nothing here touches a driver before [`GpuRenderer::new`] or [`adapters`] is called.
 
 mod adapter;
-mod choose;
 mod device;
 mod draw_list;
 mod exact;
+mod failure;
 mod guard_band;
 mod passes;
 mod pipelines;
@@ -16,6 +16,7 @@ mod renderer;
 mod scene_cache;
 mod surface;
 mod surface_passes;
+mod uniforms;
 
 pub use adapter::{AdapterInfo, adapters};
 pub use renderer::GpuRenderer;

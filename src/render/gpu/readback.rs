@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use wgpu::{Buffer, BufferUsages, CommandEncoder, MapMode};
 use wgpu::{COPY_BYTES_PER_ROW_ALIGNMENT, Extent3d, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture};
 
-use super::device::{Gpu, lock};
+use super::device::Gpu;
+use super::failure::lock;
 use super::pool::Pool;
 use crate::error::{Error, Result};
 use crate::progress::Progress;

@@ -6,7 +6,8 @@ use glam::DMat4;
 use wgpu::Features;
 
 use super::adapter::AdapterInfo;
-use super::device::{Gpu, guarded, lock};
+use super::device::Gpu;
+use super::failure::{guarded, lock};
 use super::passes::{InUse, Session, State};
 use super::pipelines::Pipelines;
 use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};

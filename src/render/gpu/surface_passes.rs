@@ -11,7 +11,6 @@ use wgpu::{
     StoreOp, Texture, TextureViewDescriptor, TextureViewDimension,
 };
 
-use super::choose::{Choice, Lookup, Map};
 use super::draw_list::DrawList;
 use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
@@ -19,6 +18,7 @@ use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
 use super::surface::{EyeSpace, Placement, View, slots_by_group};
+use super::uniforms::{Choice, Lookup, Map};
 use crate::error::Result;
 use crate::image::{Footprint, GBuffer, ShadowMask};
 use crate::scene::{Camera, Scene};

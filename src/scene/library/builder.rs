@@ -236,7 +236,7 @@ pub(super) fn circle(segments: usize) -> impl Iterator<Item = (f64, DVec2)> {
 }
 
 /// `steps` rows for each interval of a table: a cubic through all rows that never overshoots: tangents of at most three times
-/// the gentler slope keep every column monotone between rows (Fritsch and Carlson 1980).
+/// the gentler slope keep every column monotone between rows (`[fritsch1980]`).
 pub(super) fn smoothed<const N: usize>(rows: &[[f64; N]], steps: usize) -> Vec<[f64; N]> {
     let last = rows.len() - 1;
     // Half the sum of the slopes on both sides, at most three times the gentler one, 0 at a turning point.

@@ -4,8 +4,8 @@
 //!    eye >-----------  view  ----------->        <----- light, 13 degrees high
 //! ```
 //! What it shows: with light and view nearly parallel a perspective warp has no perspective aliasing to remove and LiSPSM
-//! falls back to uniform (Scherzer 2005, "Robust Shadow Maps for Large Environments"); the same setting with shadows
-//! towards the viewer is figure 3 of Chong and Gortler, "Scene Optimized Shadow Mapping".
+//! falls back to uniform (`[scherzer2005]`, "Robust Shadow Maps for Large Environments"); the same setting with shadows
+//! towards the viewer is figure 3 of Chong and Gortler, "Scene Optimized Shadow Mapping" `[chong2007]`.
 
 use glam::{DAffine3, DVec3};
 

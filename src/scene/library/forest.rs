@@ -145,7 +145,7 @@ fn plant(assembly: &mut Assembly, seed: u64, trees: usize, hills: &Hills, terrai
     let (mut u, mut v) = (random.unit(), random.unit());
     let mut planted = 0;
     while planted < trees {
-        // The R2 sequence (Roberts 2018): steps 1/g and 1/g^2 with g the plastic number.
+        // The R2 sequence (Roberts 2018 [roberts2018]): steps 1/g and 1/g^2 with g the plastic number.
         u = (u + 0.754_877_666_246_692_8).fract();
         v = (v + 0.569_840_290_998_053_2).fract();
         // Jittered by less than the spacing, so that no rows show.

@@ -1,6 +1,6 @@
 //! Seeded random numbers and smooth noise for the procedural scenes.
 //!
-//! The generator is SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators").
+//! The generator is SplitMix64 (Steele, Lea and Flood 2014 `[steele2014]`).
 //! Only integer operations, +, -, *, / and square roots are used, all of them exactly defined by IEEE 754, so that a
 //! seed means the same scene on every platform.
 
@@ -61,8 +61,8 @@ impl Noise {
     pub(super) fn new(seed: u64, purpose: u64) -> Self {
         Self { seed: mix(seed ^ mix(purpose)) }
     }
-    /// Value noise in [-1, 1] with one lattice point a unit, twice differentiable (quintic fade: Perlin 2002,
-    /// "Improving noise").
+    /// Value noise in [-1, 1] with one lattice point a unit, twice differentiable (quintic fade: Perlin 2002
+    /// `[perlin2002]`).
     pub(super) fn at(&self, x: f64, y: f64) -> f64 {
         let (x0, y0) = (x.floor(), y.floor());
         let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);

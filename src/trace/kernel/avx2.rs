@@ -2,9 +2,9 @@
 
 use std::arch::x86_64::*;
 
-use super::{
-    BUNDLE, BandMeet, Bundle, Hull, Kernel, LEAF, Line, LocalRay, Meet, Node, Packet, RayBits, SLAB_SLACK, WIDTH,
-};
+use super::interface::{BandMeet, Kernel, Meet};
+use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
+use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, RayBits, SLAB_SLACK};
 
 /// AVX2. Only to be used below a function with that target feature, on a processor that has it.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 """Closed forms of the errors of shadow maps: what the papers print and theory.md derives, for any numbers.
 
 - A light overhead, receivers that fill the view: `dp_ds`, `dp_dt`, `n_opt`, `worst` (theory.md E.1).
-- Storage and depth splits: `storage_factor`, `splits`, `dp_ds_in_split`, `max_dp_ds_of_splits` (theory.md 12, E.2).
+- Storage and depth splits: `storage_factor`, `splits`, `dp_ds_in_split`, `max_dp_ds_of_splits` (theory.md 12.1, E.2).
 - Any angle between light and view, on the view's centre ray: `warp_lambda`, `phi_offset`, `F`, `F_ends`, `F_least`,
   `F_log`, `G`, `dp_ds_on_surface` (theory.md 6, 7 and 11).
 

@@ -1,7 +1,8 @@
 """Closed forms of the family of perspective warps at any angle between light and view, on the view's centre ray.
 
-Source: Zhang, Sun, Zhao, Wang 2007 (GMNPR), equations 2 and 3; Zhang, Xu, Tao, Sun 2006 (GLPR); Lloyd, Govindaraju,
-Quammen, Molnar, Manocha 2008 (LogPSM); theory.md 6, 7, 11 and E.1, with the errata of its section 15. As there, the
+Source: Zhang, Sun, Zhao, Wang 2007 [zhang2007] (GMNPR), equations 2 and 3; Zhang, Xu, Tao, Sun 2006 [zhang2006glpr]
+(GLPR); Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008] (LogPSM); theory.md 6, 7, 11 and E.1, with the
+errata of theory.md 15.1. As there, the
 light is directional and in the plane of the view direction and the image's vertical, receivers fill the view frustum,
 and phi is half the vertical field of view; here that is asked for as `fov_y`, the full angle, as a camera has it.
 
@@ -10,7 +11,7 @@ and phi is half the vertical field of view; here that is asked for as `fov_y`, t
           x <----------- lam D -------------> |  s = 0                         |  s = 1
 
 Departures: the papers' ψ and ϕ are put together so that nothing large cancels and an infinite `lam` is the uniform map;
-with A as in 6.1 and the share β = (ϕ + z) / A - λ of the body that lies before depth z, between 0 and 1,
+with A as in (6.1) and the share β = (ϕ + z) / A - λ of the body that lies before depth z, between 0 and 1,
 
     F = A (λ + β)² / (tan φ λ (λ + 1) z).
 """
@@ -24,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import Numbers, check_within, refuse, returned, together
-from .view import View, bent, check_lambda, check_theta, sine_of
+from .view import AngledView, bent, check_lambda, check_theta, sine_of
 
 
 class Ends(NamedTuple):
@@ -52,7 +53,7 @@ def F(
 ) -> Numbers:
     """The error along the warp axis on the centre ray, `1 / (z tan φ) dz/ds`, of a perspective warp.
 
-    Zhang, Sun, Zhao, Wang 2007, equation 2; theory.md 6.2.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], equation 2; theory.md (6.2).
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def F(
     array([17.1473,  5.6685, 17.1473])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
     return returned(view.error(z, lam))
@@ -98,8 +99,8 @@ def F_ends(
 ) -> Ends:
     """F at the near and at the far end of the centre ray, by the equations that the paper prints for them.
 
-    Zhang, Sun, Zhao, Wang 2007, after equation 3, with its μ and ν; theory.md 6. Equal for GMNPR at theta of half the
-    field of view or more.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], after equation 3, with its μ and ν; theory.md 6. Equal for GMNPR at theta
+    of half the field of view or more.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def F_ends(
     (17.1473, 17.1473)
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     ratio, t, a = zf / zn, view.tangents, view.extent
     # μ = nT / A, ν = 1 - fT / A;  below phi, A = 2fT: μ = 1/2 - (f - n) / (2fT), ν = 1/2.
@@ -138,7 +139,7 @@ def F_least(
 ) -> Least:
     """The least F on the centre ray and its depth: at `phi_offset`, or at the end that is closer to it.
 
-    theory.md 6, with erratum 1 of the GMNPR paper, which prints another depth. The value is 4 ψ ϕ inside of the ray.
+    theory.md 6, with erratum 1 of theory.md 15.1: the paper prints another depth. The value is 4 ψ ϕ inside of the ray.
 
     Parameters
     ----------
@@ -162,7 +163,7 @@ def F_least(
     (10.0, 5.6685)
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     z = np.clip(view.offset(lam), zn, zf)
     return Least(returned(z), returned(view.error(z, lam)))
@@ -179,7 +180,8 @@ def F_log(
 ) -> Numbers:
     """F of a logarithmic perspective map: the warp of `lam`, and after it the logarithm of its w.
 
-    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008; theory.md 11.2. Constant where `phi_offset` is 0: for GLPR's λ.
+    Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008 [lloyd2008]; theory.md (11.2). Constant where `phi_offset` is 0:
+    for GLPR's λ.
 
     Parameters
     ----------
@@ -203,10 +205,10 @@ def F_log(
     array([7.9764, 7.9764])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
-    # (ϕ + z) ln((λ + 1) / λ) = A (1 + β/λ) · λ ln(1 + 1/λ), whose last factor goes to 1.
+    # (11.2): (ϕ + z) ln((λ + 1) / λ) = A (1 + β/λ) · λ ln(1 + 1/λ), whose last factor goes to 1.
     inverse = 1 / lam
     last = np.divide(np.log1p(inverse), inverse, out=np.ones_like(inverse), where=inverse > 0)
     return returned(view.extent * (1 + view.share(z) * inverse) * last / (np.tan(view.phi) * (z / zn)))
@@ -247,7 +249,7 @@ def G(
     array([200.,   2.])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
     # (λ + β) over 1 + λ, for which an infinite λ is none.
@@ -261,7 +263,7 @@ def dp_ds_on_surface(
 ) -> Numbers:
     """The error dp/ds on a surface that the centre ray meets: `F sin(theta) cos(alpha) / cos(beta)`.
 
-    theory.md 6, "Screen error"; LiSPSM's and GMNPR's dp/ds with the factor sin(theta) that erratum 3 of the GMNPR paper
+    theory.md 6, "On a surface"; LiSPSM's and GMNPR's dp/ds with the factor sin(theta) that erratum 3 of theory.md 15.1
     adds. The surface's normal lies in the plane of light and view.
 
     Parameters

@@ -1,8 +1,8 @@
 """Closed forms of the ideal case: a light overhead, and receivers that fill the view frustum.
 
-Source: Wimmer, Scherzer, Purgathofer 2004 (LiSPSM), equations 1 to 3 and sections 4.1 to 4.3; theory.md E.1, with the
-errata of its section 15. Departure: all are written with q = near / n, which is 0 for the uniform map and 1 for the
-perspective one, so that no n is too large.
+Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004] (LiSPSM), equations 1 to 3 and sections 4.1 to 4.3; theory.md
+E.1, (E.1) to (E.4), with the errata of theory.md 15.2. Departure: all are written with q = near / n, which is 0 for the
+uniform map and 1 for the perspective one, so that no n is too large.
 
     reference point     eye           near                      far       light from above, s along the view
           x--------------x-------------|-------------------------|--> z
@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from ...errors import ArgumentError
 from ...text import shown
-from .arguments import END_SLACK, Array, Numbers, check_depths, check_within, one_of, refuse, returned, together
+from .arguments import END_SLACK, Array, Numbers, check_depths, check_name, check_within, refuse, returned, together
 
 # "perspective" is what the LiSPSM paper calls a perspective shadow map.
 IDEAL = ("uniform", "psm", "perspective", "lispsm", "log")
@@ -32,8 +32,8 @@ TIE = 16 * float(np.finfo(np.float64).eps)
 def n_opt(near: npt.ArrayLike, far: npt.ArrayLike) -> Numbers:
     """LiSPSM's distance from the reference point to the near plane with the least largest error along the view.
 
-    `n_opt = zn + √(zn zf)`: Wimmer, Scherzer, Purgathofer 2004, section 4.3; theory.md E.1. At a light angle theta the
-    paper divides it by sin(theta), GMNPR multiplies (`warp_lambda`).
+    `n_opt = zn + √(zn zf)`: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4.3; theory.md E.1. At a light
+    angle theta the paper divides it by sin(theta), GMNPR multiplies (`warp_lambda`).
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def dp_ds(
 ) -> Numbers:
     """The error along the view, dp/ds, of a map in the ideal case: how far the image moves as s runs over the map.
 
-    Wimmer, Scherzer, Purgathofer 2004, equations 1 and 3; theory.md E.2 and E.3. Its integral over the map is the whole
-    view: that of near / (z dp/ds) over [near, far] is 1.
+    Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], equations 1 and 3; theory.md (E.2) and (E.3). Its integral over the
+    map is the whole view: that of near / (z dp/ds) over [near, far] is 1.
 
     Parameters
     ----------
@@ -109,9 +109,9 @@ def dp_ds(
     z, zn, zf, q = _ideal(z, near, far, technique, n)
     range_ = (zf - zn) / zn
     if technique == "log":
-        # E.1: s = ln(z / zn) / ln(zf / zn).
+        # theory.md E.1: s = ln(z / zn) / ln(zf / zn).
         return returned(zn * np.log1p(range_))
-    # E.3 over n², with beyond = z / zn - 1: (z - zn + n)² / z · zn (zf - zn) / (n (n + zf - zn)).
+    # (E.3) over n², with beyond = z / zn - 1: (z - zn + n)² / z · zn (zf - zn) / (n (n + zf - zn)).
     beyond = (z - zn) / zn
     reach = 1 + beyond * q
     return returned((zf - zn) * (reach / (1 + range_ * q)) * (reach / (1 + beyond)))
@@ -127,8 +127,8 @@ def dp_dt(
 ) -> Numbers:
     """The error across the view, dp/dt, of a map in the ideal case: widths of the image per map.
 
-    Wimmer, Scherzer, Purgathofer 2004, section 4.3, with theory.md's erratum 3; theory.md E.4. 1 for "psm" and "log", z
-    for depth far / z for "uniform".
+    Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4.3, with erratum 3 of theory.md 15.2; theory.md (E.4). 1
+    for "psm" and "log", z for depth far / z for "uniform".
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def dp_dt(
     10.0
     """
     z, zn, zf, q = _ideal(z, near, far, technique, n)
-    # E.4 over n: zf (z - zn + n) / (z (zf - zn + n)).
+    # (E.4) over n: zf (z - zn + n) / (z (zf - zn + n)).
     beyond, range_ = (z - zn) / zn, (zf - zn) / zn
     return returned((1 + range_) * ((1 + beyond * q) / (1 + range_ * q)) / (1 + beyond))
 
@@ -260,7 +260,7 @@ def _ideal(
     z: npt.ArrayLike, near: npt.ArrayLike, far: npt.ArrayLike, technique: str, n: npt.ArrayLike | None
 ) -> tuple[Array, Array, Array, Array]:
     """z, near, far and q = near / n, checked and of one shape."""
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     if n is not None and technique != "lispsm":
         raise ArgumentError(f'n: expected none beside technique {technique!r}, got {shown(n)}; "lispsm" takes any')
     given = {} if n is None else {"n": n}

@@ -1,6 +1,7 @@
 """Closed forms of storage and of depth splits, under a light overhead.
 
-Source: Lloyd, Tuft, Yoon, Manocha 2006 (storage factor); Zhang, Sun, Xu, Lun 2006 (splits); theory.md 12 and E.1. A
+Source: Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006] (storage factor); Zhang, Sun, Xu, Lun 2006 [zhang2006] (splits);
+theory.md 12.1, 18.1 and E.1. A
 warp within a split is that of a camera with the split's planes; the image, and with it the errors' unit, is the whole
 one.
 """
@@ -18,8 +19,8 @@ from .arguments import (
     Numbers,
     check_depths,
     check_fov,
+    check_name,
     check_whole,
-    one_of,
     refuse,
     returned,
     together,
@@ -34,9 +35,9 @@ MOST_SPLITS = 1_000_000
 def storage_factor(*, ratio: npt.ArrayLike, fov_y: npt.ArrayLike, technique: str, splits: npt.ArrayLike = 1) -> Numbers:
     """Texels per pixel that the maps need so that nowhere a texel is larger than a pixel, under a light overhead.
 
-    Lloyd, Tuft, Yoon, Manocha 2006; theory.md E.1, E.2 and 12. The largest error along the view times the largest
-    across it, in pixels, for one texel per pixel and receivers that fill the view frustum; the sum over all maps. It is
-    the same for every n of LiSPSM from near to n_opt, "psm" and "lispsm" among them.
+    Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006]; theory.md E.1, E.2 and 18.1. The largest error along the view times the
+    largest across it, in pixels, for one texel per pixel and receivers that fill the view frustum; the sum over all
+    maps. It is the same for every n of LiSPSM from near to n_opt, "psm" and "lispsm" among them.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def storage_factor(*, ratio: npt.ArrayLike, fov_y: npt.ArrayLike, technique: str
     >>> round(storage_factor(ratio=100, fov_y=np.radians(60), technique="lispsm", splits=4), 2)
     7.49
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     r, fov, k = together(ratio=ratio, fov_y=fov_y, splits=splits)
     advice = "it is far over near, such as 100"
     refuse("ratio", r, ~((r > 1) & (r <= LARGEST_RATIO)), f"above 1 and at most {LARGEST_RATIO:.1e}", advice)
@@ -92,7 +93,7 @@ def splits(
 ) -> npt.NDArray[np.float64]:
     """The depths between which a view is split, both ends included.
 
-    Zhang, Sun, Xu, Lun 2006 (parallel-split shadow maps); theory.md 12.
+    Zhang, Sun, Xu, Lun 2006 [zhang2006] (parallel-split shadow maps); theory.md (12.1).
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def splits(
     >>> splits(near=1, far=100, count=4, scheme="uniform")
     array([  1.  ,  25.75,  50.5 ,  75.25, 100.  ])
     """
-    one_of("scheme", scheme, SCHEMES)
+    check_name("scheme", scheme, SCHEMES)
     zn, zf, share = together(near=near, far=far, blend=blend)
     check_depths(zn, zf)
     refuse("blend", share, ~((share >= 0) & (share <= 1)), "a share in [0, 1]", "1 is all logarithmic")
@@ -153,8 +154,8 @@ def dp_ds_in_split(
 ) -> Numbers:
     """The error along the view, dp/ds, of the map of one depth split in the ideal case.
 
-    theory.md 12: `dp_ds` of a camera with the split's planes, times near / split_near, since the image is that of the
-    whole view.
+    theory.md (12.2): `dp_ds` of a camera with the split's planes, times near / split_near, since the image is that of
+    the whole view.
 
     Parameters
     ----------
@@ -187,7 +188,7 @@ def dp_ds_in_split(
     >>> round(dp_ds_in_split(10, near=1, far=100, split_near=10, split_far=100, technique="uniform"), 12)
     9.0
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     given = {} if n is None else {"n": n}
     z, zn, zf, begin, end, *distance = together(
         z=z, near=near, far=far, split_near=split_near, split_far=split_far, **given
@@ -205,7 +206,7 @@ def dp_ds_in_split(
 def max_dp_ds_of_splits(*, near: npt.ArrayLike, far: npt.ArrayLike, count: npt.ArrayLike, technique: str) -> Numbers:
     """The largest error along the view, dp/ds, of logarithmic depth splits in the ideal case; the same in every split.
 
-    theory.md 12, with R = (far / near)^(1 / count): near (R - 1) for "uniform" and "psm", near (R - 1) / √R for
+    theory.md 12.1, with R = (far / near)^(1 / count): near (R - 1) for "uniform" and "psm", near (R - 1) / √R for
     "lispsm" with n_opt, near ln R for "log".
 
     Parameters
@@ -234,7 +235,7 @@ def max_dp_ds_of_splits(*, near: npt.ArrayLike, far: npt.ArrayLike, count: npt.A
     >>> round(max_dp_ds_of_splits(near=1, far=10000, count=4, technique="uniform"), 12)
     9.0
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     zn, zf, k = together(near=near, far=far, count=count)
     check_depths(zn, zf)
     check_whole("count", k)

@@ -1,7 +1,7 @@
-"""The view frustum as a directional light at an angle sees it: what the closed forms of `closed_form_family` stand on.
+"""The view frustum as a directional light at an angle sees it: what the closed forms of `any_angle` stand on.
 
-Source: Zhang, Sun, Zhao, Wang 2007, section 3; theory.md 6.1 and 6.2. Lengths are in units of near, so that no product
-leaves float64's range.
+Source: Zhang, Sun, Zhao, Wang 2007 [zhang2007], section 3; theory.md (6.1) and (6.2). Lengths are in units of near, so
+that no product leaves float64's range.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LEAST_SINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class AngledView:
     """What theory.md 6 derives from an angle and a frustum; lengths in units of near."""
 
     near: Array
@@ -30,13 +30,13 @@ class View:
     tangents: Array
     #: Where θ ≥ φ: the whole frustum lies before the eye as the light sees it.
     clear: npt.NDArray[np.bool_]
-    #: A of 6.1.
+    #: A of (6.1).
     extent: Array
     #: The depth of the corner that is the near end, along the warp axis: n where clear, else f.
     first: Array
 
     @classmethod
-    def of(cls, theta: Array, near: Array, far: Array, fov_y: Array) -> View:
+    def of(cls, theta: Array, near: Array, far: Array, fov_y: Array) -> AngledView:
         """The view, checked."""
         check_theta(theta)
         check_depths(near, far)
@@ -45,7 +45,7 @@ class View:
         tangents = np.tan(phi) * np.cos(acute) / np.sin(acute)
         clear = acute >= phi
         ratio = far / near
-        # 6.1.
+        # (6.1)
         extent = np.where(clear, (far - near) / near + (ratio + 1) * tangents, 2 * ratio * tangents)
         return cls(near, acute, phi, tangents, clear, extent, np.where(clear, near, far))
 
@@ -60,13 +60,13 @@ class View:
         return share
 
     def offset(self, lam: Array) -> Array:
-        """ϕ of 6.2, in world units."""
+        """ϕ of (6.2), in world units."""
         with np.errstate(over="ignore"):
             offset: Array = self.near * (self.extent * lam) - self.first * (1 - self.tangents)
         return offset
 
     def error(self, z: Array, lam: Array) -> Array:
-        """F of 6.2."""
+        """F of (6.2)."""
         error: Array = self.extent * bent(self.share(z), lam) / (np.tan(self.phi) * (z / self.near))
         return error
 

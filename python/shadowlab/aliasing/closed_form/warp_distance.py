@@ -1,7 +1,8 @@
 """Closed forms of warp distances at any angle between light and view: λ of each technique.
 
-Source: Zhang, Sun, Zhao, Wang 2007 (GMNPR), equations 4, 7 and 8, and of LiSPSM 9; Wimmer, Scherzer, Purgathofer 2004,
-section 4.4; Zhang, Xu, Tao, Sun 2006 (GLPR); theory.md 5.2, 6.3 and 7.1. GLPR's floor and what it does below are ours,
+Source: Zhang, Sun, Zhao, Wang 2007 [zhang2007] (GMNPR), equations 4, 7 and 8, and of LiSPSM 9; Wimmer, Scherzer,
+Purgathofer 2004 [wimmer2004], section 4.4; Zhang, Xu, Tao, Sun 2006 [zhang2006glpr] (GLPR); theory.md (5.2), (6.3) and
+(7.1). GLPR's floor and what it does below are ours,
 as in src/techniques/glpr.rs.
 """
 
@@ -14,8 +15,8 @@ import numpy.typing as npt
 
 from ...errors import ArgumentError
 from ...text import shown
-from .arguments import SMALLEST, Numbers, one_of, refuse, returned, together
-from .view import LEAST_SINE, View, check_angle, check_lambda, sine_of
+from .arguments import SMALLEST, Numbers, check_name, refuse, returned, together
+from .view import LEAST_SINE, AngledView, check_angle, check_lambda, sine_of
 
 WARPS = ("gmnpr", "lispsm", "lispsm-delta-z", "glpr", "uniform")
 # The default of `lambda_floor`: LEAST_SHARE of src/techniques/glpr.rs.
@@ -33,8 +34,8 @@ def warp_lambda(
 ) -> Numbers:
     """The warp distance of a technique over the extent of the view along the warp axis, λ = Pn / D.
 
-    Zhang, Sun, Zhao, Wang 2007, equations 4, 7, 8 and 9; theory.md 5.2, 6.3 and 7.1. Infinite where the map is uniform:
-    at an angle whose sine is below 1e-6, and for "uniform".
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], equations 4, 7, 8 and 9; theory.md (5.2), (6.3) and (7.1). Infinite where
+    the map is uniform: at an angle whose sine is below 1e-6, and for "uniform".
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def warp_lambda(
     >>> warp_lambda(0.0, near=1, far=100, fov_y=np.radians(60))
     inf
     """
-    one_of("technique", technique, WARPS)
+    check_name("technique", technique, WARPS)
     if lambda_floor is not None and technique != "glpr":
         raise ArgumentError(
             f'lambda_floor: expected none beside technique {technique!r}, got {shown(lambda_floor)}; "glpr" takes it'
@@ -89,9 +90,9 @@ def warp_lambda(
     refuse("lambda_floor", floor, ~((floor >= 0) & (floor < 1 / SMALLEST)), "a finite number of 0 or more", advice)
     check_angle(theta)
     uniform = sine_of(theta) < LEAST_SINE
-    view = View.of(np.where(uniform, LEAST_SINE, theta), zn, zf, fov)
+    view = AngledView.of(np.where(uniform, LEAST_SINE, theta), zn, zf, fov)
     ratio, t, sine = zf / zn, view.tangents, np.sin(view.theta)
-    # 6.3 and 7.1: below phi, over the tangent of an angle that grows from 0 to 45 degrees.
+    # (6.3) and (7.1): below phi, over the tangent of an angle that grows from 0 to 45 degrees.
     weaker = np.tan(0.25 * np.pi * np.minimum(view.theta / view.phi, 1.0))
     if technique == "uniform":
         found = np.full_like(theta, math.inf)
@@ -100,7 +101,7 @@ def warp_lambda(
     elif technique == "glpr":
         found = np.where(view.clear, np.maximum((1 - t) / view.extent, floor / ratio), floor / ratio / weaker)
     else:
-        # 5.2, over D = A sin θ: the far end of the line that has equal errors at both ends.
+        # (5.2), over D = A sin θ: the far end of the line that has equal errors at both ends.
         end = ratio if technique == "lispsm" else 1 + view.extent * sine**2
         found = (1 + np.sqrt(end)) / (view.extent * sine**2)
     found = np.where(uniform, math.inf, found)
@@ -114,8 +115,8 @@ def phi_offset(
 ) -> Numbers:
     """How far the reference point of a warp lies behind the eye, in eye depth along the centre ray: ϕ(λ, θ).
 
-    Zhang, Sun, Zhao, Wang 2007, as printed; theory.md 6.2. F is least at this depth. √(near far) for GMNPR at theta of
-    half the field of view or more, 0 for GLPR where its floor does nothing.
+    Zhang, Sun, Zhao, Wang 2007 [zhang2007], as printed; theory.md (6.2). F is least at this depth. √(near far) for
+    GMNPR at theta of half the field of view or more, 0 for GLPR where its floor does nothing.
 
     Parameters
     ----------
@@ -138,6 +139,6 @@ def phi_offset(
     10.0
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     return returned(view.offset(lam))

@@ -6,8 +6,8 @@ import math
 from html import escape
 from typing import Any
 
-# Okabe and Ito (2008), in the lightness that stands on white and on near-black; each series has its own marker too.
-COLOURS = ("#009e73", "#cc79a7", "#3f9fd8", "#c98500", "#7a7a7a", "#a05a2c")
+# Of [okabe2008], in the lightness that stands on white and on near-black; each series has its own marker too.
+LINE_COLOURS = ("#009e73", "#cc79a7", "#3f9fd8", "#c98500", "#7a7a7a", "#a05a2c")
 WIDTH, HEIGHT = 760, 340
 LEFT, RIGHT, TOP, BOTTOM = 78, 150, 16, 44
 
@@ -37,7 +37,7 @@ def error_chart(table: Any) -> str:
     )
     ends: list[tuple[float, str, str]] = []
     for i, (label, rows) in enumerate(measured.groupby("technique", sort=False)):
-        colour = COLOURS[i % len(COLOURS)]
+        colour = LINE_COLOURS[i % len(LINE_COLOURS)]
         rows = rows.sort_values("resolution")
         points = [(x(int(r)), y(100 * float(s))) for r, s in zip(rows["resolution"], rows["share"], strict=True)]
         path = " ".join(f"{px:.1f},{py:.1f}" for px, py in points)

@@ -9,8 +9,8 @@ import numpy as np
 
 from ... import pictures
 from ...pictures.maps import chosen_picture, map_colour, pictures_of_run
-from ..words import share_text
-from .parts import figure, picture
+from ...text import share_text
+from .parts import css_rgb, figure, head_cell, picture, swatch, table_html
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024
@@ -39,15 +39,12 @@ def chosen_figure(study: Any, run: Any, name: str, stem: str, files: dict[str, b
     files[f"{stem}_chosen.png"] = pictures.png(drawn)
     seen = int((np.asarray(study.gbuffer.triangle) >= 0).sum())
     shares = [int((run.chosen == i).sum()) / max(1, seen) for i in range(len(run.maps))]
-    keys = "".join(f"{swatch(i)}map {i + 1}: {share_text(share)} " for i, share in enumerate(shares))
+    keys = "".join(
+        f"{swatch(css_rgb(map_colour(i)))}map {i + 1}: {share_text(share)} " for i, share in enumerate(shares)
+    )
     caption = f'<b>The map that each pixel asks</b>; grey asks none.<br><span class="key">{keys}</span>'
     text = f"Eye view of {name} in the colours of the maps that its pixels ask"
     return figure(picture(drawn, text, study.camera.aspect), caption, study.camera.aspect)
-
-
-def swatch(index: int) -> str:
-    """A square in the colour of a map."""
-    return f'<i style="background:rgb{map_colour(index)}"></i>'
 
 
 def map_table(run: Any, camera: Any) -> str:
@@ -60,9 +57,8 @@ def map_table(run: Any, camera: Any) -> str:
         near, far = part.eye_depth
         depths = "all" if near <= camera.near and far >= camera.far else f"{near:.4g} to {far:.4g}"
         values = ", ".join(f"{escape(key)} {value:.6g}" for key, value in part.values.items()) or "–"
-        head = f"{swatch(i)}{i + 1}" if len(parts) > 1 else "1"
+        head = f"{swatch(css_rgb(map_colour(i)))}{i + 1}" if len(parts) > 1 else "1"
         cells = "".join(f"<td>{cell}</td>" for cell in (escape(part.technique), depths, values))
         lines.append(f'<tr><td><span class="key">{head}</span></td>{cells}</tr>')
-    heads = "".join(f'<th scope="col">{h}</th>' for h in ("map", "technique", "camera depths", "values"))
-    body = f"<table><thead><tr>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+    body = table_html(list(map(head_cell, ("map", "technique", "camera depths", "values"))), lines)
     return f"<details><summary>Numbers of the map{'s' if len(parts) > 1 else ''}</summary>{body}</details>"

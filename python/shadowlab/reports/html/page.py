@@ -15,14 +15,31 @@ from typing import Any
 
 from ... import pictures
 from ...errors import ArgumentError
-from ...experiments.tables import HEADS, Steps, cells
+from ...experiments.progress import Steps
+from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
-from ..words import share_text
+from ..terminal import STUDY_HEADS, study_cells
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table
-from .parts import data_uri, document, figure, flipping, picture, slug, symbol, use
+from .parts import (
+    BAR_HEAD,
+    FALSE_LIGHT,
+    FALSE_SHADOW,
+    bar,
+    data_uri,
+    document,
+    figure,
+    flipping,
+    head_cell,
+    picture,
+    slug,
+    swatch,
+    symbol,
+    table_html,
+    use,
+)
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
@@ -32,7 +49,7 @@ WINDOW_SHARE = 8
 SHOWN_PX = 520
 
 
-def save(study: Any, directory: Path, progress: bool = True) -> Path:
+def save_study(study: Any, directory: Path, progress: bool = True) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
     Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
@@ -126,36 +143,31 @@ def section_table(study: Any) -> str:
     most, least = max(wrong, default=0), min(wrong, default=0)
     lines = []
     for i, (run, row) in enumerate(zip(study.runs, rows, strict=True)):
-        label, *values = (escape(cell) for cell in cells(row))
+        label, *values = (escape(cell) for cell in study_cells(row))
         best = run.errors is not None and len(wrong) > 1 and int(run.errors.count) == least
         link = f'<td><a href="#run-{i}">{label}</a></td>'
         middle = "".join(f"<td>{value}</td>" for value in values[:3])
         times = "".join(f'<td class="timing">{value}</td>' for value in values[6:])  # texels have a table of their own
         kinds = "".join(f"<td>{value}</td>" for value in values[3:5])
-        lines.append(f"<tr{' class=best' if best else ''}>{link}{middle}{bar(run.errors, most)}{kinds}{times}</tr>")
-    key = '<p class="key"><i class="s"></i><span>false shadow: dark in the map, lit in truth</span>'
-    key += '<i class="l"></i><span>false light: lit by the map, dark in truth</span></p>'
-    heads = ("resolution", "wrong pixels", "share")
-    timing = "".join(f'<th scope="col" class="timing">{h}</th>' for h in ("fit", "map", "mask"))
+        lines.append(
+            f"<tr{' class=best' if best else ''}>{link}{middle}{bar(both_kinds(run.errors), most)}{kinds}{times}</tr>"
+        )
+    key = f'<p class="key">{swatch(FALSE_SHADOW)}<span>false shadow: dark in the map, lit in truth</span>'
+    key += f"{swatch(FALSE_LIGHT)}<span>false light: lit by the map, dark in truth</span></p>"
+    heads = [head_cell(text) for text in ("technique", "resolution", "wrong pixels", "share")]
+    heads += [BAR_HEAD, head_cell("false shadow"), head_cell("false light")]
+    heads += [head_cell(text, "timing") for text in ("fit", "map", "mask")]
     return (
         '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
         "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "
         "not compared; surfaces that face away from the light are dark in both.</p>"
-        '<div class="scroll"><table><thead><tr><th scope="col">technique</th>'
-        + "".join(f'<th scope="col">{h}</th>' for h in heads)
-        + '<th scope="col" class="bar-cell"></th><th scope="col">false shadow</th><th scope="col">false light</th>'
-        + f"{timing}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
-        + f"{key}{error_chart(study.table)}</section>\n"
+        f'<div class="scroll">{table_html(heads, lines)}</div>{key}{error_chart(study.table)}</section>\n'
     )
 
 
-def bar(errors: Any, most: int) -> str:
-    """A bar of both kinds of error, as long as its share of the largest count."""
-    if errors is None or most == 0:
-        return '<td class="bar-cell"></td>'
-    kinds = ((errors.false_shadow, "s"), (errors.false_light, "l"))
-    parts = "".join(f'<i class="{kind}" style="width:{100 * int(n) / most:.3f}%"></i>' for n, kind in kinds)
-    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
+def both_kinds(errors: Any) -> list[tuple[int, str]]:
+    """What a bar of both kinds of error is made of; nothing where none were counted."""
+    return [] if errors is None else [(int(errors.false_shadow), FALSE_SHADOW), (int(errors.false_light), FALSE_LIGHT)]
 
 
 def section_look(study: Any) -> str:
@@ -224,7 +236,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
         wide = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image, width=width)
         drawn = f", each drawn {width} pixels wide" if width > 1 else ""
         counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
-        swatches = '<span class="key"><i class="s"></i>false shadow <i class="l"></i>false light</span>'
+        swatches = f'<span class="key">{swatch(FALSE_SHADOW)}false shadow {swatch(FALSE_LIGHT)}false light</span>'
         rows = [
             figure(flip, f"<b>Eye view</b> with its shadows.{hint}", aspect) + light_view,
             figure(use("truth", aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray.", aspect)
@@ -237,10 +249,10 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     rows += [error_figures(study, run, name, stem, files, max(1, round(max(study.size) / SHOWN_PX)))]
     rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
     grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
-    return f'<article class="run" id="run-{index}">{title}{numbers_of(run)}{grid}{tail}</article>\n'
+    return f'<article class="run" id="run-{index}">{title}{numbers_line(run)}{grid}{tail}</article>\n'
 
 
-def numbers_of(run: Any) -> str:
+def numbers_line(run: Any) -> str:
     """The line under the title of a run."""
     parts = []
     if run.errors is not None:
@@ -249,8 +261,9 @@ def numbers_of(run: Any) -> str:
         parts.append(f"{int(e.undecided):,} undecided")
         if e.unmatched:
             parts.append(f"{int(e.unmatched):,} on silhouettes seen by one alone")
-    parts += [f"fit {run.fit_us:.1f} µs"] if run.fit_us is not None else []
-    parts += [f"map {run.render_ms:.1f} ms", f"mask {run.mask_ms:.1f} ms"]
+    times = run.numbers
+    parts += [f"fit {times['fit_us']:.1f} µs"] if "fit_us" in times else []
+    parts += [f"map {times['map_ms']:.1f} ms", f"look-up {times['lookup_ms']:.1f} ms"]
     return f'<p class="numbers">{" · ".join(parts)}</p>'
 
 
@@ -276,13 +289,13 @@ def section_record(study: Any) -> str:
     )
 
 
-def notebook_html(study: Any) -> str:
+def study_html(study: Any) -> str:
     """What a notebook shows: the verdict, the table, small pictures."""
     rows = study.table.to_dict("records")
     cell = "padding:4px 12px 4px 0;text-align:right"
-    head = "".join(f'<th style="{cell}">{h}</th>' for h in HEADS)
+    head = "".join(f'<th style="{cell}">{h}</th>' for h in STUDY_HEADS)
     lines = "".join(
-        "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in cells(row)) + "</tr>" for row in rows
+        "<tr>" + "".join(f'<td style="{cell}">{escape(c)}</td>' for c in study_cells(row)) + "</tr>" for row in rows
     )
     images = []
     for run in study.runs:

@@ -80,7 +80,7 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
     let d = to_centre * (select(1.0, -1.0, facing > 0.0) / distance_to_centre);
     // A step across the map's ray, mirrored at the plane that halves the angle between eye and light, has the pixels of the step
     // on that plane: they differ along e. Nothing is divided by a cosine, so eye and light may all but oppose each other;
-    // where they do, the plane across e (E.2) leaves the step as it is.
+    // where they do, the plane across e (theory.md E.2) leaves the step as it is.
     let back = e + d;
     let size = dot(back, back);
     let fold = select(0.0, 2.0 / size, size > OPPOSED) * back;

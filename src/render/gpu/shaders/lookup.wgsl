@@ -1,4 +1,4 @@
-// The light that arrives at each pixel through the shadow maps; twin of cpu/lookup.rs; surface.wgsl and choose.wgsl come
+// The light that arrives at each pixel through the shadow maps; twin of cpu/lookup/lookup.rs; surface.wgsl and choose.wgsl come
 // before this text.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit. Space "texel": the map in texels, x to the right, y down.

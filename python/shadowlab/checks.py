@@ -1,0 +1,165 @@
+"""Checks of single arguments: each error names the parameter, what came, and what to do."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from . import _core
+from .errors import ArgumentError, UnknownNameError
+from .text import shown
+
+if TYPE_CHECKING:
+    from .types import RendererLike
+
+FILTERS = ("nearest", "pcf2x2")
+# Pixels of a picture whose size nobody chose.
+PICTURE_PIXELS = 1024 * 1024
+# The largest denominator of an aspect that counts as a ratio of small whole numbers (16:9, 21:9, 64:27).
+LARGEST_RATIO_PART = 64
+
+
+def whole(name: str, value: Any) -> int:
+    """The value as an int above 0.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    """
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
+        raise ArgumentError(f"{name}: expected a whole number above 0, got {shown(value)}; 1024 is a good start")
+    return int(value)
+
+
+def check_filter(filter: Any) -> None:
+    """Raises for a filter that is none.
+
+    Raises
+    ------
+    ArgumentError
+        For another type.
+    UnknownNameError
+        For a filter that does not exist.
+    """
+    if not isinstance(filter, str):
+        raise ArgumentError(f"filter: expected one of {', '.join(FILTERS)}, got {type(filter).__name__}")
+    if filter not in FILTERS:
+        raise UnknownNameError(f"filter: unknown filter {filter!r}; expected one of {', '.join(FILTERS)}")
+
+
+def check_scene(scene: Any) -> None:
+    """Raises unless it is a scene.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(scene, _core.Scene):
+        raise ArgumentError(f"scene: expected a Scene, got {type(scene).__name__}; {scene_hint(scene)}")
+
+
+def scene_hint(value: Any) -> str:
+    """How to make a scene of this."""
+    if type(value).__module__.partition(".")[0] == "trimesh":
+        return "sl.Scene.from_trimesh(it) makes one"
+    if isinstance(value, str) or hasattr(value, "__fspath__"):
+        return "sl.load_scene(it) reads a file, sl.library.scene(it) builds one of the library"
+    return "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one"
+
+
+def check_camera(camera: Any) -> None:
+    """Raises unless it is a camera.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(camera, _core.Camera):
+        raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
+
+
+def check_light(light: Any) -> None:
+    """Raises unless it is a light.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
+        raise ArgumentError(
+            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {type(light).__name__}; "
+            "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
+        )
+
+
+def check_bias(bias: Any) -> None:
+    """Raises unless it is a bias or None.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if bias is not None and not isinstance(bias, _core.Bias):
+        raise ArgumentError(f"bias: expected a Bias, got {type(bias).__name__}; try sl.Bias(world=0.01)")
+
+
+def renderer_of(value: Any) -> RendererLike:
+    """The renderer that is meant: one that is given, one by its name, or the best there is for None."""
+    if value is None:
+        return _core.Renderer()
+    if isinstance(value, str):
+        return _core.Renderer(value)
+    if all(hasattr(value, name) for name in ("gbuffer", "shadow_map", "shadow_mask", "backend", "adapter")):
+        return cast("RendererLike", value)
+    raise ArgumentError(
+        f'renderer: expected a Renderer, "cpu", "gpu" or "auto", got {type(value).__name__}; sl.Renderer() takes the '
+        "best there is"
+    )
+
+
+def pair(name: str, value: Any) -> tuple[Any, Any]:
+    """The value as two things."""
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)") from None
+    return first, second
+
+
+def picture_size(aspect: float, pixels: int = PICTURE_PIXELS) -> tuple[int, int]:
+    """Width and height of about this many pixels for a camera's aspect.
+
+    Exactly of this aspect where it is a ratio of small whole numbers (1360 x 765 for 16:9), else rounded to whole
+    pixels.
+    """
+    ratio = Fraction(aspect).limit_denominator(LARGEST_RATIO_PART)
+    if ratio > 0 and abs(float(ratio) - aspect) <= 4 * np.finfo(np.float64).eps * aspect:
+        times = round(math.sqrt(pixels / (ratio.numerator * ratio.denominator)))
+        if times > 0:
+            return times * ratio.numerator, times * ratio.denominator
+    return max(1, round(math.sqrt(pixels * aspect))), max(1, round(math.sqrt(pixels / aspect)))
+
+
+def picture_of(value: Any, camera: _core.Camera) -> tuple[int, int]:
+    """Width and height of a picture: as given, of a side, or for None about 1024 * 1024 square pixels.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but whole numbers above 0.
+    """
+    if value is None:
+        return picture_size(camera.aspect)
+    if np.ndim(value) == 0 and not isinstance(value, str):
+        side = whole("size", value)
+        return side, side
+    width, height = pair("size", value)
+    return whole("size", width), whole("size", height)

@@ -1,0 +1,166 @@
+"""The maps of a run and what is read from them: each array made when it is asked for, and kept while there is room."""
+
+from __future__ import annotations
+
+import itertools
+import weakref
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..aliasing.causes import Causes, depths_of
+from ..aliasing.footprint import NO_MAP, UNMEASURED, Footprint, footprint_of
+from ..aliasing.usage import Usage, usage
+from ..scene.kept import Kept
+
+if TYPE_CHECKING:
+    from ..aliasing.summary import Summary
+    from ..scene.view import View
+    from ..types import RendererLike
+
+T = TypeVar("T")
+
+# Arrays of the runs that were used last: some twenty maps of 2048 x 2048 texels with their pictures.
+KEPT = Kept(1 << 30)
+_numbers = itertools.count()
+
+
+class Drawing:
+    """The maps that a renderer draws for a view, and everything that is measured from them.
+
+    Parameters
+    ----------
+    view : View
+        With one light.
+    renderer : Renderer
+    parameterization : Parameterization
+    resolution : int
+        Texels along each side of the maps.
+    bias : Bias
+    filter : str
+    """
+
+    def __init__(
+        self, view: View, renderer: RendererLike, parameterization: Any, resolution: int, bias: _core.Bias, filter: str
+    ):  # fmt: skip
+        self.view, self.renderer, self.parameterization = view, renderer, parameterization
+        self.resolution, self.bias, self.filter = resolution, bias, filter
+        self._number = number = next(_numbers)
+        weakref.finalize(self, KEPT.forget_soon, number)
+
+    def draw(self) -> NDArray[np.float32]:
+        """The maps, drawn now."""
+        self._forget("maps")
+        return self.maps
+
+    def look_up(self) -> NDArray[np.float32]:
+        """The mask, looked up now."""
+        self._forget("mask")
+        return self.mask
+
+    @property
+    def maps(self) -> NDArray[np.float32]:
+        """Shadow maps (H, W) or (K, H, W) float32."""
+        return self._kept(
+            "maps",
+            lambda: self.renderer.shadow_map(self.view.scene, self.parameterization, resolution=self.resolution),
+            lambda maps: maps.nbytes,
+        )
+
+    @property
+    def mask(self) -> NDArray[np.float32]:
+        """Light that arrives (H, W) float32."""
+        return self._looked_up()[0]
+
+    @property
+    def chosen(self) -> NDArray[np.int16]:
+        """Map that each pixel looks up (H, W) int16."""
+        return self._looked_up()[1]
+
+    @property
+    def errors(self) -> _core.Misclassified:
+        """Where the mask and the truth disagree."""
+        return self._kept(
+            "errors", lambda: _core.misclassified(self.mask, self.view.truth()), lambda errors: errors.image.nbytes
+        )
+
+    @property
+    def causes(self) -> Causes:
+        """Why the wrong pixels are wrong."""
+        image, distance = self._caused()
+        depth = depths_of(self._gbuffer, self.view.camera)
+        return Causes(image, distance, depth, int(self.errors.undecided))
+
+    @property
+    def footprint(self) -> Footprint:
+        """Size of a texel at every pixel, computed anew."""
+        return footprint_of(*self._looks, resolution=self.resolution)
+
+    @property
+    def usage(self) -> Usage:
+        """How often each texel is read, computed anew."""
+        return usage(*self._looks, resolution=self.resolution, filter=self.filter)
+
+    def wrong_pixels(self) -> dict[str, Any]:
+        """The counts of wrong pixels, by columns."""
+        errors = self.errors
+        return {
+            "misclassified": int(errors.count),
+            "false_shadow": int(errors.false_shadow),
+            "false_light": int(errors.false_light),
+            "share": float(errors.fraction) if errors.compared else None,
+            "compared": int(errors.compared),
+            "undecided": int(errors.undecided),
+            "unmatched": int(errors.unmatched),
+        }
+
+    def cause_counts(self) -> dict[str, Any]:
+        """The wrong pixels by cause, and how far edges moved, by columns."""
+        image, distance = self._caused()
+        causes = Causes(image, distance, np.empty(0), 0)
+        moved = causes.edge_distance
+        return {**causes.counts, "edge_px": None if moved is None else moved["mean"]}
+
+    def texels(self) -> tuple[Summary, dict[str, Any]]:
+        """The summary of the footprints, and its numbers by columns."""
+        summary = self.footprint.summary()
+        numbers: dict[str, Any] = {"measured": summary.measured, "outside": summary.counts[UNMEASURED[NO_MAP]]}
+        if summary.percentiles is not None:
+            numbers |= {f"texel_p{k}": summary.percentiles[k] for k in (50, 95, 99)}
+            numbers |= {"texel_mean": summary.mean, "texel_max": summary.max}
+            numbers |= {k: getattr(summary, k) for k in ("undersampled", "perspective_max", "storage_factor")}
+        return summary, numbers
+
+    @property
+    def _gbuffer(self) -> _core.GBuffer:
+        return self.view.gbuffer(self.renderer)
+
+    @property
+    def _looks(self) -> tuple[_core.GBuffer, _core.Camera, Any, Any]:
+        return self._gbuffer, self.view.camera, self.view.light, self.parameterization
+
+    def _looked_up(self) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
+        return self._kept(
+            "mask",
+            lambda: _core.look_up(self.maps, *self._looks, bias=self.bias, filter=self.filter),
+            lambda found: found[0].nbytes + found[1].nbytes,
+        )
+
+    def _caused(self) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+        def make() -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+            view = self.view
+            return _core.causes(
+                view.scene, view.camera, view.light, self.parameterization, self.errors.image, view.truth(),
+                gbuffer=self._gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
+            )  # fmt: skip
+
+        return self._kept("causes", make, lambda found: found[0].nbytes + found[1].nbytes)
+
+    def _kept(self, name: str, make: Callable[[], T], size: Callable[[T], int]) -> T:
+        return KEPT.get(self._number, name, make, size)
+
+    def _forget(self, name: str) -> None:
+        KEPT.forget(self._number, name)

@@ -1,0 +1,203 @@
+"""What a shadow is looked at in: a scene, a camera and its picture, and a light."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..checks import check_camera, check_light, check_scene, picture_of, renderer_of
+from ..errors import ArgumentError
+from .kept import Kept
+
+if TYPE_CHECKING:
+    from ..types import Light, RendererLike
+
+# G-buffers and truths of the views that were used last: 20 pictures of 1024 x 1024 pixels with their truths.
+KEPT_VIEWS = Kept(1 << 30)
+# Of a G-buffer: depth, relative position, normal, triangle, instance (36), and world positions in f64 where asked for.
+GBUFFER_BYTES_PER_PIXEL = 60
+LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
+
+
+@dataclass(frozen=True)
+class View:
+    """A scene as a camera sees it under a light: what every evaluation is of.
+
+    What the camera sees and the traced truth are made at the first use and kept, for all equal views together, while
+    there is room.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Camera
+    light : DirectionalLight, SpotLight or PointLight, or sequence of them
+        Several lights are evaluated each for itself; see `views`.
+    size : int, (int, int) or None
+        Width and height of the picture in pixels. None takes about 1024 * 1024 square pixels of the camera's aspect.
+    label : str
+        Its name in tables.
+
+    Raises
+    ------
+    ArgumentError
+        For arguments of another type, no light, or a size that is not two whole numbers above 0.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90), label="noon")
+    >>> view.truth().shape
+    (90, 160)
+    """
+
+    scene: _core.Scene
+    camera: _core.Camera
+    light: Any
+    size: Any = (1024, 1024)
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        check_scene(self.scene)
+        check_camera(self.camera)
+        object.__setattr__(self, "light", checked_light(self.light))
+        object.__setattr__(self, "size", picture_of(self.size, self.camera))
+        if not isinstance(self.label, str):
+            raise ArgumentError(f"label: expected text, got {type(self.label).__name__}; it names the view in tables")
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """The lights, one or several."""
+        return self.light if isinstance(self.light, tuple) else (self.light,)
+
+    @property
+    def views(self) -> tuple[View, ...]:
+        """A view per light; they share the G-buffer."""
+        if not isinstance(self.light, tuple):
+            return (self,)
+        names = [f"{self.label}, light {i + 1}" if self.label else f"light {i + 1}" for i in range(len(self.light))]
+        return tuple(replace(self, light=one, label=name) for one, name in zip(self.light, names, strict=True))
+
+    def gbuffer(self, renderer: RendererLike | str | None = None) -> _core.GBuffer:
+        """What the camera sees, made once by each renderer and kept.
+
+        Parameters
+        ----------
+        renderer : Renderer or str, optional
+            As of `compare`; the best there is where none is given.
+        """
+        draw = renderer_of(renderer)
+        width, height = self.size
+        size = GBUFFER_BYTES_PER_PIXEL * width * height
+        # A renderer from elsewhere is kept with its picture, so that its identity stays its own.
+        made, _ = KEPT_VIEWS.get(
+            self._seen,
+            ("gbuffer", *identity_of(draw)),
+            lambda: (draw.gbuffer(self.scene, self.camera, size=self.size), draw),
+            lambda _: size,
+        )
+        return made
+
+    def truth(self) -> Any:
+        """The traced truth, made once and kept.
+
+        Returns
+        -------
+        (H, W) int8, or tuple of them
+            As of `trace.shadow_mask`: 1 lit, 0 in shadow, -1 undecided, -2 nothing there. One per light where `light`
+            is a sequence. Read-only, since it is shared.
+        """
+        if isinstance(self.light, tuple):
+            return tuple(view.truth() for view in self.views)
+        return self._traced()[0]
+
+    @property
+    def truth_ms(self) -> float:
+        """Milliseconds that tracing the truth of all lights took when it was traced."""
+        return sum(view._traced()[1] for view in self.views)
+
+    def filled(self, renderer: RendererLike | str | None = None) -> float:
+        """Share of the picture's pixels that show a surface."""
+        return float(np.mean(np.asarray(self.gbuffer(renderer).triangle) >= 0))
+
+    @property
+    def light_angle(self) -> float | None:
+        """Angle between the way that the light travels and the view, radians; None without a way, or several lights."""
+        return None if isinstance(self.light, tuple) else angle_to(light_way(self.scene, self.light), self.camera)
+
+    @property
+    def light_elevation(self) -> float | None:
+        """How high the light stands above the horizon (y points up), radians; None as of `light_angle`."""
+        return None if isinstance(self.light, tuple) else elevation_of(light_way(self.scene, self.light))
+
+    def clear(self) -> None:
+        """Forgets what is kept of this picture, for all its lights."""
+        KEPT_VIEWS.forget(self._seen)
+
+    @property
+    def _seen(self) -> tuple[Hashable, ...]:
+        return (getattr(self.scene, "content_hash", self.scene), repr(self.camera), self.size)
+
+    def _traced(self) -> tuple[NDArray[np.int8], float]:
+        def trace() -> tuple[NDArray[np.int8], float]:
+            start = time.perf_counter()
+            truth = _core.trace_shadow_mask(self.scene, self.camera, self.light, size=self.size)
+            truth.flags.writeable = False
+            return truth, 1e3 * (time.perf_counter() - start)
+
+        return KEPT_VIEWS.get(self._seen, ("truth", repr(self.light)), trace, lambda made: made[0].nbytes)
+
+
+def checked_light(light: Any) -> Light | tuple[Light, ...]:
+    """The light, or the tuple of several.
+
+    Raises
+    ------
+    ArgumentError
+        For none, or something else.
+    """
+    if isinstance(light, LIGHTS):
+        return light
+    several = tuple(light) if isinstance(light, Iterable) and not isinstance(light, (str, bytes)) else (light,)
+    if not several:
+        raise ArgumentError(
+            "light: expected at least one light, got none; sl.DirectionalLight((0.3, -1, 0.1)) makes one"
+        )
+    for one in several:
+        check_light(one)
+    return several
+
+
+def identity_of(renderer: RendererLike) -> tuple[Hashable, ...]:
+    """What tells a renderer's pictures from another's: backend and adapter of ours, the object itself of others."""
+    return (renderer.backend, renderer.adapter) if isinstance(renderer, _core.Renderer) else (id(renderer),)
+
+
+def light_way(scene: _core.Scene, light: Light) -> NDArray[np.float64] | None:
+    """The unit vector (3,) along which a light travels, of a point light towards the middle of the scene's box."""
+    if not isinstance(light, _core.PointLight):
+        way: NDArray[np.float64] = np.asarray(light.direction, np.float64)
+        return way
+    way = np.asarray(scene.bounds, np.float64).mean(axis=0) - np.asarray(light.position, np.float64)
+    length = float(np.linalg.norm(way))
+    return way / length if length > 0 else None
+
+
+def angle_to(way: NDArray[np.float64] | None, camera: _core.Camera) -> float | None:
+    """The angle between the way of a light and a view, radians; exact near 0 and pi, too."""
+    if way is None:
+        return None
+    forward = np.asarray(camera.forward, np.float64)
+    return float(math.atan2(np.linalg.norm(np.cross(way, forward)), np.dot(way, forward)))
+
+
+def elevation_of(way: NDArray[np.float64] | None) -> float | None:
+    """How high a light stands above the horizon, radians; y points up."""
+    return None if way is None else float(math.asin(np.clip(-way[1], -1.0, 1.0)))

@@ -1,0 +1,198 @@
+//! Triangles between uneven rows: their spans, row by row, in f64.
+//!
+//! A centre belongs to the triangle between whose two edges it lies, the left one included; a row at the very height of a
+//! corner belongs to what is below it. An edge is evaluated from its upper end, whichever triangle asks, so of two triangles
+//! that share it exactly one has the centre: there is no hole, however rows are spaced.
+
+use std::ops::Range;
+
+use crate::render::cpu::raster::smaller;
+use crate::simd::dispatch;
+
+/// Marks indices of vertices made by clipping.
+pub const EXTRA: u32 = 1 << 31;
+
+/// A projected vertex.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EvenVertex {
+    /// Texels from the left.
+    pub column: f64,
+    /// Grows downwards.
+    pub down: f64,
+    /// NDC depth.
+    pub z: f64,
+    /// The first column whose centre is not left of it.
+    pub first_column: u32,
+    /// The first row whose centre is not above it.
+    pub first_row: u32,
+}
+
+impl EvenVertex {
+    /// Not to be projected as it is.
+    pub const CUT: Self = Self { column: 0.0, down: 0.0, z: 0.0, first_column: 0, first_row: u32::MAX };
+
+    /// Whether it is [`EvenVertex::CUT`].
+    #[inline(always)]
+    pub fn is_cut(&self) -> bool {
+        self.first_row == u32::MAX
+    }
+}
+
+/// The polygon that is left of a triangle while it is cut, in clip space.
+#[derive(Debug, Default)]
+pub struct Polygon {
+    corners: Vec<[f64; 4]>,
+    kept: Vec<[f64; 4]>,
+}
+
+impl Polygon {
+    /// Begins with a triangle.
+    pub fn start(&mut self, corners: [[f64; 4]; 3]) {
+        self.corners.clear();
+        self.corners.extend(corners);
+    }
+    /// What is left, in order; fewer than three: nothing.
+    pub fn corners(&self) -> &[[f64; 4]] {
+        &self.corners
+    }
+    /// Cuts off where a distance, linear in clip coordinates, is negative (`[sutherland1974]`). An edge is cut from
+    /// its inner to its outer end, so that neighbours cut it at the same point.
+    pub fn cut(&mut self, distance: impl Fn([f64; 4]) -> f64) {
+        self.kept.clear();
+        for (i, &current) in self.corners.iter().enumerate() {
+            let next = self.corners[(i + 1) % self.corners.len()];
+            let (d0, d1) = (distance(current), distance(next));
+            let between = |inside: [f64; 4], outside: [f64; 4], d_in: f64, d_out: f64| {
+                let t = d_in / (d_in - d_out);
+                std::array::from_fn(|i| inside[i] + t * (outside[i] - inside[i]))
+            };
+            if d0 >= 0.0 {
+                self.kept.push(current);
+            }
+            if d0 >= 0.0 && d1 < 0.0 {
+                self.kept.push(between(current, next, d0, d1));
+            } else if d0 < 0.0 && d1 >= 0.0 {
+                self.kept.push(between(next, current, d1, d0));
+            }
+        }
+        std::mem::swap(&mut self.corners, &mut self.kept);
+    }
+}
+
+/// A side of a triangle, from its upper end.
+#[derive(Clone, Copy)]
+struct Edge {
+    column: f64,
+    down: f64,
+    /// Columns for each unit down. Meaningless for an edge without a row.
+    slope: f64,
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new(upper: &EvenVertex, lower: &EvenVertex) -> Self {
+        let slope = (lower.column - upper.column) / (lower.down - upper.down);
+        Self { column: upper.column, down: upper.down, slope }
+    }
+    #[inline(always)]
+    fn column_at(&self, down: f64) -> f64 {
+        self.column + (down - self.down) * self.slope
+    }
+}
+
+dispatch! {
+    /// Draws triangles into the rows `band` of a map, of which `depth` are the texels; `rows` are all rows' places.
+    pub fn fill_band(triangles: &[[u32; 3]], vertices: &[EvenVertex], extra: &[EvenVertex], rows: &[f64], band: Range<usize>, depth: &mut [f32], width: u32) = fill_all
+}
+
+#[inline(always)]
+fn fill_all(
+    triangles: &[[u32; 3]],
+    vertices: &[EvenVertex],
+    extra: &[EvenVertex],
+    rows: &[f64],
+    band: Range<usize>,
+    depth: &mut [f32],
+    width: u32,
+) {
+    for indices in triangles {
+        let corners =
+            indices.map(|i| if i & EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !EXTRA) as usize] });
+        fill(corners, rows, &band, depth, width);
+    }
+}
+
+#[inline(always)]
+fn fill(corners: [&EvenVertex; 3], rows: &[f64], band: &Range<usize>, depth: &mut [f32], width: u32) {
+    let [mut a, mut b, mut c] = corners;
+    // From top to bottom. Corners at one height may come in any order: no row is between them.
+    if b.down < a.down {
+        (a, b) = (b, a);
+    }
+    if c.down < b.down {
+        (b, c) = (c, b);
+    }
+    if b.down < a.down {
+        (a, b) = (b, a);
+    }
+    let (first, last) = (band.start.max(a.first_row as usize), band.end.min(c.first_row as usize));
+    if first >= last {
+        return;
+    }
+    let (long, upper, lower) = (Edge::new(a, c), Edge::new(a, b), Edge::new(b, c));
+    let plane = DepthPlane::new(a, b, c);
+    let columns = f64::from(width);
+    for row in first..last {
+        let down = rows[row];
+        let short = if row < b.first_row as usize { &upper } else { &lower };
+        let (p, q) = (long.column_at(down), short.column_at(down));
+        let (from, to) = (first_centre(p.min(q), columns) as usize, first_centre(p.max(q), columns) as usize);
+        if from < to {
+            let start = (row - band.start) * width as usize;
+            plane.draw(&mut depth[start + from..start + to], from as f64 + 0.5, down);
+        }
+    }
+}
+
+/// Depth as an affine function of the place, held between the corners' depths: of a triangle much thinner than its rounding no
+/// plane is known.
+struct DepthPlane {
+    column: f64,
+    down: f64,
+    z: f64,
+    per_column: f64,
+    per_down: f64,
+    range: [f64; 2],
+}
+
+impl DepthPlane {
+    #[inline(always)]
+    fn new(a: &EvenVertex, b: &EvenVertex, c: &EvenVertex) -> Self {
+        let (bx, by, bz) = (b.column - a.column, b.down - a.down, b.z - a.z);
+        let (cx, cy, cz) = (c.column - a.column, c.down - a.down, c.z - a.z);
+        let inverse = (bx * cy - cx * by).recip();
+        Self {
+            column: a.column,
+            down: a.down,
+            z: a.z,
+            per_column: (bz * cy - cz * by) * inverse,
+            per_down: (bx * cz - cx * bz) * inverse,
+            range: [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)],
+        }
+    }
+    /// Keeps what is nearer, in texels of a row from the one with its centre at `column` on.
+    #[inline(always)]
+    fn draw(&self, texels: &mut [f32], column: f64, down: f64) {
+        let first = self.z + (column - self.column) * self.per_column + (down - self.down) * self.per_down;
+        for (i, texel) in texels.iter_mut().enumerate() {
+            // max and min make a NaN (a triangle without area, which has a centre only by rounding) the nearest corner's depth.
+            let z = (first + i as f64 * self.per_column).max(self.range[0]).min(self.range[1]);
+            *texel = smaller(z as f32, *texel);
+        }
+    }
+}
+
+/// The first column whose centre is not left of a place, within the map.
+pub fn first_centre(column: f64, width: f64) -> u32 {
+    (column - 0.5).ceil().clamp(0.0, width) as u32
+}

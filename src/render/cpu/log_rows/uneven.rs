@@ -1,0 +1,303 @@
+//! Depth maps whose rows are even in the logarithm of w, drawn exactly.
+//!
+//! Source: theory.md 11, (11.1). A logarithmic map of a matrix with rows x, y, z, w has at (x/w, ln w) the depth z/w. The projective
+//! map with rows x, 1, z, w has the very same texels at (x/w, 1/w): its columns are even, its rows are not, and planes stay
+//! planes in it. So triangles are projected into that map and sampled at its uneven rows, which is exact for every matrix: no
+//! vertex is moved, no triangle bent. The matrix's own y has no say. Departure from [`raster`](crate::render::cpu::raster): the one grid of
+//! 1/256 cannot be fine enough where rows are dense, so places are f64 and edges are evaluated row by row ([`triangle`](super::triangle)).
+//!
+//! Spaces: *even* is (column, down, z), column in texels from the left, down = `scale * (1/w - shift)` growing downwards,
+//! depth in [0, 1].
+
+use std::mem::MaybeUninit;
+use std::ops::Range;
+
+use glam::{DMat4, DVec3, DVec4, Vec3};
+use rayon::prelude::*;
+
+use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band, first_centre};
+use crate::error::{Error, Result};
+use crate::geometry::Rows;
+use crate::memory::{filled, written_part};
+use crate::progress::Progress;
+use crate::render::cpu::raster::Bands;
+use crate::scene::{Mesh, Scene};
+
+/// Vertices or triangles after which a batch ends; its vertices take 4 MB. One instance is never split.
+const BATCH: usize = 1 << 17;
+/// Vertices that are projected at once, and triangles that one thread bins at once.
+const CHUNK: usize = 1 << 12;
+/// Chunks that are binned before the bands are drawn: 480 bytes a triangle where all are cut to heptagons, 63 MB.
+const ROUND: usize = 32;
+/// Bands up to which a triangle is listed in each that it touches; one that touches more is listed once for all.
+const FEW_BANDS: u32 = 4;
+/// Largest |x| / w that is not cut. Derived from f64: columns are then told to 2^-13 of a texel of the largest map.
+const GUARD: f64 = (1_u64 << 26) as f64;
+
+/// Above this |1 / scale| 1/w is told from 0, below from 1: either way the rows keep their digits where they are densest.
+const STRONG: f64 = 1.0;
+/// Largest |1 / scale|: the map's w spans e to the double of that, and all of it must be normal numbers.
+const STRONGEST: f64 = 300.0;
+
+/// A projective map with uneven rows.
+#[derive(Debug)]
+pub struct UnevenMap {
+    /// Clip x, down, z, w of world points; w is 1 at the middle row.
+    clip_from_world: DMat4,
+    /// Where the centres of rows lie, from the top; ascending.
+    rows: Vec<f64>,
+    /// Where the map begins and ends.
+    down: [f64; 2],
+    /// What is nearer to the projection centre is cut.
+    least_w: f64,
+    size: [u32; 2],
+}
+
+/// One placed mesh of a batch.
+struct Draw<'a> {
+    mesh: &'a Mesh,
+    clip_from_local: DMat4,
+    first_vertex: usize,
+    first_triangle: usize,
+}
+
+/// What a chunk of triangles leaves.
+#[derive(Default)]
+struct Bins {
+    /// Triangles by band, as indices into the batch's vertices, or with [`EXTRA`] into those that clipping made.
+    bands: Vec<Vec<[u32; 3]>>,
+    /// Triangles that touch more than [`FEW_BANDS`].
+    large: Vec<[u32; 3]>,
+    extra: Vec<EvenVertex>,
+    polygon: Polygon,
+}
+
+impl UnevenMap {
+    /// The map of a matrix, `size` texels, whose NDC y is `scale * ln w + offset`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a scale and an offset with which no f64 has a place in the map.
+    pub fn new(clip_from_world: &DMat4, scale: f64, offset: f64, size: [u32; 2]) -> Result<Self> {
+        let steepness = scale.recip();
+        // w at the middle row becomes 1, whatever the matrix was multiplied with.
+        let unit = (offset * steepness).exp();
+        let Rows { x, z, w, .. } = Rows::of(&(*clip_from_world * unit));
+        let strong = steepness.abs() > STRONG;
+        let shift = if strong { 0.0 } else { 1.0 };
+        let down_at = |y: f64| scale * if strong { (-y * steepness).exp() } else { (-y * steepness).exp_m1() };
+        let clip_from_world = Rows { x, y: (DVec4::W - w * shift) * scale, z, w }.matrix();
+        let usable = scale.is_finite() && steepness.abs() <= STRONGEST && unit > 0.0 && clip_from_world.is_finite();
+        if !usable {
+            let expected = format!("a finite scale of at least 1/{STRONGEST} and an offset that fits the matrix");
+            let fix = "check where the logarithm comes from";
+            return Err(Error::argument("post_warp", expected, format!("scale {scale:e}, offset {offset:e}"), fix));
+        }
+        let step = 2.0 / f64::from(size[1]);
+        Ok(Self {
+            clip_from_world,
+            rows: (0..size[1]).map(|j| down_at(1.0 - (f64::from(j) + 0.5) * step)).collect(),
+            down: [down_at(1.0), down_at(-1.0)],
+            least_w: 0.5 * (-steepness.abs()).exp(),
+            size,
+        })
+    }
+
+    /// Draws depth, 1 where nothing is, into all of `depth` (rows from the top).
+    pub fn depth(&self, scene: &Scene, depth: &mut [MaybeUninit<f32>], progress: &Progress) -> Result<()> {
+        let bands = Bands::new(self.size);
+        let part = bands.rows() * self.size[0] as usize;
+        depth.par_chunks_mut(part).for_each(|band| {
+            filled(band, 1.0);
+        });
+        // SAFETY: just filled.
+        let depth = unsafe { written_part(depth) };
+        let (mut vertices, mut bins) = (Vec::new(), Vec::new());
+        for batch in self.batches(scene) {
+            let triangles = self.project(&batch, &mut vertices, progress)?;
+            let chunks: Vec<usize> = (0..triangles).step_by(CHUNK).collect();
+            for round in chunks.chunks(ROUND) {
+                bins.resize_with(bins.len().max(round.len()), Bins::default);
+                let bins = &mut bins[..round.len()];
+                bins.par_iter_mut().zip(round).try_for_each(|(bins, &first)| {
+                    progress.check()?;
+                    self.bin(bins, &batch, &vertices, first..triangles.min(first + CHUNK), bands);
+                    Ok(())
+                })?;
+                let bins = &*bins;
+                depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
+                    progress.check()?;
+                    let first_row = band * bands.rows();
+                    let rows = first_row..(first_row + bands.rows()).min(self.rows.len());
+                    for bins in bins {
+                        for list in [&bins.bands[band], &bins.large] {
+                            fill_band(list, &vertices, &bins.extra, &self.rows, rows.clone(), depth, self.size[0]);
+                        }
+                    }
+                    Ok(())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The instances that are not outside one plane of the map, in batches.
+    fn batches<'a>(&self, scene: &'a Scene) -> Vec<Vec<Draw<'a>>> {
+        let visible: Vec<Option<DMat4>> = (0..scene.instances().len())
+            .into_par_iter()
+            .map(|i| {
+                let clip_from_local = scene.clip_from_local(&self.clip_from_world, i);
+                let corners = scene.mesh_of(i).bounds_local().corners();
+                let outside = corners.iter().fold(u32::MAX, |all, p| all & self.outside(&clip_from_local, *p));
+                (outside == 0).then_some(clip_from_local)
+            })
+            .collect();
+        let mut batches: Vec<Vec<Draw>> = Vec::new();
+        let (mut first_vertex, mut first_triangle) = (BATCH, BATCH);
+        for (i, clip_from_local) in visible.into_iter().enumerate() {
+            let Some(clip_from_local) = clip_from_local else { continue };
+            let mesh = scene.mesh_of(i);
+            let (vertices, triangles) = (mesh.positions_local().len(), mesh.triangles().len());
+            if (first_vertex + vertices).max(first_triangle + triangles) > BATCH {
+                batches.push(Vec::new());
+                (first_vertex, first_triangle) = (0, 0);
+            }
+            if let Some(batch) = batches.last_mut() {
+                batch.push(Draw { mesh, clip_from_local, first_vertex, first_triangle });
+            }
+            first_vertex += vertices;
+            first_triangle += triangles;
+        }
+        batches
+    }
+
+    /// A bit for each plane of the map that a local point is beyond.
+    fn outside(&self, clip_from_local: &DMat4, p: DVec3) -> u32 {
+        let DVec4 { x, y: down, z, w } = *clip_from_local * p.extend(1.0);
+        let [top, bottom] = self.down;
+        let beyond = [x < -w, x > w, down < top * w, down > bottom * w, z < 0.0, z > w];
+        beyond.iter().enumerate().map(|(k, &b)| u32::from(b) << k).sum()
+    }
+
+    /// Projects the vertices of a batch; the number of its triangles.
+    fn project(&self, batch: &[Draw], vertices: &mut Vec<EvenVertex>, progress: &Progress) -> Result<usize> {
+        let Some(last) = batch.last() else { return Ok(0) };
+        let count = last.first_vertex + last.mesh.positions_local().len();
+        if vertices.len() < count {
+            vertices.resize(count, EvenVertex::default());
+        }
+        let mut rest = &mut vertices[..count];
+        let mut work = Vec::with_capacity(batch.len());
+        for draw in batch {
+            let (own, after) = rest.split_at_mut(draw.mesh.positions_local().len());
+            work.push((draw, own));
+            rest = after;
+        }
+        work.into_par_iter().try_for_each(|(draw, out)| {
+            let positions = draw.mesh.positions_local().par_chunks(CHUNK);
+            positions.zip(out.par_chunks_mut(CHUNK)).try_for_each(|(positions, out)| {
+                progress.check()?;
+                for (p, out) in positions.iter().zip(out) {
+                    let clip = clip_of(&draw.clip_from_local, *p);
+                    *out = if self.is_whole(clip) { self.vertex(clip) } else { EvenVertex::CUT };
+                }
+                Ok(())
+            })
+        })?;
+        Ok(last.first_triangle + last.mesh.triangles().len())
+    }
+
+    /// Whether a point needs no cut.
+    fn is_whole(&self, clip: [f64; 4]) -> bool {
+        self.planes().iter().all(|plane| distance(plane, clip) >= 0.0)
+    }
+
+    /// What triangles are cut by: near the projection centre, before the near plane, far aside.
+    fn planes(&self) -> [[f64; 5]; 4] {
+        let w = [0.0, 0.0, 0.0, 1.0, -self.least_w];
+        [w, [0.0, 0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, GUARD, 0.0], [-1.0, 0.0, 0.0, GUARD, 0.0]]
+    }
+
+    /// The place of a point in front of the projection centre.
+    fn vertex(&self, [x, down, z, w]: [f64; 4]) -> EvenVertex {
+        let (inverse_w, width) = (w.recip(), f64::from(self.size[0]));
+        let (column, down) = ((x * inverse_w + 1.0) * (0.5 * width), down * inverse_w);
+        EvenVertex {
+            column,
+            down,
+            z: z * inverse_w,
+            first_column: first_centre(column, width),
+            first_row: self.rows.partition_point(|row| *row < down) as u32,
+        }
+    }
+
+    /// Bins the triangles of a chunk.
+    fn bin(&self, bins: &mut Bins, batch: &[Draw], vertices: &[EvenVertex], chunk: Range<usize>, bands: Bands) {
+        bins.bands.resize_with(bands.count as usize, Vec::new);
+        bins.bands.iter_mut().for_each(Vec::clear);
+        bins.large.clear();
+        bins.extra.clear();
+        let mut d = batch.partition_point(|draw| draw.first_triangle <= chunk.start) - 1;
+        let mut start = chunk.start;
+        while start < chunk.end {
+            let draw = &batch[d];
+            let triangles = draw.mesh.triangles();
+            let end = chunk.end.min(draw.first_triangle + triangles.len());
+            let own = &vertices[draw.first_vertex..];
+            for corners in &triangles[start - draw.first_triangle..end - draw.first_triangle] {
+                let seen = corners.map(|c| own[c as usize]);
+                if seen.iter().any(EvenVertex::is_cut) {
+                    self.bin_cut(bins, draw, *corners, bands);
+                } else {
+                    bins.add(corners.map(|c| draw.first_vertex as u32 + c), seen, bands);
+                }
+            }
+            start = end;
+            d += 1;
+        }
+    }
+
+    /// Bins what is left of a triangle that has to be cut.
+    fn bin_cut(&self, bins: &mut Bins, draw: &Draw, corners: [u32; 3], bands: Bands) {
+        let positions = draw.mesh.positions_local();
+        let clip = corners.map(|c| clip_of(&draw.clip_from_local, positions[c as usize]));
+        bins.polygon.start(clip);
+        for plane in &self.planes() {
+            bins.polygon.cut(|clip| distance(plane, clip));
+        }
+        let first = bins.extra.len();
+        bins.extra.extend(bins.polygon.corners().iter().map(|clip| self.vertex(*clip)));
+        for k in 2..bins.extra.len() - first {
+            let fan = [first, first + k - 1, first + k];
+            bins.add(fan.map(|i| i as u32 | EXTRA), fan.map(|i| bins.extra[i]), bands);
+        }
+    }
+}
+
+impl Bins {
+    /// Lists a triangle where it may have a texel's centre.
+    fn add(&mut self, indices: [u32; 3], corners: [EvenVertex; 3], bands: Bands) {
+        let [a, b, c] = corners;
+        let rows = [a.first_row.min(b.first_row).min(c.first_row), a.first_row.max(b.first_row).max(c.first_row)];
+        let first_column = a.first_column.min(b.first_column).min(c.first_column);
+        let last_column = a.first_column.max(b.first_column).max(c.first_column);
+        if rows[0] == rows[1] || first_column == last_column {
+            return;
+        }
+        let (first, last) = (rows[0] >> bands.log2_rows, (rows[1] - 1) >> bands.log2_rows);
+        if last - first >= FEW_BANDS {
+            self.large.push(indices);
+        } else {
+            (first..=last).for_each(|band| self.bands[band as usize].push(indices));
+        }
+    }
+}
+
+/// Clip coordinates of a local point.
+fn clip_of(m: &DMat4, p: Vec3) -> [f64; 4] {
+    (*m * p.as_dvec3().extend(1.0)).to_array()
+}
+
+/// How far a point is on the inner side of a plane whose last coefficient stands alone.
+fn distance(plane: &[f64; 5], clip: [f64; 4]) -> f64 {
+    plane[4] + (0..4).map(|i| plane[i] * clip[i]).sum::<f64>()
+}

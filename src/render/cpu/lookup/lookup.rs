@@ -1,0 +1,246 @@
+//! The shadow lookup of one receiver: where it lies in a map, and which depth is compared there.
+//!
+//! Source: theory.md 0 (light rays, texture coordinates), 13 (constant world bias, receiver-plane bias), 14 (comparisons are
+//! averaged, never depths). The WGSL twin follows [`MapLookup::compare_at`] and [`MapLookup::light`] step by step; what is
+//! f64 here may be f32 there, because the matrix is folded with the scene's origin before it is rounded.
+//!
+//! Spaces: *relative* is world minus the scene's origin (what a G-buffer stores). *texel* is the map in texels, x to the
+//! right, y down, texel (i, j) covering [i, i+1) x [j, j+1).
+
+use glam::{DMat4, DVec2, DVec3, DVec4};
+
+use crate::error::{Error, Result};
+use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
+use crate::render::{Bias, Filter, MaskSettings};
+use crate::scene::Light;
+
+/// What a lookup needs to know of one map, its light and its settings.
+#[derive(Debug, Clone, Copy)]
+pub struct MapLookup {
+    /// Rows x, y, z, w of `shadow_clip_from_relative`.
+    pub(super) rows: [DVec4; 4],
+    /// Width and height of the map, texels.
+    pub(super) size: [u32; 2],
+    /// The light's centre in relative space: (unit vector to the light, 0) or (position, 1).
+    pub(super) light: DVec4,
+    bias: Bias,
+    pub(super) filter: Filter,
+    pub(super) post_warp: PostWarp,
+    /// How much depth falls over the filter's reach along y, in units of what its slope there says: where it rises with w, and
+    /// where it falls.
+    bend: [f64; 2],
+    /// In relative space.
+    region: Region,
+}
+
+/// The lookups into all maps of a parameterization, and which of them serves a receiver.
+#[derive(Debug, Clone)]
+pub struct Lookups<'a> {
+    p: &'a Parameterization,
+    maps: Vec<MapLookup>,
+}
+
+/// How a receiver is to be compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Comparison {
+    /// Lit without a look at the map: outside of it, behind its projection centre, or nearer than its near plane.
+    Lit,
+    /// Lit where the stored depth is at least `z`.
+    At {
+        /// Where in the map.
+        p_texel: DVec2,
+        /// Biased NDC depth, in [0, 1].
+        z: f64,
+    },
+}
+
+impl MapLookup {
+    /// The lookup into the map of `partition`, `size` texels wide and high, for receivers relative to `origin`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a matrix that is not finite, or an unusable bias.
+    pub fn new(
+        partition: &Partition,
+        light: &Light,
+        origin: DVec3,
+        size: [u32; 2],
+        bias: Bias,
+        filter: Filter,
+    ) -> Result<Self> {
+        let clip_from_relative = partition.shadow_clip_from_world * DMat4::from_translation(origin);
+        if !clip_from_relative.is_finite() {
+            let fix = "check where the matrix comes from";
+            return Err(Error::argument("shadow_clip_from_world", "16 finite numbers", "a NaN or an infinity", fix));
+        }
+        let point = light.point();
+        let light = DVec4::from((point.truncate() - point.w * origin, point.w));
+        let rows = std::array::from_fn(|i| clip_from_relative.row(i));
+        let (post_warp, region) = (partition.post_warp, partition.region.relative_to(origin));
+        let bend = bend(post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
+        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, bend, region })
+    }
+
+    /// How the map holds a receiver, `p` relative to the origin.
+    pub fn holds(&self, p: DVec3) -> Held {
+        if !self.region.contains(p) {
+            return Held::Outside;
+        }
+        let p4 = p.extend(1.0);
+        let [x, y, z, w] = self.rows.map(|row| row.dot(p4));
+        Held::of(self.post_warp.apply(DVec3::new(x, y, z) / w, w), w)
+    }
+
+    /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
+    ///
+    /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
+    /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
+    pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
+        let [row_x, row_y, row_z, row_w] = self.rows;
+        let p4 = p.extend(1.0);
+        let w = row_w.dot(p4);
+        // Written so that a NaN (of a matrix at the limits of f64) counts as outside.
+        if !(w > 0.0) {
+            return Comparison::Lit;
+        }
+        let projected = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        let ndc = self.post_warp.apply(projected, w);
+        if !(ndc.z >= 0.0) {
+            return Comparison::Lit;
+        }
+        let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
+        if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return Comparison::Lit;
+        }
+        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        let p_texel = DVec2::new(u, v) * size;
+
+        // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (E.5), quotient rule.
+        let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
+        let grad_x = 0.5 * size.x * gradient(row_x, ndc.x);
+        let grad_y = -0.5
+            * size.y
+            * match self.post_warp {
+                PostWarp::None => gradient(row_y, ndc.y),
+                PostWarp::Log { scale, .. } => row_w.truncate() * (scale / w),
+            };
+        let grad_z = gradient(row_z, ndc.z);
+        let cross = grad_x.cross(grad_y);
+
+        // To the light: a unit vector, whether the light is placed or at infinity.
+        let to_light = (self.light.truncate() - self.light.w * p).normalize_or_zero();
+
+        // Part 1: along the ray (13.1). A texel seen along the ray is a parallelogram whose sides are the columns of
+        // the inverse of [grad_x; grad_y] across the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
+        let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
+        let det_ray = cross.dot(to_light).abs();
+        // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
+        let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
+        let shift = self.bias.world + self.bias.texels * texel;
+        let p4_moved = (p + shift * to_light).extend(1.0);
+        let w_moved = row_w.dot(p4_moved);
+        // Moved past the light, or past the plane through it: nothing can be in between.
+        if !(w_moved > 0.0) {
+            return Comparison::Lit;
+        }
+        let mut z = row_z.dot(p4_moved) / w_moved - self.bias.ndc;
+
+        // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
+        // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
+        if self.bias.slope > 0.0 {
+            let det = cross.dot(normal).abs();
+            let a_det = grad_z.dot(grad_y.cross(normal)).abs();
+            let b_det = -grad_z.dot(grad_x.cross(normal));
+            let rises_with_w = match self.post_warp {
+                PostWarp::None => true,
+                // Y grows down.
+                PostWarp::Log { scale, .. } => b_det * cross.dot(normal) * scale < 0.0,
+            };
+            let b_det = b_det.abs() * self.bend[usize::from(!rises_with_w)];
+            let reach = self.bias.slope * self.filter.reach_texels();
+            let limit = match self.bias.slope_limit {
+                l if l.is_finite() => {
+                    // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
+                    let a_across = grad_z.dot(grad_y.cross(to_light)).abs();
+                    let b_across = grad_z.dot(grad_x.cross(to_light)).abs() * self.bend[0].max(self.bend[1]);
+                    let across = if det_ray > 0.0 { (a_across + b_across) / det_ray } else { 0.0 };
+                    l * texel * grad_z.dot(to_light).abs() + reach * across
+                }
+                _ => f64::INFINITY,
+            };
+            // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
+            let gain = if det > 0.0 { (a_det + b_det) / det } else { f64::INFINITY };
+            z -= (reach * gain).min(limit);
+        }
+        // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
+        // depth: nearer than the near plane is what lies there itself.
+        Comparison::At { p_texel, z: z.clamp(0.0, 1.0) }
+    }
+
+    /// The share of light, 0 to 1, that arrives at a receiver which faces the light and is within its reach; `map` has
+    /// rows from the top.
+    pub fn light(&self, map: &[f32], p: DVec3, normal: DVec3) -> f32 {
+        let (p_texel, z) = match self.compare_at(p, normal) {
+            Comparison::Lit => return 1.0,
+            Comparison::At { p_texel, z } => (p_texel, z),
+        };
+        let [width, height] = self.size;
+        // Clamp to edge. Casts saturate.
+        let lit = |i: i64, j: i64| -> f64 {
+            let i = i.clamp(0, i64::from(width) - 1) as usize;
+            let j = j.clamp(0, i64::from(height) - 1) as usize;
+            f64::from(u8::from(f64::from(map[j * width as usize + i]) >= z))
+        };
+        match self.filter {
+            Filter::Nearest => lit(p_texel.x.floor() as i64, p_texel.y.floor() as i64) as f32,
+            Filter::Pcf2x2 => {
+                // Weights between the four texel centres around the point.
+                let corner = (p_texel - 0.5).floor();
+                let f = p_texel - 0.5 - corner;
+                let (i, j) = (corner.x as i64, corner.y as i64);
+                let top = (1.0 - f.x) * lit(i, j) + f.x * lit(i + 1, j);
+                let bottom = (1.0 - f.x) * lit(i, j + 1) + f.x * lit(i + 1, j + 1);
+                ((1.0 - f.y) * top + f.y * bottom) as f32
+            }
+        }
+    }
+}
+
+impl<'a> Lookups<'a> {
+    /// The lookups of receivers relative to `origin`.
+    ///
+    /// # Errors
+    /// As [`MapLookup::new`].
+    pub fn new(p: &'a Parameterization, light: &Light, origin: DVec3, settings: &MaskSettings) -> Result<Self> {
+        let MaskSettings { resolution, bias, filter, .. } = *settings;
+        let one = |partition| MapLookup::new(partition, light, origin, resolution, bias, filter);
+        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()? })
+    }
+    /// How many maps there are.
+    pub fn count(&self) -> usize {
+        self.maps.len()
+    }
+    /// Texels of one map.
+    pub fn texels(&self) -> usize {
+        self.maps.first().map_or(0, |m| m.size[0] as usize * m.size[1] as usize)
+    }
+    /// The lookup into one map.
+    pub fn map(&self, k: usize) -> &MapLookup {
+        &self.maps[k]
+    }
+    /// The map that serves a receiver, `p` relative to the origin: [`Parameterization::choose`].
+    pub fn choose(&self, p: DVec3, eye_depth: f64) -> Option<usize> {
+        Held::first(self.p.first_map(eye_depth)..self.maps.len(), |k| self.maps[k].holds(p))
+    }
+}
+
+/// How much the depth of a plane falls over `reach` in NDC y, in units of what its slope says: where it rises with w, and where
+/// it falls. Under a logarithm depth is affine in 1/w = exp((offset - y) / scale), whose change grows towards the smaller w.
+fn bend(post_warp: PostWarp, reach: f64) -> [f64; 2] {
+    match post_warp {
+        PostWarp::Log { scale, .. } if reach != 0.0 => {
+            let reach = (reach / scale).abs();
+            [reach.exp_m1() / reach, -(-reach).exp_m1() / reach]
+        }
+        _ => [1.0; 2],
+    }
+}

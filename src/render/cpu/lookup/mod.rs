@@ -1,0 +1,10 @@
+//! What receivers read in depth maps that are there: a lookup, the mask of an image, and probes for the causes of errors.
+
+#[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
+mod lookup;
+mod mask;
+mod probe;
+
+pub use lookup::{Comparison, Lookups, MapLookup};
+pub(super) use mask::MaskInput;
+pub use mask::look_up;

@@ -1,0 +1,351 @@
+//! Filling triangles into one band of an image.
+//!
+//! Source: Pineda 1988 `[pineda1988]`, with rows of [`LANES`] pixels at once. Small triangles (nearly all) are
+//! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
+//! tested edge by edge. Blocks of pixels start at multiples of [`LANES`], so that a load meets earlier stores of
+//! neighbouring triangles whole.
+
+use super::binning::{Entry, Fragment};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::Avx2;
+use super::lanes::{Lanes, Plain};
+use super::simd::LANES;
+use super::triangle_setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
+use super::vertices::ScreenVertex;
+
+/// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
+/// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
+const BLOCK: [i32; 2] = [32, 8];
+
+/// Where a pass keeps its pixels.
+pub trait Pixels {
+    /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
+    /// depths, and negative numbers where they are not covered.
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
+    /// The same for one pixel.
+    fn draw_fragment(&mut self, fragment: &Fragment);
+}
+
+/// Depth alone.
+pub struct DepthPixels<'a> {
+    pub depth: &'a mut [f32],
+}
+
+/// Depth and the number of the triangle.
+pub struct IdPixels<'a> {
+    pub depth: &'a mut [f32],
+    pub id: &'a mut [u32],
+}
+
+#[inline(always)]
+fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
+    pixels[at..].first_chunk_mut().expect("runs of pixels end within the band")
+}
+
+impl Pixels for DepthPixels<'_> {
+    #[inline(always)]
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
+        lanes.nearest(lanes_at(self.depth, at), z, outside);
+    }
+
+    #[inline(always)]
+    fn draw_fragment(&mut self, f: &Fragment) {
+        let old = &mut self.depth[f.at as usize];
+        *old = smaller(f.z, *old);
+    }
+}
+
+impl Pixels for IdPixels<'_> {
+    #[inline(always)]
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32) {
+        lanes.nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
+    }
+
+    #[inline(always)]
+    fn draw_fragment(&mut self, f: &Fragment) {
+        let (old, old_id) = (&mut self.depth[f.at as usize], &mut self.id[f.at as usize]);
+        // At the far plane (1) nothing is drawn: its pixels belong to no triangle, whose number is the largest.
+        if f.z < *old || (f.z == *old && f.z < 1.0 && f.id < *old_id) {
+            (*old, *old_id) = (f.z, f.id);
+        }
+    }
+}
+
+/// The part of an image that a band covers.
+#[derive(Debug, Clone, Copy)]
+pub struct BandArea {
+    /// Size of the image; at least [`LANES`] columns.
+    pub size: [u32; 2],
+    /// First row.
+    pub first_row: i32,
+    /// Rows of this band, at least one.
+    pub rows: i32,
+}
+
+/// A band's entries of one chunk, with the vertices they point to.
+#[derive(Debug, Clone, Copy)]
+pub struct Entries<'a> {
+    pub entries: &'a [Entry],
+    pub vertices: &'a [ScreenVertex],
+    pub extra: &'a [ScreenVertex],
+    /// Large triangles of all bands.
+    pub large: &'a [LargeSetup],
+}
+
+/// Draws a band's entries of one chunk with the best instruction set found at run time.
+pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,fma")]
+        fn wide<P: Pixels>(lanes: Avx2, entries: Entries, area: BandArea, pixels: &mut P) {
+            draw_entries(lanes, entries, area, pixels);
+        }
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: `lanes` proves the features that `wide` is compiled for.
+            return unsafe { wide(lanes, entries, area, pixels) };
+        }
+    }
+    draw_entries(Plain, entries, area, pixels);
+}
+
+/// Draws the fragments of a band.
+pub fn draw_fragments<P: Pixels>(fragments: &[Fragment], pixels: &mut P) {
+    for fragment in fragments {
+        pixels.draw_fragment(fragment);
+    }
+}
+
+#[inline(always)]
+fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pixels: &mut P) {
+    for group in work.entries.chunks(LANES) {
+        let corners = Corners::gather(|l, k| {
+            let i = group[l.min(group.len() - 1)].vertices[k];
+            if i & Entry::EXTRA == 0 { &work.vertices[i as usize] } else { &work.extra[(i & !Entry::EXTRA) as usize] }
+        });
+        let boxes = snapped_box(&corners).pixels(area.size);
+        let setup = SmallSetup::new::<{ LANES as i32 }>(&corners, &boxes);
+        for (l, entry) in group.iter().enumerate() {
+            debug_assert!(boxes.small[l], "larger ones are in `large`");
+            fill_small(lanes, &setup, &boxes.at, l, area, entry.id, pixels);
+        }
+    }
+    for large in work.large {
+        fill_large(lanes, large, area, pixels);
+    }
+}
+
+/// 0, 1, 2... times a step.
+#[inline(always)]
+fn steps<L: Lanes>(lanes: L, step: i32) -> L::Int {
+    lanes.ints(std::array::from_fn(|i| step.wrapping_mul(i as i32)))
+}
+
+/// Edge functions and depth along runs of [`LANES`] pixels, relative to the first pixel of a run.
+struct Run<L: Lanes> {
+    lanes: L,
+    edges: [L::Int; 3],
+    z: L::Float,
+    z_range: [L::Float; 2],
+}
+
+impl<L: Lanes> Run<L> {
+    #[inline(always)]
+    fn new(lanes: L, steps_x: [i32; 3], z_per_x: f32, z_range: [f32; 2]) -> Self {
+        Self {
+            lanes,
+            edges: steps_x.map(|step| steps(lanes, step)),
+            z: lanes.floats(std::array::from_fn(|i| z_per_x * i as f32)),
+            z_range: z_range.map(|z| lanes.floats([z; LANES])),
+        }
+    }
+
+    /// Draws the run whose first pixel has these edge functions and this depth.
+    #[inline(always)]
+    fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, id: u32, pixels: &mut P) {
+        let lanes = self.lanes;
+        let edge = |k: usize| lanes.add(lanes.ints([edge[k]; LANES]), self.edges[k]);
+        let outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
+        let z = lanes.clamp(lanes.add_floats(lanes.floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
+        pixels.draw(lanes, at, z, outside, id);
+    }
+}
+
+/// Fills triangle `l` of a setup.
+///
+/// A run that would leave the image on the right is moved to the left, which covers more pixels, never others: coverage is
+/// decided by the edges alone, and the second depth of a pixel differs from its first by a rounding at most.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn fill_small<L: Lanes, P: Pixels>(
+    lanes: L,
+    s: &SmallSetup,
+    boxes: &[[i32; LANES]; 4],
+    l: usize,
+    area: BandArea,
+    id: u32,
+    pixels: &mut P,
+) {
+    let width = area.size[0] as i32;
+    let [x0, y0, x1, y1] = [boxes[0][l] & -(LANES as i32), boxes[1][l], boxes[2][l], boxes[3][l]];
+    let first_row = y0.max(area.first_row);
+    let last_row = y1.min(area.first_row + area.rows - 1);
+    let (step_x, step_y) = ([0, 1, 2].map(|k: usize| s.step_x[k][l]), [0, 1, 2].map(|k: usize| s.step_y[k][l]));
+    let [z_first, z_x, z_y] = [s.z[0][l], s.z[1][l], s.z[2][l]];
+    let run = Run::new(lanes, step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
+    let mut x = x0;
+    while x <= x1 {
+        let column = x.min(width - LANES as i32);
+        let (dx, dy) = (column - x0, first_row - y0);
+        let mut edge = [0, 1, 2].map(|k: usize| s.edge[k][l] + step_x[k] * dx + step_y[k] * dy);
+        let z_column = z_first + z_x * dx as f32;
+        let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+        let mut rows_down = dy as f32;
+        for _ in first_row..=last_row {
+            run.draw(edge, z_column + z_y * rows_down, at, id, pixels);
+            edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
+            at += width as usize;
+            rows_down += 1.0;
+        }
+        x += LANES as i32;
+    }
+}
+
+/// Fills a triangle of any size, block by block.
+#[inline(always)]
+fn fill_large<L: Lanes, P: Pixels>(lanes: L, s: &LargeSetup, area: BandArea, pixels: &mut P) {
+    let width = area.size[0] as i32;
+    let [x0, y0, x1, y1] = s.pixels.map(i32::from);
+    let (first_row, end_row) = (y0.max(area.first_row), (y1 + 1).min(area.first_row + area.rows));
+    let mut top = first_row;
+    while top < end_row {
+        let rows = BLOCK[1].min(end_row - top);
+        let mut left = x0 & -(LANES as i32);
+        while left <= x1 {
+            let columns = BLOCK[0].min((x1 + 1 - left + LANES as i32 - 1) & -(LANES as i32)).min(width - left);
+            fill_block(lanes, s, [left, top], [columns, rows], area, pixels);
+            left += BLOCK[0];
+        }
+        top += BLOCK[1];
+    }
+}
+
+#[inline(always)]
+fn fill_block<L: Lanes, P: Pixels>(
+    lanes: L,
+    s: &LargeSetup,
+    [left, top]: [i32; 2],
+    [columns, rows]: [i32; 2],
+    area: BandArea,
+    pixels: &mut P,
+) {
+    // Steps of the edges that cross the block, and their values at its first pixel; zero for one that holds all over it.
+    let mut edges = [[0i32; 3]; 3];
+    // The last run of pixels may start up to LANES - 1 columns before the block.
+    let reach_left = (LANES as i32 - columns).max(0);
+    for (edge, of) in edges.iter_mut().zip(s.edges) {
+        let (a, b, e) = (i64::from(of.step_x), i64::from(of.step_y), of.value);
+        let first = e + a * i64::from(left) + b * i64::from(top);
+        let (across, down) = (a * i64::from(columns - 1), b * i64::from(rows - 1));
+        let largest = first + across.max(0) + down.max(0);
+        let smallest = first + across.min(0) + down.min(0) - a.max(0) * i64::from(reach_left);
+        if largest < 0 {
+            return;
+        }
+        if smallest < 0 {
+            *edge = [of.step_x, of.step_y, first as i32];
+        }
+    }
+    let [z0, zx, zy] = s.z;
+    let z_first = (z0 + zx * f64::from(left) + zy * f64::from(top)) as f32;
+    let (zx, zy) = (zx as f32, zy as f32);
+    let width = area.size[0] as i32;
+    let run = Run::new(lanes, edges.map(|[a, ..]| a), zx, s.z_range);
+    for r in 0..rows {
+        let row = (top + r - area.first_row) as usize * width as usize;
+        let mut x = 0;
+        while x < columns {
+            let dx = x.min(width - LANES as i32 - left);
+            let edge = edges.map(|[a, b, e]| e + a * dx + b * r);
+            run.draw(edge, z_first + zx * dx as f32 + zy * r as f32, row + (left + dx) as usize, s.id, pixels);
+            x += LANES as i32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::triangle_setup::{SMALL, box_of};
+    use super::super::vertices::{Viewport, project_all};
+    use super::*;
+
+    /// Vertices from a small generator (Knuth's MMIX constants): some triangles tiny, some over the whole image.
+    fn vertices(count: usize, size: [u32; 2]) -> Vec<ScreenVertex> {
+        let mut state = 7u64;
+        let mut number = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let mut middle = glam::Vec3::ZERO;
+        let positions: Vec<glam::Vec3> = (0..count)
+            .map(|i| {
+                if i % 3 == 0 {
+                    middle = glam::Vec3::new(number(), number(), number()) * 2.0 - 1.0;
+                }
+                let reach = [0.02, 0.1, 1.0, 20.0][i / 3 % 4];
+                let p = middle + reach * (glam::Vec3::new(number(), number(), number()) - 0.5);
+                p.with_z(0.5 + 0.4 * p.z.clamp(-1.0, 1.0))
+            })
+            .collect();
+        let identity = glam::Mat4::IDENTITY.to_cols_array_2d();
+        let mut out = vec![ScreenVertex::default(); count];
+        project_all(&identity, &Viewport::new(size, size), &positions, &mut out);
+        out
+    }
+
+    #[test]
+    fn both_instruction_sets_draw_the_same_bits() {
+        let size = [101, 70];
+        let vertices = vertices(3 * 900, size);
+        let entries: Vec<Entry> =
+            (0..900).map(|id| Entry { vertices: [3 * id, 3 * id + 1, 3 * id + 2], id: id / 2 }).collect();
+        let corners = |e: &Entry| e.vertices.map(|i| vertices[i as usize]);
+        let (small, others): (Vec<Entry>, Vec<Entry>) = entries.iter().partition(|e| {
+            let (min, max) = box_of(corners(e));
+            max[0] - min[0] <= SMALL && max[1] - min[1] <= SMALL
+        });
+        let large: Vec<LargeSetup> = others
+            .iter()
+            .filter_map(|e| {
+                let exact = corners(e).map(|v| [v.x, v.y, v.z].map(f64::from));
+                LargeSetup::new(corners(e), exact, size, e.id)
+            })
+            .collect();
+        assert!(large.len() > 100 && small.len() > 400);
+        let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large };
+        let drawn = |plain: bool, first_row: i32, rows: i32| {
+            let n = size[0] as usize * rows as usize;
+            let (mut depth, mut id) = (vec![1.0f32; n], vec![u32::MAX; n]);
+            let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
+            let area = BandArea { size, first_row, rows };
+            if plain {
+                draw_entries(Plain, work, area, pixels)
+            } else {
+                draw(work, area, pixels)
+            }
+            let mut alone = vec![1.0f32; n];
+            let pixels = &mut DepthPixels { depth: &mut alone };
+            if plain {
+                draw_entries(Plain, work, area, pixels)
+            } else {
+                draw(work, area, pixels)
+            }
+            assert_eq!(depth, alone);
+            (depth.iter().map(|z| z.to_bits()).collect::<Vec<_>>(), id)
+        };
+        for (first_row, rows) in [(0, 70), (32, 32), (64, 6), (69, 1)] {
+            let (plain, best) = (drawn(true, first_row, rows), drawn(false, first_row, rows));
+            assert!(plain.1.iter().any(|&id| id != u32::MAX));
+            assert_eq!(plain, best);
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! Triangles into bands of an image: vertices are projected once each, triangles are culled, clipped where they must be and
+//! sorted into bands, and each band is filled by one thread.
+
+mod batch;
+mod binning;
+mod clip;
+mod fill;
+mod lanes;
+mod simd;
+mod triangle_setup;
+mod vertices;
+
+pub use batch::{Batches, Scratch};
+pub use binning::{Bands, Bins};
+pub use fill::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
+pub use simd::LANES;
+pub use triangle_setup::smaller;
+pub use vertices::Viewport;

@@ -1,0 +1,151 @@
+//! A warp with what all of them share around it: the bodies before, the fit after, and the notes every map owes.
+
+use glam::{DVec3, DVec4};
+
+use super::maps::{Map, Maps, Part};
+use super::notes::{INSIDE_A_BOX, begins_late};
+use super::settings::Settings;
+use super::spec::Spec;
+use super::technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
+use crate::error::{Error, Result};
+use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
+use crate::focus::{Coverage, Focus, FocusedView};
+use crate::geometry::Rows;
+use crate::parameterization::{Partition, PostWarp, Selection, Value};
+use crate::scene::Light;
+
+/// A warp with the focusing and fitting around it.
+#[derive(Debug)]
+pub(in crate::techniques) struct Focused {
+    pub spec: &'static Spec,
+    pub settings: Settings,
+    pub tightening: Tightening,
+    pub warp: Box<dyn Warp>,
+}
+
+impl Technique for Focused {
+    fn spec(&self) -> &'static Spec {
+        self.spec
+    }
+    fn settings(&self) -> Vec<(&'static str, Value)> {
+        self.settings.values().to_vec()
+    }
+    fn needs_samples(&self) -> bool {
+        self.warp.needs_samples()
+    }
+    fn maps(&self, part: &Part) -> Result<Maps> {
+        Ok(Maps { maps: vec![self.map(part)?], selection: Selection::Depth, notes: Vec::new() })
+    }
+}
+
+impl Focused {
+    /// The map for all that a camera sees between its near and far planes.
+    fn map(&self, part: &Part) -> Result<Map> {
+        let Part { scene, camera, light, size, region, .. } = part;
+        let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
+        match (self.warp.fitting(), self.warp.focus(), light) {
+            (Fitting::UnitCube, focus, _) => self.fitted(&view(focus).restricted(scene, region), part),
+            (Fitting::StableGrid, Focus::Frustum | Focus::SceneFit, Light::Directional(directional)) => {
+                let along = directional.direction();
+                let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
+                let values = vec![("texel_x", grid.texel), ("texel_y", grid.texel), ("radius", grid.radius)];
+                let view = FocusedView::new(scene, camera, light, Focus::Scene);
+                Ok(self.finished(&view, part, &grid.clip_from_world, values, Vec::new()))
+            }
+            // Made without the camera, it stands still by itself.
+            (Fitting::StableGrid, ..) => {
+                let mut map = self.fitted(&view(Focus::Scene), part)?;
+                let note = "stable: the map covers all that the light reaches, whatever the camera sees";
+                map.notes.push(note.to_string());
+                Ok(map)
+            }
+        }
+    }
+    fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Map> {
+        let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
+        let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
+        let (rows, post_warp) = match self.warp.spacing() {
+            Spacing::Projective => {
+                let fitted = fit(&clip_from_local, view, scene, size, tightening);
+                if fitted.begins_late {
+                    notes.retain(|note| !note.starts_with(INSIDE_A_BOX));
+                    let distance = fitted.begins_at(view);
+                    values.push(("begins_at", distance));
+                    // Where nothing is seen there is no caster to miss.
+                    if view.coverage == Coverage::AsAsked {
+                        notes.push(begins_late(distance));
+                    }
+                }
+                (fitted.clip_from_local, PostWarp::None)
+            }
+            Spacing::Logarithmic => fit_logarithmic(&clip_from_local, view, scene, size, tightening),
+        };
+        let seen = view.coverage == Coverage::AsAsked;
+        if self.warp.spacing() == Spacing::Logarithmic && post_warp == PostWarp::None && seen && notes.is_empty() {
+            notes.push("no logarithm: w hardly varies over what is seen".to_string());
+        }
+        values.extend(self.warp.values_of_fit(view, &rows, size));
+        let clip_from_world = rows.moved_to_world(view.origin);
+        if !sees_depth(&clip_from_world, &view.light) {
+            return Err(Error::UnsuitedView {
+                technique: self.spec.name.into(),
+                reason: "depths along the light are lost to rounding: what is seen is too thin for a warp that strong"
+                    .into(),
+                fix: "weaken the warp, or use uniform".into(),
+            });
+        }
+        let mut map = self.finished(view, part, &clip_from_world, values, notes);
+        map.partition.post_warp = post_warp;
+        Ok(map)
+    }
+    /// A map with the notes every technique owes.
+    fn finished(
+        &self,
+        view: &FocusedView,
+        part: &Part,
+        clip_from_world: &Rows,
+        values: Vec<Named>,
+        mut notes: Vec<String>,
+    ) -> Map {
+        if view.coverage == Coverage::NothingSeen {
+            let lit = if view.spot().is_some() { " that the light reaches" } else { "" };
+            notes.insert(
+                0,
+                format!("the camera sees no part of the scene{lit}: the map covers what the light can reach"),
+            );
+        }
+        let partition = Partition {
+            shadow_clip_from_world: through_light(clip_from_world, &view.light, view.origin).matrix(),
+            post_warp: PostWarp::None,
+            eye_depth: view.eye_depth,
+            region: part.region,
+            technique: self.spec.name,
+            values,
+        };
+        Map { partition, notes }
+    }
+}
+
+/// Whether depth grows along the light by more than the rounding of its own terms.
+fn sees_depth(rows: &Rows, light: &Light) -> bool {
+    let terms = rows.z * light.point();
+    // Derived from f64: four products, each rounded by half a step, and three sums.
+    terms.element_sum().abs() > 4.0 * f64::EPSILON * terms.abs().element_sum()
+}
+
+/// The same rows with x, y and w zero at the light (0.1) to the last bit or two. The way through local coordinates
+/// left the rounding of the translation at a placed light; the crop of a strong warp leaves that of far larger terms along a
+/// directional one. What points near `origin` map to stays.
+fn through_light(rows: &Rows, light: &Light, origin: DVec3) -> Rows {
+    let p = light.point();
+    let row = |r: DVec4| {
+        let across = r.truncate();
+        if p.w == 0.0 {
+            let along = p.truncate() * across.dot(p.truncate());
+            (across - along).extend(r.w + along.dot(origin))
+        } else {
+            across.extend(-across.dot(p.truncate()))
+        }
+    };
+    Rows { x: row(rows.x), y: row(rows.y), z: rows.z, w: row(rows.w) }
+}

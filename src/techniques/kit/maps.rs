@@ -1,0 +1,43 @@
+//! What a technique is given, a view or a part of one, and what it returns: maps, each with its notes.
+
+use crate::fit::MapSize;
+use crate::focus::ReceiverSamples;
+use crate::parameterization::{Partition, Region, Selection};
+use crate::scene::{Camera, Light, Scene};
+
+/// What maps are made of: a view, or a part of one.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The camera; its near and far planes bound the part.
+    pub camera: Camera,
+    /// The light.
+    pub light: Light,
+    /// Texels and border of each map.
+    pub size: MapSize,
+    /// What the camera sees, where the technique needs it.
+    pub samples: Option<&'a ReceiverSamples>,
+    /// The rays that the part is about.
+    pub region: Region,
+}
+
+/// The maps of a part of a view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Maps {
+    /// Nearest first; at least one.
+    pub maps: Vec<Map>,
+    /// How a receiver finds its map.
+    pub selection: Selection,
+    /// What the user should know of all of them.
+    pub notes: Vec<String>,
+}
+
+/// One map with what there is to say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// The map.
+    pub partition: Partition,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}

@@ -1,0 +1,159 @@
+//! The shape of a technique, and what all of them share: bodies before the warp, the fit after it.
+//!
+//! ```text
+//! scene, camera, light -> FocusedView -> Warp::warp -> fit to the unit cube or the stable grid -> one map
+//! one map, or several of a scheme that divides the view, or the six of a point light -> Parameterization
+//! ```
+
+use std::fmt::Debug;
+
+use super::faces::faces_of;
+use super::maps::{Maps, Part};
+use super::notes::gathered;
+use super::spec::Spec;
+use crate::error::{Error, Result};
+use crate::fit::MapSize;
+use crate::focus::{Focus, FocusedView, ReceiverSamples};
+use crate::geometry::Rows;
+use crate::parameterization::{Parameterization, Region, Value};
+use crate::scene::{Camera, Light, Scene};
+
+/// A technique with its settings: a pure function from a view to a [`Parameterization`].
+pub trait Technique: Debug + Send + Sync {
+    /// What it says of itself.
+    fn spec(&self) -> &'static Spec;
+    /// Every parameter with its value, in the order of the spec.
+    fn settings(&self) -> Vec<(&'static str, Value)>;
+    /// Whether it looks at receivers: [`Part::samples`] must be there.
+    fn needs_samples(&self) -> bool {
+        false
+    }
+    /// The maps for a part of a view; the light is none that [`Technique::serves`] refuses, and no point light unless the
+    /// technique makes its faces itself.
+    ///
+    /// # Errors
+    /// [`Error::UnsuitedView`] for a view that the technique cannot serve.
+    fn maps(&self, part: &Part) -> Result<Maps>;
+    /// An error unless the technique serves the light.
+    ///
+    /// # Errors
+    /// [`Error::UnsupportedLight`].
+    fn serves(&self, light: &Light) -> Result<()> {
+        let spec = self.spec();
+        if spec.lights.serves(light) {
+            return Ok(());
+        }
+        Err(Error::UnsupportedLight {
+            technique: spec.name.to_string(),
+            light: light.kind().into(),
+            supported: spec.lights.names().into(),
+        })
+    }
+    /// The maps for one scene, camera and light, made for `resolution` texels along each side, by a technique that needs no
+    /// samples.
+    ///
+    /// # Errors
+    /// As [`Technique::parameterize_seen`].
+    fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
+        self.parameterize_seen(scene, camera, light, resolution, None)
+    }
+    /// The maps for one scene, camera and light, made for `resolution` texels along each side; `samples` of what the camera
+    /// sees are used by techniques that [need them](Technique::needs_samples).
+    ///
+    /// # Errors
+    /// [`Error::UnsupportedLight`]; [`Error::UnsuitedView`]; [`Error::InvalidArgument`] for a resolution that leaves no texel
+    /// inside the border, or for missing samples.
+    fn parameterize_seen(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        resolution: u32,
+        samples: Option<&ReceiverSamples>,
+    ) -> Result<Parameterization> {
+        self.serves(light)?;
+        let size = MapSize::new(resolution)?;
+        if self.needs_samples() && samples.is_none() {
+            let fix = "render a small G-buffer of the view and hand over its samples";
+            return Err(Error::argument("samples", "samples of what the camera sees", "none", fix));
+        }
+        let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL };
+        let Maps { maps, selection, mut notes } = match light {
+            Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
+            _ => self.maps(&part)?,
+        };
+        notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
+        let partitions = maps.into_iter().map(|map| map.partition).collect();
+        Ok(Parameterization {
+            technique: self.spec().name.to_string(),
+            settings: self.settings(),
+            partitions,
+            selection,
+            resolution: size.resolution,
+            border_texels: size.border,
+            notes,
+        })
+    }
+}
+
+/// What a warping technique's file holds beside its spec: the warp itself, with its settings read.
+pub trait Warp: Debug + Send + Sync {
+    /// The provisional map of a view; the fit crops it.
+    ///
+    /// # Errors
+    /// [`Error::UnsuitedView`] for a view that the technique cannot serve.
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional>;
+    /// Whether it looks at [`Part::samples`].
+    fn needs_samples(&self) -> bool {
+        false
+    }
+    /// What the map is made to cover.
+    fn focus(&self) -> Focus {
+        Focus::SceneFit
+    }
+    /// How the provisional map is brought to the unit cube.
+    fn fitting(&self) -> Fitting {
+        Fitting::UnitCube
+    }
+    /// How texels follow each other along the warp axis.
+    fn spacing(&self) -> Spacing {
+        Spacing::Projective
+    }
+    /// Numbers that are known only once the map is fitted: `clip_from_local` is.
+    fn values_of_fit(&self, _view: &FocusedView, _clip_from_local: &Rows, _size: &MapSize) -> Vec<Named> {
+        Vec::new()
+    }
+}
+
+/// A number with its name.
+pub type Named = (&'static str, f64);
+
+/// What a warp makes of a view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Provisional {
+    /// From the view's local space: a shadow map's rows (0.1) with w > 0 on the receivers' body.
+    pub clip_from_local: Rows,
+    /// Intermediate numbers.
+    pub values: Vec<Named>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// How a provisional map is brought to the unit cube.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fitting {
+    /// As tightly as receivers and casters allow.
+    UnitCube,
+    /// So that texels stand still in the world while the camera moves. Only a map without a warp can: the grid replaces it.
+    StableGrid,
+}
+
+/// How texels follow each other along the axis of a warp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// As the warp's own projection puts them.
+    Projective,
+    /// Evenly in the logarithm of its w, which must be constant along light rays: [`PostWarp::Log`](crate::parameterization::PostWarp::Log). A map whose w hardly
+    /// varies over the receivers needs no logarithm and gets none.
+    Logarithmic,
+}

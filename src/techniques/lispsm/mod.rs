@@ -1,0 +1,11 @@
+//! LiSPSM: the warp, and the search for the warp distance with the least error.
+
+mod body_error;
+mod receivers_outline;
+mod search;
+mod warp;
+
+pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
+pub use receivers_outline::{ReceiversOutline, receivers_outline};
+pub use search::{Strength, best_strength};
+pub use warp::{SPEC, make};

@@ -1,0 +1,7 @@
+//! The plane-optimal warp, and the plane that most receivers lie in.
+
+mod dominant;
+mod warp;
+
+pub use dominant::{DominantPlane, dominant_plane};
+pub use warp::{SPEC, make};

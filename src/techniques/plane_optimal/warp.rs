@@ -1,0 +1,278 @@
+//! Plane-optimal shadow maps: on one plane, shadow texels are screen pixels.
+//!
+//! Source: Chong and Gortler 2004 `[chong2004]` (a lixel for every pixel); theory.md 9 and (9.1): a point goes along
+//! its light ray to the plane, and from there to the screen. Departures:
+//! - The shared fit crops each axis to the receivers, so texels are pixels up to a crop that is constant over the plane.
+//! - Viewer and light on opposite sides of the plane mirror the image. Every map here keeps the winding that the light sees:
+//!   x is negated then (the value `mirrored` says so), where a renderer could switch the cull mode.
+//! - The plane may be found from what is seen ([`dominant_plane`]).
+//! - One map is made, so light rays that meet the plane behind the eye cannot be covered: the paper splits, here it is an
+//!   error that tells how much is lost, or on demand a uniform map.
+//!
+//! ```text
+//!        eye x         . light ray
+//!             \  .   o  receiver       the receiver's texel is the pixel
+//!              \   .                   in which the plane is seen where
+//!        ________*______ plane         the ray goes through it
+//! ```
+
+use glam::{DVec3, DVec4};
+
+use super::dominant::dominant_plane;
+use crate::error::{Error, Result};
+use crate::focus::{Coverage, FocusedView};
+use crate::geometry::Rows;
+use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
+use crate::techniques::kit::{
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
+    Warp,
+};
+
+/// What the technique says of itself.
+pub static SPEC: Spec = Spec {
+    name: "plane_optimal",
+    title: "Plane-optimal shadow map",
+    source: "Chong, Gortler 2004",
+    lights: LightSupport { directional: true, spot: true, point: true },
+    params: &[
+        ParamSpec {
+            name: "plane",
+            unit: "",
+            default: Default::Choice("dominant"),
+            kind: Kind::Numbers { words: &["dominant"], count: [4, 4], min: f64::MIN, max: f64::MAX },
+            doc: "the plane n·p + d = 0 in world space as (nx, ny, nz, d), or the one that most visible receivers that face \
+                  the light lie on (dominant)",
+        },
+        ParamSpec {
+            name: "fallback",
+            unit: "",
+            default: Default::Choice("none"),
+            kind: Kind::Choice(&["none", "uniform"]),
+            doc: "for a view that the plane cannot serve: an error that says why (none), or a uniform map with a note that \
+                  does (uniform); a point light has such views among its six in nearly every scene",
+        },
+        FIT,
+    ],
+};
+
+/// A plane `normal · p + offset = 0` with a unit normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Choice {
+    Dominant,
+    /// World space.
+    Given(Plane),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fallback {
+    None,
+    Uniform,
+}
+
+#[derive(Debug)]
+struct PlaneOptimal {
+    plane: Choice,
+    fallback: Fallback,
+}
+
+/// The warp from checked settings.
+pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
+    let plane = match settings.numbers("plane") {
+        [x, y, z, d] => Choice::Given(Plane::given(DVec3::new(*x, *y, *z), *d)?),
+        _ => Choice::Dominant,
+    };
+    let fallback = if settings.word("fallback") == "uniform" { Fallback::Uniform } else { Fallback::None };
+    Ok(Box::new(PlaneOptimal { plane, fallback }))
+}
+
+impl Plane {
+    fn given(normal: DVec3, d: f64) -> Result<Self> {
+        // Divided by the largest first: squares of the largest numbers overflow.
+        let size = normal.abs().max_element();
+        let (scaled, offset) = (normal / size, d / size);
+        let plane = Self { normal: scaled.normalize(), offset: offset / scaled.length() };
+        if size > 0.0 && plane.offset.is_finite() {
+            return Ok(plane);
+        }
+        let expected = "a plane (nx, ny, nz, d) with a normal that is not zero and a finite distance from the origin";
+        let got = format!("({}, {}, {}, {d})", normal.x, normal.y, normal.z);
+        Err(Error::argument("plane", expected, got, "the ground at height h is (0, 1, 0, -h)"))
+    }
+    fn functional(&self) -> DVec4 {
+        self.normal.extend(self.offset)
+    }
+    /// Relative to a local origin.
+    fn moved_to(&self, origin: DVec3) -> Self {
+        Self { normal: self.normal, offset: self.offset + self.normal.dot(origin) }
+    }
+}
+
+/// Why a plane cannot serve a view, and what to do.
+struct Unsuited {
+    reason: String,
+    fix: &'static str,
+}
+
+const OTHER_PLANE: &str = "give another plane, or fallback=uniform for a uniform map here";
+
+impl Warp for PlaneOptimal {
+    fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
+        let mut notes = Vec::new();
+        if view.coverage == Coverage::NothingSeen {
+            let clip_from_local = uniform_rows(view, part.scene, &mut notes);
+            return Ok(Provisional { clip_from_local, values: Vec::new(), notes });
+        }
+        let mut values = Vec::with_capacity(8);
+        let found = match self.plane(view, part, &mut values)? {
+            Ok(plane) => through_plane(view, part, &plane, &mut values),
+            Err(unsuited) => Err(unsuited),
+        };
+        match (found, self.fallback) {
+            (Ok(clip_from_local), _) => {
+                if let Some(spot) = view.spot() {
+                    // For its note: the plane sets the depths of this map, not the light's perspective.
+                    spot_depth_range(&spot, view, part.scene, &mut notes);
+                }
+                Ok(Provisional { clip_from_local, values, notes })
+            }
+            (Err(unsuited), Fallback::Uniform) => {
+                notes.push(format!("no warp, a uniform map: {}", unsuited.reason));
+                let clip_from_local = uniform_rows(view, part.scene, &mut notes);
+                Ok(Provisional { clip_from_local, values: Vec::new(), notes })
+            }
+            (Err(Unsuited { reason, fix }), Fallback::None) => {
+                Err(Error::UnsuitedView { technique: SPEC.name.into(), reason, fix: fix.into() })
+            }
+        }
+    }
+    fn needs_samples(&self) -> bool {
+        self.plane == Choice::Dominant
+    }
+}
+
+impl PlaneOptimal {
+    /// The plane, local to the view.
+    fn plane(
+        &self,
+        view: &FocusedView,
+        part: &Part,
+        values: &mut Vec<Named>,
+    ) -> Result<std::result::Result<Plane, Unsuited>> {
+        let world = match (self.plane, part.samples) {
+            (Choice::Given(plane), _) => plane,
+            (Choice::Dominant, None) => {
+                let fix = "hand over the samples of a small G-buffer, or give the plane";
+                return Err(Error::argument("samples", "samples of what the camera sees", "none", fix));
+            }
+            (Choice::Dominant, Some(samples)) => match dominant_plane(view, &part.region, samples) {
+                Some(found) => {
+                    values.push(("plane_share", found.share));
+                    Plane { normal: found.normal, offset: found.offset }.moved_to(-view.origin)
+                }
+                None => {
+                    let of = samples.points.len();
+                    let reason = format!("none of the {of} samples is in this part of the view and faces the light");
+                    return Ok(Err(Unsuited { reason, fix: OTHER_PLANE }));
+                }
+            },
+        };
+        let (n, d) = (world.normal, world.offset);
+        values.extend([("plane_x", n.x), ("plane_y", n.y), ("plane_z", n.z), ("plane_d", d)]);
+        Ok(Ok(world.moved_to(view.origin)))
+    }
+}
+
+/// The camera's rows through a plane (9.1), with w > 0 on the receivers' body.
+fn through_plane(
+    view: &FocusedView,
+    part: &Part,
+    plane: &Plane,
+    values: &mut Vec<Named>,
+) -> std::result::Result<Rows, Unsuited> {
+    let (pi, light) = (plane.functional(), view.rays.point);
+    let vertices = view.receivers.vertices();
+    let farthest = |from: DVec3| vertices.iter().fold(0.0, |d: f64, p| d.max((*p - from).length()));
+    // Of these two each is a height over the plane in a unit of which LEAST_KAPPA is nothing: a sine, or a share of a length.
+    let light_height = pi.dot(light);
+    let reach = if light.w == 0.0 { 1.0 } else { farthest(light.truncate()) };
+    let light_in_plane = || Unsuited { reason: "the light lies in the plane".into(), fix: OTHER_PLANE };
+    if light_height.abs() <= LEAST_KAPPA * reach {
+        return Err(light_in_plane());
+    }
+    // Beyond all digits of what is seen.
+    if pi.w.abs() > farthest(view.eye) / f64::EPSILON {
+        return Err(Unsuited { reason: "the plane lies too far from what is seen".into(), fix: OTHER_PLANE });
+    }
+    let eye_height = pi.dot(view.eye.extend(1.0));
+    if eye_height.abs() <= LEAST_KAPPA * farthest(view.eye) {
+        return Err(Unsuited {
+            reason: "the eye lies in the plane, so the camera sees it as a line".into(),
+            fix: OTHER_PLANE,
+        });
+    }
+    let (tx, ty) = view.camera.tan_half_fov();
+    let row = |v: DVec3| {
+        let screen = v.extend(-v.dot(view.eye));
+        // (9.1)
+        let sheared = screen - pi * (screen.dot(light) / light_height);
+        match light.w {
+            // Zero on the light to the last bit (0.1).
+            0.0 => (sheared.truncate() - light.truncate() * sheared.truncate().dot(light.truncate())).extend(sheared.w),
+            _ => sheared,
+        }
+    };
+    let (x, y, w) = (row(view.camera.right() / tx), row(view.camera.up() / ty), row(view.camera.forward()));
+    let (w_min, w_max) = view.receivers.range(w);
+    if w_min <= LEAST_LAMBDA * w_max {
+        return Err(uncovered(view, part, plane, w));
+    }
+    let z = match light.w {
+        // ε of theory.md 9, from the middle of the receivers.
+        0.0 => (-light.truncate()).extend(light.truncate().dot(view.receivers.vertex_mean())),
+        // z / w = -1 / w grows away from the light, at which w vanishes.
+        _ => DVec4::NEG_W,
+    };
+    let rows = Rows { x, y, z, w };
+    let orientation = view.rays.orientation(&rows, view.receivers.vertex_mean());
+    if orientation == 0.0 {
+        return Err(light_in_plane());
+    }
+    values.push(("mirrored", f64::from(orientation < 0.0)));
+    Ok(Rows { x: rows.x * orientation, ..rows })
+}
+
+/// What a plane leaves out: where w, the camera depth at which a receiver's light ray meets the plane, is not positive.
+fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuited {
+    let vertices = view.receivers.vertices();
+    let behind = vertices.iter().filter(|p| w.dot(p.extend(1.0)) <= 0.0).count();
+    let lost_of_samples = part.samples.map(|samples| {
+        let [near, far] = [part.camera.near(), part.camera.far()];
+        let here = |p: &&DVec3| (near..=far).contains(&part.camera.depth_of(**p)) && part.region.contains(**p);
+        let (mut lost, mut all) = (0, 0);
+        for p in samples.points.iter().filter(here) {
+            all += 1;
+            lost += usize::from(w.dot((*p - view.origin).extend(1.0)) <= 0.0);
+        }
+        format!("; of {all} visible samples {lost} are lost")
+    });
+    let world = plane.moved_to(-view.origin);
+    // To four places; adding zero takes the sign from one.
+    let [x, y, z, d] =
+        [world.normal.x, world.normal.y, world.normal.z, world.offset].map(|v| (v * 1e4).round() / 1e4 + 0.0);
+    let reason = format!(
+        "light rays through receivers must meet the plane ({x}, {y}, {z}, {d}) before the eye, and do not at {behind} of {} \
+         corners of the receivers' body{}",
+        vertices.len(),
+        lost_of_samples.unwrap_or_default()
+    );
+    Unsuited {
+        reason,
+        fix: "give another plane, divide the view (z_partition, face_partition), or fallback=uniform for a uniform map here",
+    }
+}

@@ -1,0 +1,346 @@
+//! Cascades: the depths of the view are split, each split gets maps of its own.
+//!
+//! Source: Zhang, Sun, Xu, Lun 2006 `[zhang2006]` (parallel-split shadow maps); Lloyd, Tuft, Yoon, Manocha 2006
+//! `[lloyd2006]` (warping and partitioning); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]` (sample distribution
+//! shadow maps); theory.md 12.1. Departures:
+//! - a split is a camera with nearer planes, focused, warped and fitted as any other, so what it sees of the scene bounds its
+//!   map across the light too, exactly; samples decide depths only;
+//! - by default every receiver is covered, seen by a sample or not: the first split begins at the near end of the receivers'
+//!   body and the last ends at its far end, and a gap in the depths belongs to the split behind it (there it costs least:
+//!   towards the eye the view is narrower).
+//!
+//! ```text
+//!  eye   |--- 0 ---|------ 1 ------|----------- 2 -----------|      overlap: a map reaches on into the next split,
+//!      near       C1              C2                        far     which its receivers' depths do not
+//! ```
+
+use super::splits::{blended, equal_log};
+use crate::error::{Error, Result};
+use crate::focus::{Focus, FocusedView};
+use crate::parameterization::{Selection, Value};
+use crate::scene::Light;
+use crate::techniques::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use crate::techniques::{technique, techniques_of};
+
+/// What the technique says of itself.
+pub static SPEC: Spec = Spec {
+    name: "z_partition",
+    title: "Depth splits (cascades)",
+    source: "Zhang, Sun, Xu, Lun 2006; Lloyd, Tuft, Yoon, Manocha 2006; Lauritzen, Salvi, Lefohn 2010",
+    lights: LightSupport { directional: true, spot: true, point: true },
+    params: &[
+        ParamSpec {
+            name: "count",
+            unit: "",
+            default: Default::Integer(4),
+            kind: Kind::Integer { min: 1, max: MOST as i64 },
+            doc: "how many splits",
+        },
+        ParamSpec {
+            name: "splits",
+            unit: "",
+            default: Default::Choice("practical"),
+            kind: Kind::Choice(&["uniform", "logarithmic", "practical", "min-max", "equal-log"]),
+            doc: "where the depths are split: equally long, equally long in ratio, a blend of both; or from samples of what is \
+                  seen, equally long in ratio between the least and the greatest depth (min-max), or with equal shares of \
+                  the logarithmic depths in which anything is seen (equal-log)",
+        },
+        ParamSpec {
+            name: "blend",
+            unit: "",
+            default: Default::Number(0.5),
+            kind: Kind::Number { min: 0.0, max: 1.0 },
+            doc: "share of the logarithmic scheme in the practical one; 0.5 is that of Zhang et al. 2006",
+        },
+        ParamSpec {
+            name: "distances",
+            unit: "world units",
+            default: Default::Choice("none"),
+            kind: Kind::Numbers { words: &["none"], count: [1, MOST - 1], min: f64::MIN_POSITIVE, max: f64::MAX },
+            doc: "camera depths of the borders between splits, ascending, instead of count and splits",
+        },
+        ParamSpec {
+            name: "range",
+            unit: "",
+            default: Default::Choice("auto"),
+            kind: Kind::Choice(&["auto", "camera", "receivers"]),
+            doc: "what is split: the depths of what the camera can see of the scene (receivers), or those between its near and \
+                  far planes (camera); auto: receivers, unless stable is on",
+        },
+        ParamSpec {
+            name: "cover",
+            unit: "",
+            default: Default::Choice("receivers"),
+            kind: Kind::Choice(&["receivers", "samples"]),
+            doc: "with splits from samples, what the maps cover: all that can be seen, or no more depths than the samples have",
+        },
+        ParamSpec {
+            name: "overlap",
+            unit: "",
+            default: Default::Number(0.0),
+            kind: Kind::Number { min: 0.0, max: 0.99 },
+            doc: "share of a split's length by which its map reaches on into the next, for blending",
+        },
+        ParamSpec {
+            name: "inner",
+            unit: "",
+            default: Default::Choice("uniform"),
+            kind: Kind::Techniques,
+            doc: "the technique of each split, nearest first, separated by /; the last serves all that follow",
+        },
+        ParamSpec {
+            name: "stable",
+            unit: "",
+            default: Default::Flag(false),
+            kind: Kind::Flag,
+            doc: "texels of uniform inner maps stand still while the camera moves; the splits depend on the camera's planes alone",
+        },
+    ],
+};
+
+/// Most splits.
+const MOST: usize = 16;
+
+/// The least length of what a map is made for, as a share of its depth: splits without length still get a valid map. Derived
+/// from f64: half of the digits of the difference of two depths are left.
+const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
+
+#[derive(Debug, Clone, PartialEq)]
+enum Rule {
+    /// A share of the logarithmic scheme in the uniform one.
+    Blended(f64),
+    /// The logarithmic scheme between the ends of the sampled depths.
+    MinMax,
+    /// Equal shares of the occupied logarithmic depths.
+    EqualLog,
+    /// Borders between splits.
+    Distances(Vec<f64>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Range {
+    Camera,
+    Receivers,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cover {
+    Receivers,
+    Samples,
+}
+
+#[derive(Debug)]
+struct ZPartition {
+    settings: Settings,
+    count: usize,
+    rule: Rule,
+    range: Range,
+    cover: Cover,
+    overlap: f64,
+    /// At least one; the last is repeated.
+    inner: Vec<Box<dyn Technique>>,
+}
+
+/// Camera depths of a split.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Split {
+    /// Whose receivers read its maps.
+    serves: [f64; 2],
+    /// What its maps are made for.
+    covers: [f64; 2],
+}
+
+/// The scheme from checked settings.
+pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
+    let distances = settings.numbers("distances").to_vec();
+    if let Some(w) = distances.windows(2).find(|w| w[0] >= w[1]) {
+        let got = format!("{} before {}", w[0], w[1]);
+        return Err(Error::argument("distances", "ascending camera depths", got, "sort them, each once"));
+    }
+    let rule = match settings.word("splits") {
+        _ if !distances.is_empty() => Rule::Distances(distances),
+        "uniform" => Rule::Blended(0.0),
+        "logarithmic" => Rule::Blended(1.0),
+        "min-max" => Rule::MinMax,
+        "equal-log" => Rule::EqualLog,
+        _ => Rule::Blended(settings.number("blend").unwrap_or(0.5)),
+    };
+    let count = match &rule {
+        Rule::Distances(list) => list.len() + 1,
+        _ => settings.number("count").map_or(1, |n| n as usize),
+    };
+    settings.set("count", Value::Integer(count as i64));
+    let inner = techniques_of(settings.word("inner"))?;
+    if inner.len() > count {
+        let got = format!("{} techniques for {count} splits", inner.len());
+        return Err(Error::argument("inner", "no more techniques than splits", got, "name fewer, or split into more"));
+    }
+    let stable = settings.flag("stable");
+    let range = match settings.word("range") {
+        "camera" => Range::Camera,
+        "auto" if stable => Range::Camera,
+        _ => Range::Receivers,
+    };
+    let inner = if stable { stable_ones(&rule, range, inner)? } else { inner };
+    let cover = if settings.word("cover") == "samples" { Cover::Samples } else { Cover::Receivers };
+    let overlap = settings.number("overlap").unwrap_or(0.0);
+    Ok(Box::new(ZPartition { settings, count, rule, range, cover, overlap, inner }))
+}
+
+/// The inner techniques with their texels held still; an error where something would move them.
+fn stable_ones(rule: &Rule, range: Range, inner: Vec<Box<dyn Technique>>) -> Result<Vec<Box<dyn Technique>>> {
+    if matches!(rule, Rule::MinMax | Rule::EqualLog) {
+        let fix = "choose another scheme for splits, or leave stable off";
+        return Err(Error::argument("splits", "depths that stand still", "depths from samples, with stable on", fix));
+    }
+    if range == Range::Receivers {
+        let fix = "set range to camera, or leave stable off";
+        return Err(Error::argument("range", "camera, where stable is on", "receivers, which move", fix));
+    }
+    let held = |t: Box<dyn Technique>| {
+        if t.spec().name != "uniform" {
+            let fix =
+                "name uniform alone, or leave stable off: a warp depends on the camera's place, so its texels move";
+            return Err(Error::argument("inner", "uniform, where stable is on", t.spec().name, fix));
+        }
+        let mut settings: Vec<(String, Value)> =
+            t.settings().into_iter().map(|(name, value)| (name.to_string(), value)).collect();
+        settings.retain(|(name, _)| name != "stable");
+        settings.push(("stable".to_string(), Value::Flag(true)));
+        technique("uniform", &settings)
+    };
+    inner.into_iter().map(held).collect()
+}
+
+impl Technique for ZPartition {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+    fn settings(&self) -> Vec<(&'static str, Value)> {
+        self.settings.values().to_vec()
+    }
+    fn needs_samples(&self) -> bool {
+        matches!(self.rule, Rule::MinMax | Rule::EqualLog) || self.inner.iter().any(|t| t.needs_samples())
+    }
+    /// As far as all inner techniques do.
+    fn serves(&self, light: &Light) -> Result<()> {
+        self.inner.iter().try_for_each(|t| t.serves(light))
+    }
+    fn maps(&self, part: &Part) -> Result<Maps> {
+        let mut notes = Vec::new();
+        let splits = self.splits(part, &mut notes);
+        let mut all = Maps { maps: Vec::with_capacity(splits.len()), selection: Selection::Depth, notes };
+        for (i, split) in splits.iter().enumerate() {
+            let [near, far] = split.covers;
+            let camera = part.camera.with_depths(near, far)?;
+            let inner = &self.inner[i.min(self.inner.len() - 1)];
+            let Maps { mut maps, selection, notes } = inner.maps(&Part { camera, ..*part })?;
+            let last = maps.len() - 1;
+            for (k, map) in maps.iter_mut().enumerate() {
+                let depths = &mut map.partition.eye_depth;
+                // Maps that divide the split by depth meet its ends; others serve all of it.
+                if k == 0 || selection == Selection::Containment {
+                    depths[0] = split.serves[0];
+                }
+                if k == last || selection == Selection::Containment {
+                    depths[1] = split.serves[1];
+                }
+                map.partition.values.extend([("covered_near", near), ("covered_far", far)]);
+            }
+            all.maps.append(&mut maps);
+            all.notes.extend(notes);
+        }
+        Ok(all)
+    }
+}
+
+impl ZPartition {
+    /// The splits, nearest first, each beginning where the one before ends or behind.
+    fn splits(&self, part: &Part, notes: &mut Vec<String>) -> Vec<Split> {
+        let camera = &part.camera;
+        let planes = [camera.near(), camera.far()];
+        let whole = match self.range {
+            Range::Camera => planes,
+            Range::Receivers => {
+                let view = FocusedView::new(part.scene, camera, &part.light, Focus::SceneFit);
+                view.restricted(part.scene, &part.region).eye_depth
+            }
+        };
+        let served = match &self.rule {
+            Rule::Blended(blend) => between(&blended(whole[0], whole[1], self.count, *blend)),
+            Rule::Distances(distances) => between(&borders(distances, whole, planes, notes)),
+            Rule::MinMax | Rule::EqualLog => self.sampled(part, whole, notes),
+        };
+        let sampled = matches!(self.rule, Rule::MinMax | Rule::EqualLog);
+        if self.cover == Cover::Samples && !sampled {
+            notes.push("cover has no effect: the splits do not come from samples".to_string());
+        }
+        let cover = if sampled { self.cover } else { Cover::Receivers };
+        let last = served.len() - 1;
+        let covered = |i: usize, [begin, end]: [f64; 2]| {
+            let reach = (end + self.overlap * (end - begin)).min(camera.far());
+            match cover {
+                Cover::Samples => [begin, reach],
+                // Out to the planes: the body of what is seen ends before, and no rounding of a depth leaves it uncovered.
+                Cover::Receivers => {
+                    [if i == 0 { camera.near() } else { begin }, if i == last { camera.far() } else { reach }]
+                }
+            }
+        };
+        let split = |(i, &serves): (usize, &[f64; 2])| {
+            let [near, far] = covered(i, serves);
+            Split { serves, covers: [near.min(far * (1.0 - LEAST_LENGTH)), far] }
+        };
+        served.iter().enumerate().map(split).collect()
+    }
+    /// Splits from the depths of what is seen.
+    fn sampled(&self, part: &Part, whole: [f64; 2], notes: &mut Vec<String>) -> Vec<[f64; 2]> {
+        let Part { camera, light, region, .. } = part;
+        let lit = part.samples.into_iter().flat_map(|samples| samples.lit(camera, light, region));
+        let depths: Vec<f64> = lit.map(|(p, _)| camera.depth_of(p)).collect();
+        let (near, far) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(*d), b.max(*d)));
+        if depths.is_empty() {
+            notes.push("no sample faces the light: splits are logarithmic over all that can be seen".to_string());
+            return between(&blended(whole[0], whole[1], self.count, 1.0));
+        }
+        let mut splits = match self.rule {
+            Rule::EqualLog => equal_log(&depths, self.count),
+            _ => between(&blended(near, far, self.count, 1.0)),
+        };
+        match self.cover {
+            Cover::Samples => {
+                notes.push(format!("the maps cover camera depths {near:.4} to {far:.4} alone: those of the samples"));
+            }
+            Cover::Receivers => {
+                for i in 1..splits.len() {
+                    splits[i][0] = splits[i - 1][1];
+                }
+                let last = splits.len() - 1;
+                splits[0][0] = whole[0].min(near);
+                splits[last][1] = whole[1].max(far);
+            }
+        }
+        splits
+    }
+}
+
+/// The splits between borders.
+fn between(borders: &[f64]) -> Vec<[f64; 2]> {
+    borders.windows(2).map(|w| [w[0], w[1]]).collect()
+}
+
+/// Ends and given inner borders; those outside of the camera's planes are moved there, so that the count of maps stays.
+fn borders(distances: &[f64], whole: [f64; 2], planes: [f64; 2], notes: &mut Vec<String>) -> Vec<f64> {
+    let inner = distances.iter().map(|d| {
+        if !(planes[0]..=planes[1]).contains(d) {
+            notes.push(format!(
+                "the border {d} is not between the camera's planes ({} and {}): a split is empty",
+                planes[0], planes[1]
+            ));
+        }
+        d.clamp(planes[0], planes[1])
+    });
+    let inner: Vec<f64> = inner.collect();
+    let (first, last) = (whole[0].min(inner[0]), whole[1].max(inner[inner.len() - 1]));
+    [first].into_iter().chain(inner).chain([last]).collect()
+}

@@ -1,0 +1,204 @@
+//! The scene made ready for rays: a hierarchy per mesh, shared by its instances, and one over the instances.
+//!
+//! Rays are f64, relative to the scene's origin, and are taken into each instance's frame (t stays the same), where
+//! triangles are exactly the mesh's f32 vertices. An instance whose transform flattens has no inverse; its triangles
+//! are baked into a mesh of their own.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::frame::{Frame, power_of_two_near};
+use super::tree::{Box3, Item, LEAF, Tree};
+use super::triangles::Packet;
+use crate::error::Result;
+use crate::geometry::Aabb;
+use crate::progress::Progress;
+use crate::scene::{Mesh, Scene};
+
+/// Answers questions about rays in a scene. Cheap to clone.
+///
+/// ```
+/// use shadowlab::{Mesh, Progress, Scene, trace::Tracer};
+/// let floor = Mesh::new(&[[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0]], &[[0, 1, 2]])?;
+/// let tracer = Tracer::new(&Scene::from_mesh(floor)?, &Progress::new())?;
+/// let hits = tracer.first_hit(&[[1.0, 2.0, 1.0]], &[[0.0, -1.0, 0.0]], &Progress::new())?;
+/// assert_eq!((hits[0].t, hits[0].triangle, hits[0].instance), (2.0, 0, 0));
+/// # Ok::<(), shadowlab::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Tracer {
+    pub(in crate::trace) inner: Arc<Inner>,
+}
+
+/// See [`Tracer`].
+#[derive(Debug)]
+pub struct Inner {
+    pub scene: Scene,
+    pub meshes: Vec<TracedMesh>,
+    pub placed: Vec<Placed>,
+    /// Over the instances' boxes; none where there is one instance.
+    pub top: Option<Tree>,
+    /// Scale from the world to the top tree's frame, a power of two.
+    pub top_per_world: f64,
+    /// Bound on the distance between a computed and the exact point of a surface, from f64 rounding, world units.
+    pub surface_error: f64,
+    /// What single precision resolves in this scene, world units: see [`F32_ROUNDINGS`].
+    pub resolution: f64,
+}
+
+/// A mesh with its hierarchy; packet i holds the triangles of leaf i.
+#[derive(Debug)]
+pub struct TracedMesh {
+    pub mesh: Arc<Mesh>,
+    pub tree: Tree,
+    pub packets: Vec<Packet>,
+    is_baked: bool,
+}
+
+/// An instance.
+#[derive(Debug)]
+pub struct Placed {
+    /// Index into [`Inner::meshes`].
+    pub mesh: u32,
+    pub frame: Frame,
+}
+
+/// f64 roundings between a surface and a computed point on it: into the frame and back (8 each), relative to a vertex
+/// (1), shear (2), edge functions (3), weighting (6), and the point on the ray (2); below 32.
+const F64_ROUNDINGS: f64 = 32.0;
+/// f32 roundings of a coordinate on the way through a single-precision tracer or renderer: vertex, ray origin,
+/// direction times t, and their sum.
+const F32_ROUNDINGS: f64 = 4.0;
+/// Relative error of one rounding.
+const F64_ROUNDING: f64 = f64::EPSILON / 2.0;
+const F32_ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
+
+impl Tracer {
+    /// The hierarchies of a scene, built on all cores.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn new(scene: &Scene, progress: &Progress) -> Result<Self> {
+        let origin = scene.origin();
+        progress.set_total(scene.meshes().len() as u64 + 1);
+        let mut sources: Vec<(Arc<Mesh>, bool)> = Vec::new();
+        let mut slot_of: HashMap<u32, u32> = HashMap::new();
+        let mut placed = Vec::with_capacity(scene.instances().len());
+        for (index, (instance, map)) in scene.instances().iter().zip(scene.world_from_local()).enumerate() {
+            let map = DAffine3 { matrix3: map.matrix3, translation: map.translation - origin };
+            let (mesh, frame) = match Frame::new(map) {
+                Some(frame) => {
+                    let slot = *slot_of.entry(instance.mesh).or_insert_with(|| {
+                        sources.push((scene.meshes()[instance.mesh as usize].clone(), false));
+                        (sources.len() - 1) as u32
+                    });
+                    (slot, frame)
+                }
+                None => {
+                    progress.check()?;
+                    let (mesh, frame) = baked(scene.mesh_of(index), &map)?;
+                    sources.push((Arc::new(mesh), true));
+                    ((sources.len() - 1) as u32, frame)
+                }
+            };
+            placed.push(Placed { mesh, frame });
+        }
+        let meshes = sources
+            .into_par_iter()
+            .map(|(mesh, is_baked)| {
+                progress.check()?;
+                let traced = TracedMesh::new(mesh, is_baked);
+                progress.advance(1);
+                Ok(traced)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        progress.check()?;
+
+        let half_extent = (0.5 * scene.bounds().max - 0.5 * scene.bounds().min).max_element();
+        let reach = placed.iter().map(|p| p.frame.reach()).fold(half_extent, f64::max);
+        let top_per_world = if reach > 0.0 { 0.5 / power_of_two_near(reach) } else { 1.0 };
+        let top = (placed.len() > 1).then(|| {
+            let item = |(id, p): (usize, &Placed)| {
+                let local = &meshes[p.mesh as usize].tree.bounds;
+                let local = Aabb { min: local.min.as_dvec3(), max: local.max.as_dvec3() };
+                let world = local.transformed(&p.frame.world_from_local);
+                let bounds = outward(&Aabb { min: world.min * top_per_world, max: world.max * top_per_world });
+                Item { bounds, id: id as u32 }
+            };
+            Tree::build(placed.iter().enumerate().map(item).collect(), 1)
+        });
+        let surface_error = placed
+            .iter()
+            .map(|p| F64_ROUNDINGS * F64_ROUNDING * p.frame.reach().max(half_extent) * p.frame.condition())
+            .fold(0.0, f64::max);
+        let resolution = (F32_ROUNDINGS * F32_ROUNDING * half_extent).max(2.0 * surface_error);
+        progress.advance(1);
+        let inner = Inner { scene: scene.clone(), meshes, placed, top, top_per_world, surface_error, resolution };
+        Ok(Self { inner: Arc::new(inner) })
+    }
+    /// Bytes held beside the scene.
+    pub fn memory(&self) -> usize {
+        let mesh = |m: &TracedMesh| {
+            let baked = if m.is_baked { m.mesh.memory() } else { 0 };
+            m.tree.memory() + m.packets.capacity() * size_of::<Packet>() + baked
+        };
+        self.inner.meshes.iter().map(mesh).sum::<usize>()
+            + self.inner.meshes.capacity() * size_of::<TracedMesh>()
+            + self.inner.placed.capacity() * size_of::<Placed>()
+            + self.inner.top.as_ref().map_or(0, Tree::memory)
+    }
+}
+
+impl TracedMesh {
+    fn new(mesh: Arc<Mesh>, is_baked: bool) -> Self {
+        let positions = mesh.positions_local();
+        let item = |(id, triangle): (usize, &[u32; 3])| Item {
+            bounds: triangle.iter().fold(Box3::EMPTY, |b, &i| b.with_point(positions[i as usize])),
+            id: id as u32,
+        };
+        let items: Vec<Item> = mesh.triangles().par_iter().enumerate().map(item).collect();
+        let mut tree = Tree::build(items, LEAF);
+        let packets = tree.leaves.par_iter().map(|&leaf| Packet::new(&mesh, leaf)).collect();
+        // The packets hold them.
+        tree.leaves = Vec::new();
+        Self { mesh, tree, packets, is_baked }
+    }
+}
+
+impl Inner {
+    /// The corners of a triangle in the world, relative to the scene's origin.
+    pub fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
+        let placed = &self.placed[instance as usize];
+        let mesh = &self.meshes[placed.mesh as usize].mesh;
+        mesh.triangles()[triangle as usize]
+            .map(|i| placed.frame.world_from_local.transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
+    }
+}
+
+/// The mesh with an instance's transform in its vertices.
+fn baked(mesh: &Mesh, map: &DAffine3) -> Result<(Mesh, Frame)> {
+    let vertices: Vec<[f64; 3]> =
+        mesh.positions_local().iter().map(|p| map.transform_point3(p.as_dvec3()).to_array()).collect();
+    let faces: Vec<[i64; 3]> = mesh.triangles().iter().map(|t| t.map(i64::from)).collect();
+    let mesh = Mesh::new(&vertices, &faces)?;
+    let frame = Frame::new(*mesh.mesh_from_local());
+    // A mesh's own frame is a power of two and a translation, which always has an inverse.
+    Ok((mesh, frame.unwrap_or(IDENTITY)))
+}
+
+const IDENTITY: Frame = Frame {
+    world_from_local: DAffine3::IDENTITY,
+    local_from_world: DAffine3::IDENTITY,
+    local_per_world: 1.0,
+    world_per_local: 1.0,
+};
+
+/// The box rounded to f32, never inward.
+fn outward(b: &Aabb) -> Box3 {
+    let down = |v: DVec3| Vec3::from_array(v.to_array().map(|x| (x as f32).next_down()));
+    let up = |v: DVec3| Vec3::from_array(v.to_array().map(|x| (x as f32).next_up()));
+    Box3 { min: down(b.min), max: up(b.max) }
+}

@@ -1,0 +1,7 @@
+//! Rays taken into a frame, alone or in a bundle.
+
+mod bundle;
+mod ray;
+
+pub use bundle::{BUNDLE, Bundle, Each, Hull, RayBits, largest};
+pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay};

@@ -1,0 +1,8 @@
+//! Walks through the hierarchies, of a ray and of a bundle, and what is looked for on the way.
+
+mod bundle_walk;
+mod one_ray;
+mod visitors;
+
+pub use bundle_walk::{Stacks, traverse_together};
+pub use visitors::{Blocked, Closest, Face, SurelyBlocked};

@@ -27,6 +27,7 @@ pub mod scene;
 mod simd;
 pub mod study;
 pub mod techniques;
+pub mod threads;
 pub mod trace;
 
 pub use error::{Error, Result};

@@ -102,9 +102,9 @@ def core() -> Finding:
         truth = trace.shadow_mask(scene, camera, light, size=(48, 48))
     except ShadowlabError as error:
         return Finding("core", "failed", str(error), "pip install --force-reinstall shadowlab")
-    both = (truth >= 0) & np.isfinite(mask)
-    wrong = int(((mask > 0.5) != (truth == 1))[both].sum())
-    shadow = int((truth == 0).sum())
+    both = (truth >= trace.Truth.SHADOW) & np.isfinite(mask)
+    wrong = int(((mask > 0.5) != (truth == trace.Truth.LIT))[both].sum())
+    shadow = int((truth == trace.Truth.SHADOW).sum())
     # A square's silhouette crosses at most a few pixels of each of 48 rows; anything more is not rounding.
     if shadow == 0 or wrong > 48:
         text = f"a square's shadow of {shadow} pixels came out with {wrong} wrong"

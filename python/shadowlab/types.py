@@ -29,7 +29,7 @@ __all__ = [
     "RendererLike",
     "Size",
     "TechniqueLike",
-    "Truth",
+    "TruthImage",
 ]
 
 Light: TypeAlias = DirectionalLight | SpotLight | PointLight
@@ -45,7 +45,7 @@ Picture: TypeAlias = npt.NDArray[np.uint8]
 #: (H, W) share of the light that arrives: 1 lit, 0 in shadow, NaN where nothing is seen.
 Mask: TypeAlias = npt.NDArray[np.float32]
 #: (H, W) traced truth: 1 lit, 0 in shadow, -1 undecided, -2 nothing.
-Truth: TypeAlias = npt.NDArray[np.int8]
+TruthImage: TypeAlias = npt.NDArray[np.int8]
 
 
 class TechniqueLike(Protocol):

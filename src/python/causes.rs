@@ -73,8 +73,8 @@ pub fn causes<'py>(
         let truth = array::<i8>(truth, "truth", &[Some(h), Some(w)])?;
         let (differences, truth) = (differences.as_slice()?, truth.as_slice()?);
         let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
+        let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
-            let tracer = &scene.tracer(progress)?;
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);
             let parameterization = p;
             let of =

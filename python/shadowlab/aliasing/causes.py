@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from .. import _core
 from ..checks import check_filter
 from ..errors import ArgumentError
+from .codes import Cause
 from .summary import band_index, checked_bands, even_limits
 
 if TYPE_CHECKING:
     import pandas as pd
 
 # The causes by their codes in `Causes.image`, and what they mean.
-CAUSES = {1: "acne", 2: "edge", 3: "leak", 4: "missing", 5: "other"}
+CAUSES = {code: code.name.lower() for code in Cause if code > Cause.RIGHT}
 MEANINGS = {
     "acne": "a surface shadows itself, or in a crease a lit one its neighbour",
     "edge": "a silhouette is drawn where it is not",
@@ -36,7 +37,7 @@ class Causes:
     Attributes
     ----------
     image : (H, W) int8
-        0 right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 not compared.
+        0 right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 not compared: `Cause`.
     distance : (H, W) float32
         From each wrong pixel to the nearest one whose truth is what the map says, pixels: how far a shadow's edge has
         moved. Infinite where the image has none, NaN where the pixel is right. Among surfaces that face the light.
@@ -54,7 +55,7 @@ class Causes:
     @property
     def count(self) -> int:
         """All wrong pixels."""
-        return int(np.count_nonzero(self.image > 0))
+        return int(np.count_nonzero(self.image > Cause.RIGHT))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -89,7 +90,7 @@ class Causes:
     @property
     def edge_distance(self) -> dict[str, float] | None:
         """Mean, 95th percentile and largest distance of displaced edges, pixels; None where there is none."""
-        moved = self.distance[(self.image == 2) & np.isfinite(self.distance)]
+        moved = self.distance[(self.image == Cause.EDGE) & np.isfinite(self.distance)]
         if moved.size == 0:
             return None
         return {"mean": float(moved.mean()), "p95": float(np.percentile(moved, 95)), "max": float(moved.max())}
@@ -110,7 +111,7 @@ class Causes:
         import pandas as pd
 
         limits = checked_bands(bands)
-        compared = self.image >= 0
+        compared = self.image >= Cause.RIGHT
         columns = ["near", "far", "compared", "wrong", *CAUSES.values()]
         if not compared.any():
             return pd.DataFrame([], columns=columns)
@@ -120,7 +121,7 @@ class Causes:
         for b, (near, far) in enumerate(pairwise(limits)):
             inside = self.image[(index == b) & compared]
             named = {name: int(np.count_nonzero(inside == code)) for code, name in CAUSES.items()}
-            whole = {"compared": int(inside.size), "wrong": int(np.count_nonzero(inside > 0))}
+            whole = {"compared": int(inside.size), "wrong": int(np.count_nonzero(inside > Cause.RIGHT))}
             rows.append({"near": float(near), "far": float(far), **whole, **named})
         return pd.DataFrame(rows, columns=columns)
 

@@ -21,11 +21,12 @@ from ..checks import check_camera, check_light
 from ..conventions.doubts import CHECK_MATRIX, notes_on
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
+from .codes import NoTexel
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 from .summary import Summary
 
 # Codes of `Footprint.map` below 0, and what they mean.
-NO_MAP, AVERTED, NOTHING = -1, -2, -3
+NO_MAP, AVERTED, NOTHING = NoTexel
 UNMEASURED = {
     NO_MAP: "held by no map",
     AVERTED: "facing away from the light, or beyond its cone or range",
@@ -57,7 +58,7 @@ class Footprint:
         1 what one texel along its y (down) does.
     map : (H, W) int16
         The map that serves the pixel; -1 where no map holds it (it is lit then), -2 where it faces away from the
-        light or is beyond its reach, -3 where nothing is seen.
+        light or is beyond its reach, -3 where nothing is seen: `NoTexel`.
     depth : (H, W) float
         Depth along the view, world units.
     resolution : (int, int)

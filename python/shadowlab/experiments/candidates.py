@@ -28,7 +28,7 @@ T = TypeVar("T")
 # What is parameterized with to learn the number of maps.
 FIRST_TEXELS = 1024
 # What every outcome is measured by; texels that nobody reads cost more than all else and rank nothing.
-MEASURED = tuple(name for name in METRICS if name != "usage")
+RANKED_METRICS = tuple(name for name in METRICS if name != "usage")
 
 
 @dataclass(frozen=True)
@@ -207,8 +207,8 @@ def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str)
     if not plan.side:
         return replace(blank, maps=plan.most, failure=too_small(plan.memory, plan.most))
     run = evaluate(
-        view.view, one.item, plan.side, metrics=MEASURED, renderer=draw.renderer, filter=draw.filter, bias=draw.bias,
-        label=one.label,
+        view.view, one.item, plan.side, metrics=RANKED_METRICS, renderer=draw.renderer, filter=draw.filter,
+        bias=draw.bias, label=one.label,
     )  # fmt: skip
     found = replace(blank, maps=maps, resolution=plan.side, run=run, notes="; ".join(run.notes))
     if run.failure:

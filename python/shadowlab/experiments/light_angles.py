@@ -156,7 +156,9 @@ def light_at_angle(camera: Any, angle_deg: float, *, azimuth_deg: float = 0.0) -
     """
     if not isinstance(camera, _core.Camera):
         raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
-    angle, azimuth = (np.radians(degrees(n, v)) for n, v in (("angle_deg", angle_deg), ("azimuth_deg", azimuth_deg)))
+    angle, azimuth = (
+        np.radians(finite_degrees(n, v)) for n, v in (("angle_deg", angle_deg), ("azimuth_deg", azimuth_deg))
+    )
     if not 0 <= angle <= np.pi:
         raise ArgumentError(f"angle_deg: expected 0 to 180 degrees, got {shown(angle_deg)}; turn the azimuth instead")
     origin = np.cos(azimuth) * np.asarray(camera.up) + np.sin(azimuth) * np.asarray(camera.right)
@@ -269,13 +271,13 @@ def side_at_equal_memory(item: Any, view: View, resolution: int, renderer: Rende
 def lights_at(camera: Any, angles_deg: Any, azimuth_deg: float) -> dict[float, Any]:
     """The light of each angle, in order."""
     given = angles_deg if isinstance(angles_deg, Iterable) and not isinstance(angles_deg, str) else [angles_deg]
-    angles = [degrees("angles_deg", angle) for angle in given]
+    angles = [finite_degrees("angles_deg", angle) for angle in given]
     if not angles or len(set(angles)) < len(angles):
         raise ArgumentError(f"angles_deg: expected angles, none twice, got {shown(angles_deg)}; try range(90, 0, -5)")
     return {angle: light_at_angle(camera, angle, azimuth_deg=azimuth_deg) for angle in angles}
 
 
-def degrees(name: str, value: Any) -> float:
+def finite_degrees(name: str, value: Any) -> float:
     """The value as a finite number."""
     try:
         number = float("nan") if isinstance(value, str) else float(value)

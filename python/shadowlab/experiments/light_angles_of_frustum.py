@@ -89,7 +89,7 @@ def frustum_over_light_angle(
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
                 e = footprint_at(points, normals, camera, light, p, size=picture, resolution=side)
-                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst(texels, e.perspective_ts)}
+                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst_of_outline(texels, e.perspective_ts)}
             except ShadowlabError as error:
                 row["failure"] = str(error)
             rows.append(row)
@@ -108,7 +108,7 @@ def outlines(p: Any, camera: Any, steps: int) -> NDArray[np.float64]:
     return found
 
 
-def worst(texels: BeamTexels, perspective_ts: NDArray[np.float64]) -> dict[str, float]:
+def worst_of_outline(texels: BeamTexels, perspective_ts: NDArray[np.float64]) -> dict[str, float]:
     """The numbers of a row: of texels across the beam, and of the same in the image (N, 2).
 
     Raises

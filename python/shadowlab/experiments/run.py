@@ -27,6 +27,7 @@ from ..techniques.labels import is_parameterization, resolved, spec_of
 from ..text import settings_text, shown
 from .columns import COLUMNS
 from .drawing import Drawing
+from .memory import BYTES_PER_TEXEL
 from .timing import best_of, median_us
 
 if TYPE_CHECKING:
@@ -224,7 +225,6 @@ class Run:
         return f"{head}{'' if wrong is None else f', {wrong:,} wrong pixels'})"
 
 
-BYTES_PER_TEXEL = 4
 # The adapter of a run whose renderer is not of this package and stayed in another process.
 ELSEWHERE = "elsewhere"
 # The columns that metrics and times fill.

@@ -30,6 +30,7 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..trace import Truth
 from .arguments import check_types, size_of
 from .columns import table
 from .progress import Steps
@@ -149,7 +150,7 @@ def temporal(
     with Steps(len(path) - 1, progress) as step:
         for i, (before, after) in enumerate(pairwise(views)):
             step(f"frame {i}")
-            pair = Pair(before, after, draw)
+            pair = FramePair(before, after, draw)
             for label, item in entries:
                 first = drawn.pop(label, None) or measure(before, item, texels, label=label)
                 drawn[label] = second = measure(after, item, texels, label=label)
@@ -161,7 +162,7 @@ def temporal(
     return Temporal(table("temporal", rows))
 
 
-class Pair:
+class FramePair:
     """Two frames of a path: the receivers of the first, and what the maps of both make of them."""
 
     def __init__(self, before: View, after: View, renderer: RendererLike):
@@ -171,7 +172,7 @@ class Pair:
         self.steady = self.seen
         if before.light != after.light:
             first, second = before.truth(), replace(before, light=after.light).truth()
-            self.steady = self.seen & (first == second) & (first >= 0)
+            self.steady = self.seen & (first == second) & (first >= Truth.SHADOW)
 
     def compared(self, runs: tuple[Run, Run]) -> dict[str, Any]:
         """A row of the table."""

@@ -12,7 +12,7 @@ from ..pictures.lattice import DARKER, lattice_picture
 from ..pictures.maps import map_colour
 from .axes import MOST_NAMED, _picture, legend_below
 
-GREY_HATCHES = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
+GREY_HATCHES: dict[int, str] = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
 
 
 def error_map(

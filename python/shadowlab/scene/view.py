@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..types import Light, RendererLike
 
 # G-buffers and truths of the views that were used last: 20 pictures of 1024 x 1024 pixels with their truths.
-KEPT = Kept(1 << 30)
+KEPT_VIEWS = Kept(1 << 30)
 # Of a G-buffer: depth, relative position, normal, triangle, instance (36), and world positions in f64 where asked for.
 GBUFFER_BYTES_PER_PIXEL = 60
 LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
@@ -97,7 +97,7 @@ class View:
         width, height = self.size
         size = GBUFFER_BYTES_PER_PIXEL * width * height
         # A renderer from elsewhere is kept with its picture, so that its identity stays its own.
-        made, _ = KEPT.get(
+        made, _ = KEPT_VIEWS.get(
             self._seen,
             ("gbuffer", *identity_of(draw)),
             lambda: (draw.gbuffer(self.scene, self.camera, size=self.size), draw),
@@ -139,7 +139,7 @@ class View:
 
     def clear(self) -> None:
         """Forgets what is kept of this picture, for all its lights."""
-        KEPT.forget(self._seen)
+        KEPT_VIEWS.forget(self._seen)
 
     @property
     def _seen(self) -> tuple[Hashable, ...]:
@@ -152,7 +152,7 @@ class View:
             truth.flags.writeable = False
             return truth, 1e3 * (time.perf_counter() - start)
 
-        return KEPT.get(self._seen, ("truth", repr(self.light)), trace, lambda made: made[0].nbytes)
+        return KEPT_VIEWS.get(self._seen, ("truth", repr(self.light)), trace, lambda made: made[0].nbytes)
 
 
 def checked_light(light: Any) -> Light | tuple[Light, ...]:

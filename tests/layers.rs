@@ -36,7 +36,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["aliasing", "error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"],
     ),
     (
-        "study",
+        "diagnose_pixels",
         &["aliasing", "error", "geometry", "image", "parameterization", "progress", "rays", "render", "scene", "trace"],
     ),
     // Truth knows no parameterization.
@@ -55,7 +55,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "rays",
             "render",
             "scene",
-            "study",
+            "diagnose_pixels",
             "techniques",
             "threads",
             "trace",

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ..aliasing import Footprint, Usage
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.usage import Usage
     from ..types import Light, RendererLike
 
 

@@ -31,7 +31,11 @@ from .memory import BYTES_PER_TEXEL
 from .timing import best_of, median_us
 
 if TYPE_CHECKING:
-    from ..aliasing import Causes, Footprint, Misclassified, Summary, Usage
+    from .._core import Misclassified
+    from ..aliasing.causes import Causes
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.summary import Summary
+    from ..aliasing.usage import Usage
     from ..types import RendererLike, TechniqueLike
 
 Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]

@@ -1,7 +1,7 @@
 """The case that papers compute with: a view whose whole frustum is full of receivers.
 
-Source: Wimmer, Scherzer, Purgathofer 2004, section 4; Lloyd, Tuft, Yoon, Manocha 2006. No real scene is so, but no map
-can have smaller largest errors in one than in this, and closed forms exist for it.
+Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4; Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006]. No real
+scene is so, but no map can have smaller largest errors in one than in this, and closed forms exist for it.
 
 ```
     +----------------------------------+

@@ -136,10 +136,6 @@ def named_renderer():
     return repr(renderer())
 
 
-def doctor():
-    return sl.report().works
-
-
 #: What works in parallel, by name; each returns what it found.
 WORK = {
     work.__name__: work

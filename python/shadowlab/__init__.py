@@ -20,6 +20,8 @@ from ._core import (
     SpotLight,
     Technique,
     __version__,
+    set_threads,
+    threads,
 )
 from .conventions.convention import Convention
 from .scene import library
@@ -72,8 +74,10 @@ __all__ = [
     "preset",
     "presets",
     "report",
+    "set_threads",
     "technique",
     "techniques",
+    "threads",
     "trace",
     "turned",
 ]

@@ -32,8 +32,10 @@ __all__ = [
     "misclassified",
     "occluded",
     "reads",
+    "set_threads",
     "technique_specs",
     "texel_coordinates",
+    "threads",
     "trace_memory",
     "trace_shadow_mask",
 ]
@@ -424,6 +426,40 @@ def causes(
     filter: str = "nearest",
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]: ...
 def adapters() -> list[dict[str, str]]: ...
+def set_threads(n: int | None) -> None:
+    """Sets how many threads parallel work has from now on, in this process and in those forked from it later.
+
+    Results do not depend on it. Work that another thread has begun ends with the threads it has. No thread is started
+    before there is parallel work.
+
+    Parameters
+    ----------
+    n : int or None
+        Threads, 1 to 1024. None goes back to the default: what the environment variable SHADOWLAB_THREADS says, else as
+        many as there are cores that this process may use.
+
+    Raises
+    ------
+    ArgumentError
+        For another number, 0 included, or what is no whole number.
+    """
+
+def threads() -> int:
+    """How many threads parallel work has.
+
+    As `set_threads` or the environment variable SHADOWLAB_THREADS says, else as many as there are cores that this
+    process may use.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ArgumentError
+        Where SHADOWLAB_THREADS is no whole number from 1 to 1024; so does the first parallel work.
+    """
+
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...
 def library_build(

@@ -66,11 +66,14 @@ class Report:
 
 
 def report() -> Report:
-    """Versions, graphics adapters, optional programs, and whether a small shadow comes out right.
+    """Versions, threads, graphics adapters, optional programs, and whether a small shadow comes out right.
 
     This is the one place that asks the graphics drivers without a renderer being made.
     """
-    return Report((here(), core(), *needed(), adapters(), *extras()))
+    workers = threads()
+    # Without threads nothing is drawn, and why is said already.
+    drawn = (core(),) if workers.state == "ok" else ()
+    return Report((here(), workers, *drawn, *needed(), adapters(), *extras()))
 
 
 def here() -> Finding:
@@ -79,6 +82,19 @@ def here() -> Finding:
 
     python = f"Python {platform.python_version()} ({sys.executable})"
     return Finding("shadowlab", "ok", f"{__version__}, {python}, {platform.platform()}")
+
+
+def threads() -> Finding:
+    """How many threads parallel work has, and who says so."""
+    from . import _core
+    from .errors import ArgumentError
+
+    try:
+        count = _core.threads()
+    except ArgumentError as error:
+        text, _, fix = str(error).rpartition("; ")
+        return Finding("threads", "failed", text, fix)
+    return Finding("threads", "ok", f"{count} for parallel work; set_threads or SHADOWLAB_THREADS changes that")
 
 
 def core() -> Finding:

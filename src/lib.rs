@@ -11,6 +11,7 @@
 //! - Angles in radians; lengths in world units unless the name says otherwise.
 
 pub mod aliasing;
+pub mod diagnose_pixels;
 pub mod error;
 pub mod fit;
 pub mod focus;
@@ -25,8 +26,8 @@ pub mod rays;
 pub mod render;
 pub mod scene;
 mod simd;
-pub mod study;
 pub mod techniques;
+pub mod threads;
 pub mod trace;
 
 pub use error::{Error, Result};

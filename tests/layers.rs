@@ -3,6 +3,8 @@
 //! The table is `docs/ARCHITECTURE.md`'s. What is read of a file is its tokens, so a path in a comment, a string or a
 //! test module is no import.
 
+#[path = "layers/circles.rs"]
+mod circles;
 #[path = "layers/tokens.rs"]
 mod tokens;
 
@@ -10,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use circles::{File, Module, circles, graph};
 use tokens::{imports, tokens_without_tests};
 
 /// For each module, the others that it may use.
@@ -18,6 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("progress", &["error"]),
     ("memory", &["error"]),
     ("simd", &[]),
+    ("threads", &["error"]),
     ("geometry", &["error"]),
     ("image", &["error", "geometry"]),
     ("parameterization", &["error", "geometry"]),
@@ -32,7 +36,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["aliasing", "error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"],
     ),
     (
-        "study",
+        "diagnose_pixels",
         &["aliasing", "error", "geometry", "image", "parameterization", "progress", "rays", "render", "scene", "trace"],
     ),
     // Truth knows no parameterization.
@@ -51,12 +55,21 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "rays",
             "render",
             "scene",
-            "study",
+            "diagnose_pixels",
             "techniques",
+            "threads",
             "trace",
         ],
     ),
 ];
+
+/// Uses that close a circle and stay: from, to, and why.
+const CIRCLES: &[(&str, &str, &str)] = &[
+    ("techniques::z_partition::scheme", "techniques::text", INNER),
+    ("techniques::z_partition::scheme", "techniques::registry", INNER),
+    ("techniques::face_partition", "techniques::text", INNER),
+];
+const INNER: &str = "a scheme finds the techniques inside it by name, in the list that it is in itself";
 
 /// Beyond this a file has more than one concept (style: 100 to 350 lines, split above 500).
 const MAX_LINES: usize = 500;
@@ -124,28 +137,52 @@ fn forbidden(module: &[String], source: &str, re_exports: &BTreeMap<String, Stri
     complaints
 }
 
-#[test]
-fn imports_point_down() {
-    let src = root().join("src");
-    let exports = re_exports(&read(&src.join("lib.rs")));
-    let sources = files(&src, &["rs"]);
-    let test_only: Vec<Vec<String>> = sources
+/// The sources with their modules, without those that are only there for tests.
+fn sources() -> Vec<(Module, PathBuf)> {
+    let all: Vec<(Module, PathBuf)> =
+        files(&root().join("src"), &["rs"]).into_iter().map(|path| (module_of(&path), path)).collect();
+    let test_only: Vec<Module> = all
         .iter()
-        .flat_map(|path| {
+        .flat_map(|(module, path)| {
             let (_, names) = tokens_without_tests(&read(path));
-            let module = module_of(path);
-            names.into_iter().map(move |name| [module.clone(), vec![name]].concat())
+            names.into_iter().map(move |name| [module.as_slice(), &[name]].concat())
         })
         .collect();
-    let mut complaints = Vec::new();
-    for path in &sources {
-        let module = module_of(path);
-        if !test_only.iter().any(|exempt| module.starts_with(exempt)) {
-            complaints.extend(forbidden(&module, &read(path), &exports));
-        }
-    }
+    let is_test = |module: &Module| test_only.iter().any(|exempt| module.starts_with(exempt));
+    all.into_iter().filter(|(module, _)| !is_test(module)).collect()
+}
+
+fn is_list(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name == "mod.rs" || name == "lib.rs")
+}
+
+#[test]
+fn imports_point_down() {
+    let exports = re_exports(&read(&root().join("src/lib.rs")));
+    let sources = sources();
+    let complaints: Vec<String> =
+        sources.iter().flat_map(|(module, path)| forbidden(module, &read(path), &exports)).collect();
     assert!(sources.len() > 20, "only {} sources found: is the walk broken?", sources.len());
     assert!(complaints.is_empty(), "imports that the table of layers forbids:\n{}", complaints.join("\n"));
+}
+
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let file = |path: &Path| File { tokens: tokens_without_tests(&read(path)).0, is_list: is_list(path) };
+    let mut uses = graph(&sources().into_iter().map(|(module, path)| (module, file(&path))).collect());
+    let named = |text: &str| text.split("::").map(str::to_string).collect::<Module>();
+    for (from, to, why) in CIRCLES {
+        assert!(!why.is_empty());
+        let is_there = uses.get_mut(&named(from)).is_some_and(|targets| targets.remove(&named(to)));
+        assert!(is_there, "{from} does not use {to}: remove the exception");
+    }
+    assert!(uses.values().map(|targets| targets.len()).sum::<usize>() > 300, "few uses found: is the walk broken?");
+    let left = circles(uses);
+    let sentence = |(from, to): (&Module, &std::collections::BTreeSet<Module>)| {
+        let to: Vec<String> = to.iter().map(|module| module.join("::")).collect();
+        format!("{} uses {}", from.join("::"), to.join(", "))
+    };
+    assert!(left.is_empty(), "files in a circle:\n{}", left.iter().map(sentence).collect::<Vec<_>>().join("\n"));
 }
 
 #[test]
@@ -167,7 +204,7 @@ fn files_hold_one_concept() {
 fn mod_files_hold_lists_only() {
     let mut complaints = Vec::new();
     for path in files(&root().join("src"), &["rs"]) {
-        if path.file_name().is_some_and(|name| name == "mod.rs" || name == "lib.rs") {
+        if is_list(&path) {
             let (tokens, _) = tokens_without_tests(&read(&path));
             if let Some(word) = tokens.iter().find(|token| NOT_IN_LISTS.contains(&token.as_str())) {
                 complaints.push(format!("{}: `{word}`", path.strip_prefix(root()).unwrap().display()));
@@ -228,4 +265,53 @@ fn what_is_no_import_or_points_down_passes() {
         assert_eq!(forbidden(&module, source, &exports), Vec::<String>::new(), "{source}");
     }
     assert_eq!(forbidden(&["novelty".to_string()], "", &exports).len(), 1);
+}
+
+/// The files of a small crate: path, whether it is a list, text.
+fn circles_in(crate_files: &[(&str, bool, &str)]) -> Vec<String> {
+    let file = |&(path, is_list, text): &(&str, bool, &str)| {
+        let module = path.split("::").filter(|part| !part.is_empty()).map(str::to_string).collect::<Module>();
+        (module, File { tokens: tokens_without_tests(text).0, is_list })
+    };
+    circles(graph(&crate_files.iter().map(file).collect())).into_keys().map(|module| module.join("::")).collect()
+}
+
+#[test]
+fn a_circle_is_found_however_it_is_written() {
+    let (list, a_uses_b) =
+        ("mod a;\nmod b;\npub use a::A;\npub(crate) use self::b::{B, other as Other};", "use super::b::B;");
+    for b in [
+        "use super::a::A;",
+        "use crate::A;",
+        "use crate::{a::A, Other};",
+        "use super::A;",
+        "fn f() { crate::a::g() }",
+        "pub use super::a::A;",
+        "mod inner { use super::super::a; }",
+        "#[cfg(not(test))]\nuse super::a::A;",
+    ] {
+        assert_eq!(circles_in(&[("", true, list), ("a", false, a_uses_b), ("b", false, b)]), ["a", "b"], "{b}");
+    }
+    let parent = [("p", false, "mod child;\nuse child::f;\nfn g() {}"), ("p::child", false, "use super::g;")];
+    assert_eq!(circles_in(&parent), ["p", "p::child"]);
+    let table =
+        [("t", true, "mod a;\npub use a::A;\nstatic ALL: &[A] = &[a::ONE];"), ("t::a", false, "use super::ALL;")];
+    assert_eq!(circles_in(&table), ["t", "t::a"], "a list's own table is used and uses");
+    let long = [("a", false, "use crate::b;"), ("b", false, "use crate::c;"), ("c", false, "use crate::a;")];
+    assert_eq!(circles_in(&[&long[..], &[("d", false, "use crate::a;")]].concat()), ["a", "b", "c"]);
+}
+
+#[test]
+fn uses_that_close_no_circle_pass() {
+    let list = "mod a;\nmod b;\npub use a::A;\npub use b::B;";
+    for b in [
+        "use super::B;\nuse crate::B as Own;",
+        "// use super::a;\nconst TEXT: &str = \"crate::a\";",
+        "#[cfg(test)]\nmod tests { use super::super::a::A; }",
+        "pub(in crate::a) fn f() {}",
+        "use a::A;",
+    ] {
+        let found = circles_in(&[("", true, list), ("a", false, "use super::B;"), ("b", false, b)]);
+        assert_eq!(found, Vec::<String>::new(), "{b}");
+    }
 }

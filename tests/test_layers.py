@@ -44,7 +44,7 @@ MAY_USE = {
     "techniques": (*GROUND, "conventions.files"),
     "aliasing": (*GROUND, "trace", "conventions.doubts"),
     "experiments": (*GROUND, "trace", "scene", "techniques", "aliasing", "conventions.doubts"),
-    "pictures": (*GROUND, "scene", "aliasing"),
+    "pictures": (*GROUND, "trace", "scene", "aliasing"),
     "plot": (*GROUND, "scene", "aliasing", "experiments", "pictures"),
     "reports": (*GROUND, "scene", "techniques", "aliasing", "experiments", "pictures", "conventions.doubts"),
     "doctor": (*GROUND, "trace", "scene", "techniques"),

@@ -149,7 +149,7 @@ Item: TypeAlias = TechniqueLike | Parameterization
 #: The same, or the text that names it.
 TechniqueArgument: TypeAlias = Item | str
 #: One, several, or several by their labels.
-Techniques: TypeAlias = Labelled[TechniqueArgument]
+Techniques: TypeAlias = "Labelled[TechniqueArgument]"
 #: The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
 Setting: TypeAlias = bool | float | str | TechniqueLike | Sequence[float | str | TechniqueLike] | npt.NDArray[Any]
 #: A renderer, one by its name, or None for the best there is.

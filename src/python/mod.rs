@@ -4,6 +4,7 @@ mod aliasing;
 mod camera;
 mod causes;
 mod convert;
+mod drivers;
 mod footprint;
 mod gbuffer;
 mod library;
@@ -14,6 +15,7 @@ mod render;
 mod scene;
 mod settings;
 mod technique;
+mod threads;
 mod trace;
 mod usage;
 
@@ -27,6 +29,8 @@ mod _core {
     #[pymodule_export]
     use super::causes::{causes, look_up};
     #[pymodule_export]
+    use super::drivers::adapters;
+    #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
     use super::gbuffer::PyGBuffer;
@@ -37,11 +41,13 @@ mod _core {
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
-    use super::render::{PyBias, PyRenderer, adapters};
+    use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
     use super::scene::{PyMesh, PyScene};
     #[pymodule_export]
     use super::technique::{PyTechnique, technique_specs};
+    #[pymodule_export]
+    use super::threads::{set_threads, thread_count};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
     #[pymodule_export]

@@ -1,15 +1,23 @@
 //! `_core.Mesh` and `_core.Scene`.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::time::Duration;
 
+use arc_swap::ArcSwapOption;
 use glam::DAffine3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, vec3_to_array};
-use crate::progress::Progress;
+use super::convert::{
+    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, run_watched, vec3_to_array,
+};
 use crate::scene::{Instance, Mesh, Scene};
+use crate::threads;
 use crate::trace::Tracer;
+
+/// Between two looks at whether another thread has built the acceleration structure.
+const BUILD_POLL: Duration = Duration::from_millis(1);
 
 /// A triangle mesh, stored once however often it is placed.
 #[pyclass(name = "Mesh", frozen, module = "shadowlab._core")]
@@ -68,19 +76,45 @@ impl PyMesh {
 #[pyclass(name = "Scene", subclass, frozen, module = "shadowlab._core")]
 pub struct PyScene {
     pub scene: Scene,
-    tracer: Mutex<Option<Tracer>>,
+    tracer: ArcSwapOption<Tracer>,
+    /// The process in which a thread builds the tracer, 0 for none. After a fork no other process builds for this one.
+    builder: AtomicU32,
 }
 
 impl PyScene {
-    /// The acceleration structure, built at the first call.
-    pub fn tracer(&self, progress: &Progress) -> crate::Result<Tracer> {
-        let mut slot = self.tracer.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(tracer) = &*slot {
-            return Ok(tracer.clone());
+    /// The acceleration structure, built at the first call; threads that ask at once wait for one of them to build it.
+    pub fn tracer(&self, py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<Arc<Tracer>> {
+        loop {
+            if let Some(tracer) = self.tracer.load_full() {
+                return Ok(tracer);
+            }
+            if let Some(_building) = Building::begin(&self.builder) {
+                let report = report.map(|r| r.clone_ref(py));
+                let tracer = run_watched(py, report, |progress| Tracer::new(&self.scene, progress))?;
+                self.tracer.store(Some(Arc::new(tracer)));
+                continue;
+            }
+            py.detach(|| std::thread::sleep(BUILD_POLL));
+            py.check_signals()?;
         }
-        let tracer = Tracer::new(&self.scene, progress)?;
-        *slot = Some(tracer.clone());
-        Ok(tracer)
+    }
+}
+
+/// The right to build, given back when dropped.
+struct Building<'a>(&'a AtomicU32);
+
+impl<'a> Building<'a> {
+    /// Nothing where another thread of this process has it.
+    fn begin(builder: &'a AtomicU32) -> Option<Self> {
+        let (process, holder) = (std::process::id(), builder.load(SeqCst));
+        let mine = holder != process && builder.compare_exchange(holder, process, SeqCst, SeqCst).is_ok();
+        mine.then_some(Self(builder))
+    }
+}
+
+impl Drop for Building<'_> {
+    fn drop(&mut self) {
+        self.0.store(0, SeqCst);
     }
 }
 
@@ -118,8 +152,8 @@ impl PyScene {
             instances.push(Instance { mesh, world_from_mesh: DAffine3::from_mat4(mat4_from_rows(rows)) });
         }
         let meshes: Vec<_> = meshes.iter().map(|m| m.mesh.clone()).collect();
-        let scene = py.detach(|| Scene::new(meshes, instances)).or_raise(py)?;
-        Ok(Self { scene, tracer: Mutex::new(None) })
+        let scene = py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?;
+        Ok(Self { scene, tracer: ArcSwapOption::empty(), builder: AtomicU32::new(0) })
     }
     /// The meshes, each once.
     #[getter]

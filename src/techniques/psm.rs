@@ -89,9 +89,9 @@ struct Psm {
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     let slide = match settings.number("slide") {
         Some(length) => Slide::Length(length),
-        None => Slide::Infinity(settings.number("infinity").unwrap_or(1.0)),
+        None => Slide::Infinity(settings.declared_number("infinity")?),
     };
-    let range = if settings.word("range") == "camera" { Range::Camera } else { Range::Receivers };
+    let range = settings.meaning("range", &[("receivers", Range::Receivers), ("camera", Range::Camera)])?;
     Ok(Box::new(Psm { slide, range }))
 }
 

@@ -62,7 +62,7 @@ struct Tsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let share = settings.number("share").unwrap_or(0.8);
+    let share = settings.declared_number("share")?;
     Ok(Box::new(Tsm { focus_depth: settings.number("focus_depth"), share }))
 }
 

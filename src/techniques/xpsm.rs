@@ -71,8 +71,8 @@ struct Xpsm {
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     Ok(Box::new(Xpsm {
         coefficient: settings.number("coefficient"),
-        epsilon_w: settings.number("epsilon_w").unwrap_or(0.1),
-        min_sin: settings.number("min_sin").unwrap_or(0.1),
+        epsilon_w: settings.declared_number("epsilon_w")?,
+        min_sin: settings.declared_number("min_sin")?,
     }))
 }
 

@@ -30,10 +30,11 @@ pub fn tokens_without_tests(source: &str) -> (Vec<String>, Vec<String>) {
 }
 
 /// The paths from the crate's root that a file names, `crate` left out: those that begin with `crate`, and those that begin
-/// with `super` as seen from `module`. A glob ends in `*`.
+/// with `super`, `self` or a module that the file declares, as seen from `module`. A glob ends in `*`.
 pub fn imports(tokens: &[String], module: &[String]) -> Vec<Vec<String>> {
     let mut found = Vec::new();
     let mut module = module.to_vec();
+    let declared = declared_modules(tokens);
     // For each open brace, whether it is that of a module written in place.
     let mut scopes = Vec::new();
     for i in 0..tokens.len() {
@@ -53,14 +54,45 @@ pub fn imports(tokens: &[String], module: &[String]) -> Vec<Vec<String>> {
                 found.push(vec!["*".to_string()]);
                 continue;
             }
-            "crate" if next == "::" && first_of_path => Vec::new(),
-            "super" if next == "::" && first_of_path => module[..module.len().saturating_sub(1)].to_vec(),
+            _ if next != "::" || !first_of_path => continue,
+            // The reach of a `pub(in ...)`.
+            "crate" if i > 1 && tokens[i - 2..i] == ["(", "in"] => continue,
+            "crate" => Vec::new(),
+            "super" => module[..module.len().saturating_sub(1)].to_vec(),
+            "self" => module.clone(),
+            child if declared.contains(&child) => [module.as_slice(), &[child.to_string()]].concat(),
             _ => continue,
         };
         tree(tokens, i + 2, base, &mut found);
     }
     found.retain(|path| !path.is_empty());
     found
+}
+
+/// The paths from the crate's root that a file re-exports.
+pub fn re_exported(tokens: &[String], module: &[String]) -> Vec<Vec<String>> {
+    let declared = declared_modules(tokens);
+    let mut found = Vec::new();
+    for (i, _) in tokens.iter().enumerate().filter(|(_, token)| *token == "pub") {
+        let reach = tokens.get(i + 1).is_some_and(|t| t == "(");
+        let at = if reach { after_group(tokens, i + 1) } else { i + 1 };
+        let Some([is_use, first]) = tokens.get(at..at + 2) else { continue };
+        let (base, skipped) = match first.as_str() {
+            _ if is_use != "use" => continue,
+            "crate" => (Vec::new(), 2),
+            "super" | "self" => (module.to_vec(), 0),
+            child if declared.contains(&child) => (module.to_vec(), 0),
+            _ => continue,
+        };
+        tree(tokens, at + 1 + skipped, base, &mut found);
+    }
+    found
+}
+
+/// The modules in files of their own that a file declares.
+fn declared_modules(tokens: &[String]) -> Vec<&str> {
+    let declares = |w: &&[String]| w[0] == "mod" && w[2] == ";";
+    tokens.windows(3).filter(declares).map(|w| w[1].as_str()).collect()
 }
 
 /// Parses the use tree at `i` into full paths; the position after it.

@@ -34,8 +34,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ..aliasing import Causes, Footprint, Summary, Usage
-    from ..types import Filter, Light, Mask, RendererLike, ShadowMaps, Techniques
+    from ..aliasing.causes import Causes
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.summary import Summary
+    from ..aliasing.usage import Usage
+    from ..types import Filter, Light, Mask, RendererArgument, RendererLike, ShadowMaps, Techniques
 
 
 class ByRun(Mapping["str | tuple[str, int]", T]):
@@ -259,7 +262,7 @@ def compare(
     *,
     resolution: int | Sequence[int] = 1024,
     size: tuple[int, int] | None = None,
-    renderer: RendererLike | str | None = None,
+    renderer: RendererArgument = None,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
     truth: bool = True,

@@ -36,7 +36,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..aliasing import Causes, Footprint, Misclassified, Summary, Usage
+    from .._core import Misclassified
+    from ..aliasing.causes import Causes
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.summary import Summary
+    from ..aliasing.usage import Usage
     from ..types import Filter, Item, Mask, PerLight, RendererArgument, RendererLike, ShadowMaps, TechniqueArgument
 
 Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]

@@ -47,10 +47,8 @@ STEPS = 128
 # so are the directions, since one grey or another is as dark as some colour of the scale.
 GREYS: dict[int, tuple[int, int, int]] = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
 WORDS: dict[int, str] = {
-    NO_MAP: "in no map",
-    AVERTED: "averted from the light or out of its reach",
-    NOTHING: "nothing seen",
-}
+    NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen",
+}  # fmt: skip
 # Pixels from one line of the hatching to the next: wide enough to survive at half the size.
 HATCH_PX = 8
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)

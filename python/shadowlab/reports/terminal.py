@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # What `study_cells` are. The length of a texel in the image is that of 95 % of the pixels.
 STUDY_HEADS = (
-    "technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "mask",
+    "technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "look-up",
 )  # fmt: skip
 # What `advice_cells` are.
 ADVICE_HEADS = ("memory", "rank", "candidate", "maps", "taken", "mean", "worst", "of best", "of uniform")

@@ -100,23 +100,17 @@ struct Lispsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let distance = match (settings.number("near"), settings.word("near")) {
-        (Some(length), _) => Distance::Length(length),
-        (None, "basic") => Distance::Basic,
-        (None, "optimal") => {
-            let norm = match settings.word("norm") {
-                "linf" => ErrorNorm::Linf,
-                "mean" => ErrorNorm::Mean,
-                _ => ErrorNorm::Storage,
-            };
-            Distance::Optimal(ErrorMeasure { norm, near_weight: settings.number("near_weight").unwrap_or(1.0) })
-        }
-        _ => Distance::DeltaZ,
+    let norms = [("linf", ErrorNorm::Linf), ("storage", ErrorNorm::Storage), ("mean", ErrorNorm::Mean)];
+    let measure =
+        ErrorMeasure { norm: settings.meaning("norm", &norms)?, near_weight: settings.declared_number("near_weight")? };
+    let formulas = [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(measure))];
+    let distance = match settings.number("near") {
+        Some(length) => Distance::Length(length),
+        None => settings.meaning("near", &formulas)?,
     };
-    let factor = settings.number("near_factor").unwrap_or(1.0);
-    let axis = if settings.word("axis") == "middle" { Axis::Middle } else { Axis::View };
-    // Warps know the words of `fit` alone; XPSM's published step is not among them.
-    let tightening = Tightening::named(settings.word("fit"), 0.0);
+    let factor = settings.declared_number("near_factor")?;
+    let axis = settings.meaning("axis", &[("view", Axis::View), ("middle", Axis::Middle)])?;
+    let tightening = settings.tightening()?;
     Ok(Box::new(Lispsm { distance, factor, axis, tightening }))
 }
 

@@ -87,7 +87,7 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
         [x, y, z, d] => Choice::Given(Plane::given(DVec3::new(*x, *y, *z), *d)?),
         _ => Choice::Dominant,
     };
-    let fallback = if settings.word("fallback") == "uniform" { Fallback::Uniform } else { Fallback::None };
+    let fallback = settings.meaning("fallback", &[("none", Fallback::None), ("uniform", Fallback::Uniform)])?;
     Ok(Box::new(PlaneOptimal { plane, fallback }))
 }
 

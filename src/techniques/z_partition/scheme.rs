@@ -157,17 +157,17 @@ pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
         let got = format!("{} before {}", w[0], w[1]);
         return Err(Error::argument("distances", "ascending camera depths", got, "sort them, each once"));
     }
-    let rule = match settings.word("splits") {
-        _ if !distances.is_empty() => Rule::Distances(distances),
-        "uniform" => Rule::Blended(0.0),
-        "logarithmic" => Rule::Blended(1.0),
-        "min-max" => Rule::MinMax,
-        "equal-log" => Rule::EqualLog,
-        _ => Rule::Blended(settings.number("blend").unwrap_or(0.5)),
-    };
+    let rules = [
+        ("uniform", Rule::Blended(0.0)),
+        ("logarithmic", Rule::Blended(1.0)),
+        ("practical", Rule::Blended(settings.declared_number("blend")?)),
+        ("min-max", Rule::MinMax),
+        ("equal-log", Rule::EqualLog),
+    ];
+    let rule = if distances.is_empty() { settings.meaning("splits", &rules)? } else { Rule::Distances(distances) };
     let count = match &rule {
         Rule::Distances(list) => list.len() + 1,
-        _ => settings.number("count").map_or(1, |n| n as usize),
+        _ => settings.declared_number("count")? as usize,
     };
     settings.set("count", Value::Integer(count as i64));
     let inner = techniques_of(settings.word("inner"))?;
@@ -176,14 +176,12 @@ pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
         return Err(Error::argument("inner", "no more techniques than splits", got, "name fewer, or split into more"));
     }
     let stable = settings.flag("stable");
-    let range = match settings.word("range") {
-        "camera" => Range::Camera,
-        "auto" if stable => Range::Camera,
-        _ => Range::Receivers,
-    };
+    let auto = if stable { Range::Camera } else { Range::Receivers };
+    let range =
+        settings.meaning("range", &[("auto", auto), ("camera", Range::Camera), ("receivers", Range::Receivers)])?;
     let inner = if stable { stable_ones(&rule, range, inner)? } else { inner };
-    let cover = if settings.word("cover") == "samples" { Cover::Samples } else { Cover::Receivers };
-    let overlap = settings.number("overlap").unwrap_or(0.0);
+    let cover = settings.meaning("cover", &[("receivers", Cover::Receivers), ("samples", Cover::Samples)])?;
+    let overlap = settings.declared_number("overlap")?;
     Ok(Box::new(ZPartition { settings, count, rule, range, cover, overlap, inner }))
 }
 

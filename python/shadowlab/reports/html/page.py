@@ -163,7 +163,7 @@ def section_table(study: Study) -> str:
     key += f"{swatch(FALSE_LIGHT)}<span>false light: lit by the map, dark in truth</span></p>"
     heads = [head_cell(text) for text in ("technique", "resolution", "wrong pixels", "share")]
     heads += [BAR_HEAD, head_cell("false shadow"), head_cell("false light")]
-    heads += [head_cell(text, "timing") for text in ("fit", "map", "mask")]
+    heads += [head_cell(text, "timing") for text in ("fit", "map", "look-up")]
     return (
         '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
         "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "

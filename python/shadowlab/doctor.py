@@ -7,7 +7,6 @@ import sys
 from dataclasses import dataclass
 from html import escape
 from importlib import metadata
-from typing import Any
 
 # Optional programs by what they bring; all are in the extra "peers" or "notebook".
 EXTRAS = (
@@ -171,7 +170,7 @@ def extras() -> list[Finding]:
     return findings
 
 
-def version_of(package: str) -> Any:
+def version_of(package: str) -> str | None:
     """The installed version, or None."""
     try:
         return metadata.version(package)

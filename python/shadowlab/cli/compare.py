@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from .options import (
@@ -22,10 +22,14 @@ from .options import (
 )
 from .view import load_view
 
+if TYPE_CHECKING:
+    from ..experiments.run import Run
+    from .options import Commands
+
 DEFAULT_TECHNIQUES = ("uniform", "lispsm")
 
 
-def compare_options(commands: Any, shared: ArgumentParser) -> None:
+def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     compare = commands.add_parser(
         "compare",
@@ -55,7 +59,7 @@ def compare_command(options: Namespace) -> int:
     from ..techniques.registry import technique_of, with_all
 
     resolutions = resolutions_given(options)
-    asked = options.technique or list(DEFAULT_TECHNIQUES)
+    asked: list[str] = options.technique or list(DEFAULT_TECHNIQUES)
     named = with_all(asked)
     techniques = {spec: technique_of(spec) for spec in named}
     check_once("technique", named)
@@ -90,7 +94,7 @@ def compare_command(options: Namespace) -> int:
     return 0
 
 
-def notes_of(runs: Sequence[Any]) -> list[str]:
+def notes_of(runs: Sequence[Run]) -> list[str]:
     """At most a line for each technique: its first note, and how many others there are."""
     notes: dict[str, list[str]] = {}
     for run in runs:

@@ -8,9 +8,15 @@ rows x, y and w vanish on the light's homogeneous point. Other conventions break
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Light
 
 # How far the rows may miss the light, relative to their norms on the visible scene: a tenth of a texel of the largest
 # map (16384 texels over 2 units), and above what products of single-precision matrices leave (a few 2^-24).
@@ -19,7 +25,9 @@ LARGEST_RESIDUAL = 1e-5
 CHECK_MATRIX = "check the matrix: "
 
 
-def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[str, float]] = ()) -> list[str]:
+def notes_on(
+    matrices: npt.ArrayLike, light: Light, gbuffer: GBuffer, warps: Sequence[Mapping[str, float]] = ()
+) -> list[str]:
     """What speaks against these matrices as maps of this light on what the camera sees; nothing where all is well.
 
     Parameters

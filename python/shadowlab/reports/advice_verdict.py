@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..aliasing.causes import CAUSES
+from ..aliasing.causes import CAUSES, CauseName
 from ..conventions.doubts import CHECK_MATRIX
 from ..experiments.candidates import Outcome
 from ..experiments.measures import Measure
@@ -18,7 +18,7 @@ from .words import times, unwarped_maps
 
 # Switches, failures and the like that are told; the rest is counted and left to the tables.
 MOST_TOLD = 4
-OF_BIAS = {
+OF_BIAS: dict[CauseName, str] = {
     "acne": "surfaces that shadow themselves; more bias trades them for leaks",
     "leak": "light that its bias lets through (without the bias they would be dark); less bias trades them for acne",
 }
@@ -127,7 +127,7 @@ def _beside_uniform(best: Standing, plain: Standing | None, measure: Measure) ->
 def _nothing_wrong(outcomes: Sequence[Outcome]) -> bool:
     """Whether no run has wrong pixels worth the name."""
     wrong = [o.numbers for o in outcomes if o.error is not None and "misclassified" in o.numbers]
-    return bool(wrong) and all(hardly_wrong(n["misclassified"], n["share"]) for n in wrong)
+    return bool(wrong) and all(hardly_wrong(n["misclassified"] or 0, n["share"] or 0.0) for n in wrong)
 
 
 def _switches(switched: Sequence[Mapping[str, Any]], measure: Measure, several: bool, budgets: int) -> list[str]:
@@ -264,8 +264,8 @@ def _outside(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str
     names = {s.candidate for s in valid}
     lost: dict[str, int] = {}
     for one in outcomes:
-        if one.candidate in names and one.numbers.get("outside"):
-            lost[one.candidate] = max(lost.get(one.candidate, 0), int(one.numbers["outside"]))
+        if one.candidate in names and (outside := one.numbers.get("outside")):
+            lost[one.candidate] = max(lost.get(one.candidate, 0), int(outside))
     return [
         f"{name} leaves up to {n:,} pixels of a view outside of its maps, which are lit and count in no texel length."
         for name, n in lost.items()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..conventions.doubts import CHECK_MATRIX
 from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, SLIGHT, about_equal, hardly_wrong
@@ -20,6 +20,7 @@ from .words import (
     maps_of,
     missing,
     place,
+    rows_of,
     size_text,
     span,
     texels,
@@ -27,8 +28,13 @@ from .words import (
     unwarped_maps,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
+
+def verdict(
+    table: pd.DataFrame, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None
+) -> str:
     """A few sentences on the table of a study.
 
     Parameters
@@ -42,7 +48,7 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
         The share of the picture's pixels that show any surface.
     """
     technique_of_label = technique_of_label or {}
-    rows = table.to_dict("records")
+    rows = rows_of(table)
     failed = [row for row in rows if row["failure"]]
     done = [row for row in rows if not row["failure"]]
     doubted = [row for row in done if CHECK_MATRIX in row["notes"]]

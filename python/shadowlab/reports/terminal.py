@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
 from ..text import px_text, share_text
-from .words import size_text
+from .words import rows_of, size_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # What `study_cells` are. The length of a texel in the image is that of 95 % of the pixels.
 STUDY_HEADS = (
@@ -23,9 +26,9 @@ LONGEST_FAILURE = 60
 FAILED = "failed"
 
 
-def study_table(table: Any) -> str:
+def study_table(table: pd.DataFrame) -> str:
     """The table of a study."""
-    return aligned(STUDY_HEADS, [study_cells(row) for row in table.to_dict("records")], left=(0,))
+    return aligned(STUDY_HEADS, [study_cells(row) for row in rows_of(table)], left=(0,))
 
 
 def advice_table(standings: Sequence[Standing], measure: Measure) -> str:

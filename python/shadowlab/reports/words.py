@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..text import share_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # How a technique's note begins where it fell back to the uniform map; the reason follows.
 NO_WARP = "no warp, a uniform map: "
@@ -30,6 +33,11 @@ def _count_of(text: str) -> int:
     """The number of maps of "3" or of "3 to 5"."""
     ends = [int(end) for end in text.split(" to ")]
     return ends[-1] - ends[0] + 1
+
+
+def rows_of(table: pd.DataFrame) -> list[Mapping[str, Any]]:
+    """The rows of a table, by the names of its columns."""
+    return cast("list[Mapping[str, Any]]", table.to_dict("records"))
 
 
 def missing(value: Any) -> bool:

@@ -20,7 +20,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("simd", &[]),
     ("geometry", &["error"]),
     ("image", &["error", "geometry"]),
-    ("parameterization", &["error", "geometry"]),
+    ("note", &[]),
+    ("parameterization", &["error", "geometry", "note"]),
     ("scene", &["error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
@@ -37,7 +38,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
-    ("techniques", &["error", "fit", "focus", "geometry", "image", "parameterization", "rays", "scene"]),
+    ("techniques", &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "rays", "scene"]),
     (
         "python",
         &[
@@ -46,6 +47,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "focus",
             "geometry",
             "image",
+            "note",
             "parameterization",
             "progress",
             "rays",

@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .._core import Note
 from ..errors import ArgumentError, ShadowlabError, ShadowlabWarning
 from ..text import parse_bias, parse_resolutions, parse_size
 from .advise import advise_options
@@ -272,13 +273,12 @@ def compare_command(options: argparse.Namespace) -> int:
 
 def notes_of(runs: Sequence[Any]) -> list[str]:
     """At most a line for each technique: its first note, and how many others there are."""
-    notes: dict[str, list[str]] = {}
+    notes: dict[str, list[Note]] = {}
     for run in runs:
-        for note in run.notes:
-            if note not in notes.setdefault(run.label, []):
-                notes[run.label].append(note)
+        of = notes.setdefault(run.label, [])
+        of += [note for note in run.notes if note not in of]
     more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
-    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items()]
+    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items() if of]
 
 
 def techniques_command(_: argparse.Namespace) -> int:

@@ -89,7 +89,7 @@ def frustum_over_light_angle(
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
                 e = footprint_at(points, normals, camera, light, p, size=picture, resolution=side)
-                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst(texels, e.perspective_ts)}
+                row |= {"maps": e.maps, "notes": "; ".join(map(str, p.notes)), **worst(texels, e.perspective_ts)}
             except ShadowlabError as error:
                 row["failure"] = str(error)
             rows.append(row)

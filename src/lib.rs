@@ -18,6 +18,7 @@ pub mod focus;
 pub mod geometry;
 pub mod image;
 mod memory;
+pub mod note;
 pub mod parameterization;
 pub mod progress;
 #[cfg(feature = "python")]
@@ -31,6 +32,7 @@ pub mod threads;
 pub mod trace;
 
 pub use error::{Error, Result};
+pub use note::Note;
 pub use parameterization::{Parameterization, Partition};
 pub use progress::Progress;
 pub use scene::{Camera, Light, Mesh, Scene};

@@ -13,6 +13,7 @@ __all__ = [
     "GBuffer",
     "Mesh",
     "Misclassified",
+    "Note",
     "Parameterization",
     "Partition",
     "PointLight",
@@ -43,6 +44,23 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
+_NoteKind: TypeAlias = Literal[
+    "nothing_seen",
+    "nothing_lit",
+    "no_warp",
+    "no_logarithm",
+    "warp_distance_raised",
+    "warp_weakened",
+    "slide_raised",
+    "light_in_box",
+    "stable",
+    "cover_unused",
+    "no_lit_sample",
+    "covers_samples",
+    "border_outside",
+    "face_unseen",
+    "check_matrix",
+]
 _Maps: TypeAlias = "Parameterization | npt.ArrayLike"
 
 # What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
@@ -216,6 +234,31 @@ class Technique:
     ) -> Parameterization: ...
 
 @final
+class Note:
+    KINDS: dict[str, tuple[str, ...]]
+    def __new__(
+        cls,
+        kind: _NoteKind,
+        details: Sequence[str] | None = None,
+        values: dict[str, float] | dict[str, float | tuple[float, float]] | None = None,
+        maps: Sequence[int] | None = None,
+    ) -> Note: ...
+    @property
+    def kind(self) -> _NoteKind: ...
+    @property
+    def details(self) -> tuple[str, ...]: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+    @property
+    def values(self) -> dict[str, float | tuple[float, float]]: ...
+    @property
+    def maps(self) -> tuple[int, ...] | None: ...
+    def about(self, maps: Sequence[int] | None) -> Note: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
 class Partition:
     @property
     def matrix(self) -> _Float: ...
@@ -231,6 +274,8 @@ class Partition:
     def technique(self) -> str: ...
     @property
     def values(self) -> dict[str, float]: ...
+    @property
+    def notes(self) -> tuple[Note, ...]: ...
     def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]: ...
 
 @final
@@ -256,7 +301,7 @@ class Parameterization:
     @property
     def values(self) -> dict[str, float]: ...
     @property
-    def notes(self) -> list[str]: ...
+    def notes(self) -> tuple[Note, ...]: ...
     @property
     def resolution(self) -> int: ...
     @property

@@ -152,7 +152,7 @@ def adapters() -> Finding:
         _core.Renderer("gpu")
     except DeviceError as error:
         # The core knows whether there is no driver here or no GPU renderer in this build, and what helps.
-        fix = str(error).rpartition("; ")[2]
+        fix = error.fix
     return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", fix)
 
 

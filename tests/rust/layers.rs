@@ -22,7 +22,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("threads", &["error"]),
     ("geometry", &["error"]),
     ("image", &["error", "geometry"]),
-    ("parameterization", &["error", "geometry"]),
+    ("note", &[]),
+    ("parameterization", &["error", "geometry", "note"]),
     ("scene", &["error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
@@ -39,7 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
-    ("techniques", &["error", "fit", "focus", "geometry", "image", "parameterization", "rays", "scene"]),
+    ("techniques", &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "rays", "scene"]),
     (
         "python",
         &[
@@ -48,6 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "focus",
             "geometry",
             "image",
+            "note",
             "parameterization",
             "progress",
             "rays",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import check_camera, check_light
-from ..conventions.doubts import CHECK_MATRIX, notes_on
+from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
 from .codes import NoTexel
@@ -267,9 +267,9 @@ def footprint(
     found = footprint_of(gbuffer, camera, light, parameterization, resolution)
     p, _ = as_maps(parameterization, resolution)
     if p.technique == "matrix":
-        notes = notes_on(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
-        if notes:
-            warnings.warn(f"{CHECK_MATRIX}{'; '.join(notes)}", ShadowlabWarning, stacklevel=2)
+        doubt = doubt_about(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
+        if doubt is not None:
+            warnings.warn(str(doubt), ShadowlabWarning, stacklevel=2)
     return found
 
 

@@ -23,6 +23,7 @@ from .options import (
 from .view import load_view
 
 if TYPE_CHECKING:
+    from .._core import Note
     from ..experiments.run import Run
     from .options import Commands
 
@@ -96,10 +97,9 @@ def compare_command(options: Namespace) -> int:
 
 def notes_of(runs: Sequence[Run]) -> list[str]:
     """At most a line for each technique: its first note, and how many others there are."""
-    notes: dict[str, list[str]] = {}
+    notes: dict[str, list[Note]] = {}
     for run in runs:
-        for note in run.notes:
-            if note not in notes.setdefault(run.label, []):
-                notes[run.label].append(note)
+        of = notes.setdefault(run.label, [])
+        of += [note for note in run.notes if note not in of]
     more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
-    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items()]
+    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items() if of]

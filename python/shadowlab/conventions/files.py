@@ -58,13 +58,13 @@ def record_of(p: _core.Parameterization, convention: Convention, stack: np.ndarr
         "regions": [part.region for part in parts],
         "values": dict(p.values),
         "values_of_maps": [dict(part.values) for part in parts],
-        "notes": list(p.notes),
+        "notes": [str(note) for note in p.notes],
     }
 
 
 def details(p: _core.Parameterization, convention: Convention) -> list[str]:
     """What one needs beside numbers alone, a line each; nothing for one matrix of ours without a word to say."""
-    lines = list(p.notes)
+    lines = [str(note) for note in p.notes]
     if convention != Convention():
         lines.append(f"written for {convention}")
     lost = []

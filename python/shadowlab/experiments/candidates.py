@@ -93,7 +93,7 @@ class Outcome:
     error: float | None = None
     variance: float = 0.0
     numbers: Mapping[str, float | None] = field(default_factory=dict, hash=False)
-    notes: str = ""
+    notes: tuple[_core.Note, ...] = ()
     failure: str = ""
     run: Run | None = None
 
@@ -105,8 +105,8 @@ class Outcome:
             "scene": Source.of_scene(view.view.scene).name, "view": view.label, "camera": view.camera_label,
             "light": view.light_label, "light_angle": view.light_angle, "light_elevation": view.light_elevation,
             "technique": self.candidate, "spec": self.text, "memory": self.memory, "maps": self.maps,
-            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers, "notes": self.notes,
-            "failure": self.failure,
+            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers,
+            "notes": "; ".join(map(str, self.notes)), "failure": self.failure,
         }  # fmt: skip
 
 
@@ -210,7 +210,7 @@ def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str)
         view.view, one.item, plan.side, metrics=RANKED_METRICS, renderer=draw.renderer, filter=draw.filter,
         bias=draw.bias, label=one.label,
     )  # fmt: skip
-    found = replace(blank, maps=maps, resolution=plan.side, run=run, notes="; ".join(run.notes))
+    found = replace(blank, maps=maps, resolution=plan.side, run=run, notes=run.notes)
     if run.failure:
         return replace(found, failure=run.failure)
     error = draw.measure.of(run)

@@ -214,10 +214,16 @@ class Study:
     @property
     def verdict(self) -> str:
         """What the table says."""
-        from ..reports.study_verdict import verdict
+        return " ".join(self.sentences)
+
+    @property
+    def sentences(self) -> list[str]:
+        """The sentences of the verdict, the most important one first."""
+        from ..reports.study_verdict import Remarks, sentences
 
         seen = self.view.filled(self._draw)
-        return verdict(self.table, {run.label: run.technique for run in self.runs}, seen=seen)
+        remarks = [Remarks(run.notes, run.refusal) for run in self.runs]
+        return sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
 
     def figure(self) -> Figure:
         """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""

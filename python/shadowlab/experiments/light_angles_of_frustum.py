@@ -96,7 +96,8 @@ def frustum_over_light_angle(
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
                 e = footprint_at(points, normals, camera, light, p, size=picture, resolution=side)
-                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst_of_outline(texels, e.perspective_ts)}
+                notes = "; ".join(map(str, p.notes))
+                row |= {"maps": e.maps, "notes": notes, **worst_of_outline(texels, e.perspective_ts)}
             except ShadowlabError as error:
                 row["failure"] = str(error)
             rows.append(row)

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args
 from .. import _core
 from ..aliasing.causes import CAUSES
 from ..checks import check_bias, check_filter, renderer_of, whole
-from ..conventions.doubts import CHECK_MATRIX, notes_on
-from ..errors import ArgumentError, ShadowlabError, UnknownNameError
+from ..conventions.doubts import doubt_about
+from ..errors import ArgumentError, ShadowlabError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.labels import is_parameterization, resolved, spec_of
@@ -78,10 +78,12 @@ class Run:
         Of the footprints of texels, with the metric "texels".
     values : tuple of (str, number)
         What was measured, by the names of columns; see `numbers`.
-    doubts : tuple of str
+    doubt : Note or None
         What speaks against a matrix from elsewhere.
     failure : str
         Why there are no numbers; empty where there are.
+    refusal : str
+        Of a technique that refuses the light or the view, the failure without its name; else empty.
     parts : tuple of Run
         Of a view with several lights, the run of each.
     """
@@ -98,8 +100,9 @@ class Run:
     parameterization: _core.Parameterization | None = None
     summary: Summary | None = field(default=None, compare=False)
     values: tuple[tuple[str, float | None], ...] = ()
-    doubts: tuple[str, ...] = ()
+    doubt: _core.Note | None = None
     failure: str = ""
+    refusal: str = ""
     parts: tuple[Run, ...] = ()
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
@@ -131,12 +134,15 @@ class Run:
         return dict(self.values)
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What the technique could not do as asked, and what speaks against a given matrix."""
+    def notes(self) -> tuple[_core.Note, ...]:
+        """What the technique could not do as asked, and what speaks against a given matrix.
+
+        Of several lights, their maps are counted one after the other.
+        """
         if self.parts:
-            return tuple(dict.fromkeys(note for part in self.parts for note in part.notes))
-        own = () if self.parameterization is None else tuple(self.parameterization.notes)
-        return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
+            return _notes_of_parts(self.parts)
+        own = () if self.parameterization is None else self.parameterization.notes
+        return own if self.doubt is None else (*own, self.doubt)
 
     @property
     def maps(self) -> PerLight[ShadowMaps] | None:
@@ -201,7 +207,7 @@ class Run:
             "bytes": BYTES_PER_TEXEL * maps * self.resolution**2 if known else None,
             **dict.fromkeys(MEASURED),
             **self.numbers,
-            "notes": "; ".join(self.notes),
+            "notes": "; ".join(map(str, self.notes)),
             "failure": self.failure,
         }
 
@@ -376,7 +382,7 @@ def _measured(
         known["parameterization"] = p
         if is_parameterization(item):
             warps = [part.post_warp_terms for part in p.partitions]
-            known["doubts"] = tuple(notes_on(p.matrices, light_of(view), view.gbuffer(renderer), warps))
+            known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)
         else:
             numbers["fit_us"] = fit_us
         drawing = Drawing(view, renderer, p, resolution, bias, filter)
@@ -395,10 +401,24 @@ def _measured(
         if "usage" in metrics:
             numbers["unused"] = drawing.usage.unused
     except ShadowlabError as error:
-        return Run(*head, **known, failure=str(error))
+        refusal = error.reason if isinstance(error, UnsupportedError) else ""
+        return Run(*head, **known, failure=str(error), refusal=refusal)
     run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
     object.__setattr__(run, "_drawing", drawing)
     return run
+
+
+def _notes_of_parts(parts: Sequence[Run]) -> tuple[_core.Note, ...]:
+    """The notes of the runs of several lights: each with its maps among those of all lights."""
+    found: dict[_core.Note, list[int]] = {}
+    total = 0
+    for part in parts:
+        maps = 0 if part.parameterization is None else len(part.parameterization.partitions)
+        for note in part.notes:
+            own = range(maps) if note.maps is None else note.maps
+            found.setdefault(note.about(None), []).extend(total + k for k in own)
+        total += maps
+    return tuple(note.about(maps if len(maps) < total else None) for note, maps in found.items())
 
 
 def _together(view: View, runs: Sequence[Run]) -> Run:

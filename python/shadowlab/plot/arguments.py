@@ -20,24 +20,24 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
-# Columns of tables that say more than their name.
+# What columns of tables are, and their units, where that is more than their name.
 COLUMN_LABELS = {
-    "angle_deg": "angle between light and view, degrees",
-    "elevation_deg": "elevation of the light, degrees",
-    "azimuth_deg": "azimuth of the light, degrees",
-    "resolution": "texels along each side of the map",
-    "texel_max": "longest extent of a texel, worst, pixels per texel",
-    "texel_mean": "longest extent of a texel, mean, pixels per texel",
-    "texel_rms": "longest extent of a texel, root mean square, pixels per texel",
-    "texel_p50": "longest extent of a texel, median, pixels per texel",
-    "texel_p95": "longest extent of a texel, 95th percentile, pixels per texel",
-    "texel_p99": "longest extent of a texel, 99th percentile, pixels per texel",
-    "perspective_max": "extent of a texel by perspective alone, worst, pixels",
-    "perspective_mean": "extent of a texel by perspective alone, mean, pixels",
-    "undersampled": "undersampled pixels, share of those measured",
-    "share": "wrong pixels, share of those compared",
-    "misclassified": "wrong pixels, count",
-    "storage_factor": "storage factor, texels per pixel",
+    "angle_deg": ("angle between light and view", "degrees"),
+    "elevation_deg": ("elevation of the light", "degrees"),
+    "azimuth_deg": ("azimuth of the light", "degrees"),
+    "resolution": ("texels along each side of the map", ""),
+    "texel_max": ("longest extent of a texel, worst", "pixels per texel"),
+    "texel_mean": ("longest extent of a texel, mean", "pixels per texel"),
+    "texel_rms": ("longest extent of a texel, root mean square", "pixels per texel"),
+    "texel_p50": ("longest extent of a texel, median", "pixels per texel"),
+    "texel_p95": ("longest extent of a texel, 95th percentile", "pixels per texel"),
+    "texel_p99": ("longest extent of a texel, 99th percentile", "pixels per texel"),
+    "perspective_max": ("extent of a texel by perspective alone, worst", "pixels"),
+    "perspective_mean": ("extent of a texel by perspective alone, mean", "pixels"),
+    "undersampled": ("undersampled pixels", "share of those measured"),
+    "share": ("wrong pixels", "share of those compared"),
+    "misclassified": ("wrong pixels", "count"),
+    "storage_factor": ("storage factor", "texels per pixel"),
 }
 COLUMN_UNITS = {
     "_px": "pixels", "_texels": "texels", "_deg": "degrees", "_ms": "milliseconds", "_s": "seconds",
@@ -50,15 +50,20 @@ def current_columns(table: T, wanted: list[str]) -> T:
     return cast("T", with_current(cast("pd.DataFrame", table), wanted)) if hasattr(table, "columns") else table
 
 
-def column_label(column: object) -> str:
-    """What an axis says of a column, with its unit where the name tells one."""
+def title_and_unit(column: object) -> tuple[str, str]:
+    """What a column is, and its unit where the name gives one."""
     name = str(column)
     if name in COLUMN_LABELS:
         return COLUMN_LABELS[name]
     for suffix, unit in COLUMN_UNITS.items():
         if name.endswith(suffix) and len(name) > len(suffix):
-            return f"{name[: -len(suffix)].replace('_', ' ')}, {unit}"
-    return name.replace("_", " ")
+            return name[: -len(suffix)].replace("_", " "), unit
+    return name.replace("_", " "), ""
+
+
+def column_label(column: object) -> str:
+    """What an axis says of a column, with its unit where the name gives one."""
+    return ", ".join(text for text in title_and_unit(column) if text)
 
 
 def dictionary_of(given: object, name: str, what: str) -> dict[str, Any]:

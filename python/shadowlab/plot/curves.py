@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
-from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of
+from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of, title_and_unit
 from .axes import (
     _axes,
     curve_look,
@@ -197,7 +197,7 @@ def error_over_angle(
     said = ylabel or column_label(y)
     if baseline is not None and ylabel is None:
         # A ratio has no unit.
-        said = f"{said.rpartition(',')[0] or said}, over that of {short_label(baseline)}"
+        said = f"{title_and_unit(y)[0]}, over that of {short_label(baseline)}"
     ax.set(xlabel=xlabel or column_label(x), ylabel=wrapped(said), title=title)
     if baseline is not None:
         level(ax, 1.0, "no warp" if str(baseline).startswith("uniform") else f"as {short_label(baseline)}")

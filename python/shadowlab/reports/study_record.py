@@ -73,7 +73,7 @@ def run_record(run: Run) -> dict[str, Any]:
             }
             for part in p.partitions
         ]
-        record["notes"] = list(run.notes)
+        record["notes"] = [str(note) for note in run.notes]
     if run.summary is not None:
         record["texels"] = run.summary.to_dict()
     if run.causes is not None:

@@ -8,6 +8,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use serde_json::Value as Json;
 use shadowlab::geometry::{Frustum, Rows};
 use shadowlab::image::TruthMask;
+use shadowlab::note::Kind;
 use shadowlab::parameterization::Selection;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
@@ -111,7 +112,7 @@ fn given_distances_are_kept_and_those_outside_leave_an_empty_split() {
     assert_close(&borders(&p), &[1.0, 5.0, 20.0, 60.0, 100.0], EXACT);
     let p = maps("z_partition:distances=(0.5,20,500)", &scene, &camera, &light);
     assert_close(&borders(&p), &[1.0, 1.0, 20.0, 100.0, 100.0], EXACT);
-    let told = p.notes.iter().filter(|note| note.contains("a split is empty")).count();
+    let told = p.notes.iter().filter(|note| note.kind() == Kind::BorderOutside).count();
     assert_eq!(told, 2, "{:?}", p.notes);
     assert!(p.partitions.iter().all(|map| map.shadow_clip_from_world.is_finite()));
 }
@@ -145,7 +146,7 @@ fn splits_from_samples_follow_what_is_seen() {
     const SAMPLED: f64 = 1e-5;
     let p = tight("min-max", "");
     assert_close(&borders(&p), &[2.6, (2.6_f64 * 200.0).sqrt(), 200.0], SAMPLED);
-    assert!(p.notes.iter().any(|note| note.contains("those of the samples")), "{:?}", p.notes);
+    assert!(p.notes.iter().any(|note| note.kind() == Kind::CoversSamples), "{:?}", p.notes);
     let p = tight("equal-log", ",inner=lispsm");
     let [one, two] = [0, 1].map(|k| p.partitions[k].eye_depth);
     // The box shows its front alone, and the wall is one depth too: each has a split of a bin or less.
@@ -156,7 +157,7 @@ fn splits_from_samples_follow_what_is_seen() {
     assert_eq!(p.partitions[0].eye_depth[1], p.partitions[1].eye_depth[0]);
     // Nothing faces a light from behind the wall's front.
     let p = maps("z_partition:splits=equal-log", &scene, &camera, &directional(DVec3::Z));
-    assert!(p.partitions.len() == 4 && p.notes[0].contains("no sample faces the light"), "{:?}", p.notes);
+    assert!(p.partitions.len() == 4 && p.notes[0].kind() == Kind::NoLitSample, "{:?}", p.notes);
 }
 
 #[test]
@@ -294,7 +295,7 @@ fn faces_behind_which_nothing_is_seen_get_no_map() {
     let camera = look(DVec3::new(0.0, 6.0, 20.0), DVec3::ZERO, 0.9, 0.1, 500.0);
     let p = maps("face_partition", &floor, &camera, &directional(DVec3::new(0.05, -1.0, -0.4)));
     assert_eq!(faces(&p), [2], "{:?}", p.notes);
-    assert!(p.notes.iter().any(|note| note.contains("nothing is seen on the way to the")), "{:?}", p.notes);
+    assert!(p.notes.iter().any(|note| note.kind() == Kind::FaceUnseen), "{:?}", p.notes);
 }
 
 /// A closed room with columns in it, seen from a corner: walls one by one, so that a light in it is in no mesh's box, or as
@@ -416,7 +417,7 @@ fn a_light_inside_a_mesh_keeps_depths_apart_at_its_walls() {
     let light = Light::Point(PointLight::new(DVec3::new(0.2, 4.2, 0.1), 40.0).expect("a light"));
     for text in ["uniform", "lispsm", "lispsm:near=0.5", "z_partition:count=2,inner=lispsm", "face_partition"] {
         let p = maps(text, &scene, &camera, &light);
-        assert!(p.notes.iter().any(|note| note.contains("inside a mesh's box")), "{text}: {:?}", p.notes);
+        assert!(p.notes.iter().any(|note| note.kind() == Kind::LightInBox), "{text}: {:?}", p.notes);
         let Compared { lit, shadow, wrong, unexplained, .. } = compare(text, &scene, &camera, &light);
         let what = format!("{text}: {wrong} of {} wrong, {unexplained} unexplained", lit + shadow);
         println!("{what}");

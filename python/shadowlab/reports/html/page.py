@@ -134,8 +134,8 @@ def head_of(study: Study) -> str:
         f"{study.filter} lookup",
         f"{study.backend} renderer",
     ]
-    sentences = re.split(r"(?<=[.;])\s+(?=[A-Za-z])(?<![a-z]\.[a-z]\.\s)", study.verdict, maxsplit=1)
-    paragraphs = "".join(f"<p>{escape(s)}</p>" for s in sentences)
+    first, *others = study.sentences
+    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
     return (
         f'<header class="top"><p class="eyebrow">shadowlab · shadow report</p><h1>{escape(study.source.name)}</h1>'
         f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
@@ -219,7 +219,7 @@ def section_run(study: Study, run: Run, files: dict[str, bytes]) -> str:
     """One run: its pictures, its notes, and how to get it again. Adds its pictures to `files`."""
     index = study.runs.index(run)
     title = f'<h3>{escape(run.label)} <span class="res">{run.resolution}²</span></h3>'
-    notes = "".join(f"<li>{escape(note)}</li>" for note in run.notes)
+    notes = "".join(f"<li>{escape(str(note))}</li>" for note in run.notes)
     tail = (f'<ul class="notes">{notes}</ul>' if notes else "") + again(study, [run], "Run it again")
     if run.failure:
         return (

@@ -54,7 +54,7 @@ MOST_ROOMS = 16
 
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
-    ("experiments.compare", "Study.verdict"): ("reports",),
+    ("experiments.compare", "Study.sentences"): ("reports",),
     ("experiments.compare", "Study.figure"): ("plot",),
     ("experiments.compare", "Study.save"): ("reports",),
     ("experiments.compare", "Study._repr_html_"): ("reports",),

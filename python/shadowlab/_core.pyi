@@ -41,7 +41,10 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Maps: TypeAlias = "Parameterization | npt.ArrayLike"
+_Matrices: TypeAlias = (
+    npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+)
+_Maps: TypeAlias = "Parameterization | _Matrices"
 # The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
 _Setting: TypeAlias = "bool | float | str | Technique | Sequence[float | str | Technique] | npt.NDArray[Any]"
 _Filter: TypeAlias = Literal["nearest", "pcf2x2"]
@@ -362,7 +365,7 @@ class Parameterization:
     """The maps of a technique for one scene, camera and light: plain data."""
     @staticmethod
     def from_matrix(
-        matrix: npt.ArrayLike,
+        matrix: _Matrices,
         *,
         convention: _Convention | str | None = None,
         resolution: int = 1024,

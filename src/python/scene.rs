@@ -36,18 +36,22 @@ impl PyMesh {
         let mesh = py.detach(|| Mesh::new(vertices, faces)).or_raise(py)?;
         Ok(Self { mesh: Arc::new(mesh) })
     }
+    /// Triangles.
     #[getter]
     fn triangle_count(&self) -> usize {
         self.mesh.triangles().len()
     }
+    /// Vertices.
     #[getter]
     fn vertex_count(&self) -> usize {
         self.mesh.positions_local().len()
     }
+    /// Faces left out because a vertex of theirs is not finite.
     #[getter]
     fn dropped_faces(&self) -> usize {
         self.mesh.dropped_faces()
     }
+    /// Bytes that the mesh takes.
     #[getter]
     fn memory(&self) -> usize {
         self.mesh.memory()
@@ -188,10 +192,12 @@ impl PyScene {
     fn triangle_count(&self) -> u64 {
         self.scene.triangle_count()
     }
+    /// Instances.
     #[getter]
     fn instance_count(&self) -> usize {
         self.scene.instances().len()
     }
+    /// Meshes.
     #[getter]
     fn mesh_count(&self) -> usize {
         self.scene.meshes().len()

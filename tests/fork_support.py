@@ -136,10 +136,6 @@ def named_renderer():
     return repr(renderer())
 
 
-def doctor():
-    return sl.report().works
-
-
 #: What works in parallel, by name; each returns what it found.
 WORK = {
     work.__name__: work
@@ -167,7 +163,7 @@ def _tell(work, sender):
 
 
 def answer_of(work, method="fork", limit=LIMIT):
-    """What work returns in another process, or its error as text; a process that takes longer is killed and a failure."""
+    """What work returns in another process, or its error as text; one that takes too long is killed and a failure."""
     context = multiprocessing.get_context(method)
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_tell, args=(work, sender))

@@ -13,6 +13,7 @@ __all__ = [
     "GBuffer",
     "Mesh",
     "Misclassified",
+    "Note",
     "Parameterization",
     "Partition",
     "PointLight",
@@ -32,8 +33,10 @@ __all__ = [
     "misclassified",
     "occluded",
     "reads",
+    "set_threads",
     "technique_specs",
     "texel_coordinates",
+    "threads",
     "trace_memory",
     "trace_shadow_mask",
 ]
@@ -41,6 +44,23 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
+_NoteKind: TypeAlias = Literal[
+    "nothing_seen",
+    "nothing_lit",
+    "no_warp",
+    "no_logarithm",
+    "warp_distance_raised",
+    "warp_weakened",
+    "slide_raised",
+    "light_in_box",
+    "stable",
+    "cover_unused",
+    "no_lit_sample",
+    "covers_samples",
+    "border_outside",
+    "face_unseen",
+    "check_matrix",
+]
 _Maps: TypeAlias = "Parameterization | npt.ArrayLike"
 
 # What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
@@ -214,6 +234,31 @@ class Technique:
     ) -> Parameterization: ...
 
 @final
+class Note:
+    KINDS: dict[str, tuple[str, ...]]
+    def __new__(
+        cls,
+        kind: _NoteKind,
+        details: Sequence[str] | None = None,
+        values: dict[str, float] | dict[str, float | tuple[float, float]] | None = None,
+        maps: Sequence[int] | None = None,
+    ) -> Note: ...
+    @property
+    def kind(self) -> _NoteKind: ...
+    @property
+    def details(self) -> tuple[str, ...]: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+    @property
+    def values(self) -> dict[str, float | tuple[float, float]]: ...
+    @property
+    def maps(self) -> tuple[int, ...] | None: ...
+    def about(self, maps: Sequence[int] | None) -> Note: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
 class Partition:
     @property
     def matrix(self) -> _Float: ...
@@ -229,6 +274,8 @@ class Partition:
     def technique(self) -> str: ...
     @property
     def values(self) -> dict[str, float]: ...
+    @property
+    def notes(self) -> tuple[Note, ...]: ...
     def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]: ...
 
 @final
@@ -254,7 +301,7 @@ class Parameterization:
     @property
     def values(self) -> dict[str, float]: ...
     @property
-    def notes(self) -> list[str]: ...
+    def notes(self) -> tuple[Note, ...]: ...
     @property
     def resolution(self) -> int: ...
     @property
@@ -424,6 +471,40 @@ def causes(
     filter: str = "nearest",
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]: ...
 def adapters() -> list[dict[str, str]]: ...
+def set_threads(n: int | None) -> None:
+    """Sets how many threads parallel work has from now on, in this process and in those forked from it later.
+
+    Results do not depend on it. Work that another thread has begun ends with the threads it has. No thread is started
+    before there is parallel work.
+
+    Parameters
+    ----------
+    n : int or None
+        Threads, 1 to 1024. None goes back to the default: what the environment variable SHADOWLAB_THREADS says, else as
+        many as there are cores that this process may use.
+
+    Raises
+    ------
+    ArgumentError
+        For another number, 0 included, or what is no whole number.
+    """
+
+def threads() -> int:
+    """How many threads parallel work has.
+
+    As `set_threads` or the environment variable SHADOWLAB_THREADS says, else as many as there are cores that this
+    process may use.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ArgumentError
+        Where SHADOWLAB_THREADS is no whole number from 1 to 1024; so does the first parallel work.
+    """
+
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...
 def library_build(

@@ -7,7 +7,6 @@ import sys
 from dataclasses import dataclass
 from html import escape
 from importlib import metadata
-from typing import Any
 
 # Optional programs by what they bring; all are in the extra "peers" or "notebook".
 EXTRAS = (
@@ -66,11 +65,14 @@ class Report:
 
 
 def report() -> Report:
-    """Versions, graphics adapters, optional programs, and whether a small shadow comes out right.
+    """Versions, threads, graphics adapters, optional programs, and whether a small shadow comes out right.
 
     This is the one place that asks the graphics drivers without a renderer being made.
     """
-    return Report((here(), core(), *needed(), adapters(), *extras()))
+    workers = threads()
+    # Without threads nothing is drawn, and why is said already.
+    drawn = (core(),) if workers.state == "ok" else ()
+    return Report((here(), workers, *drawn, *needed(), adapters(), *extras()))
 
 
 def here() -> Finding:
@@ -79,6 +81,19 @@ def here() -> Finding:
 
     python = f"Python {platform.python_version()} ({sys.executable})"
     return Finding("shadowlab", "ok", f"{__version__}, {python}, {platform.platform()}")
+
+
+def threads() -> Finding:
+    """How many threads parallel work has, and who says so."""
+    from . import _core
+    from .errors import ArgumentError
+
+    try:
+        count = _core.threads()
+    except ArgumentError as error:
+        text, _, fix = str(error).rpartition("; ")
+        return Finding("threads", "failed", text, fix)
+    return Finding("threads", "ok", f"{count} for parallel work; set_threads or SHADOWLAB_THREADS changes that")
 
 
 def core() -> Finding:
@@ -137,7 +152,7 @@ def adapters() -> Finding:
         _core.Renderer("gpu")
     except DeviceError as error:
         # The core knows whether there is no driver here or no GPU renderer in this build, and what helps.
-        fix = str(error).rpartition("; ")[2]
+        fix = error.fix
     return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", fix)
 
 
@@ -155,7 +170,7 @@ def extras() -> list[Finding]:
     return findings
 
 
-def version_of(package: str) -> Any:
+def version_of(package: str) -> str | None:
     """The installed version, or None."""
     try:
         return metadata.version(package)

@@ -52,6 +52,9 @@ pub fn looking_at_drivers<T: Send + 'static>(
     let process = std::process::id();
     let first = FIRST_LOOK.compare_exchange(0, process, SeqCst, SeqCst).unwrap_or_else(|first| first);
     let is_inherited = first != 0 && first != process;
+    if first == 0 {
+        leave_children_quietly(py)?;
+    }
     let done = py.detach(|| match is_inherited {
         true => in_time(work, PATIENCE).unwrap_or_else(|| {
             let what = "the drivers, which were loaded before this process was forked, do not answer".into();
@@ -64,6 +67,41 @@ pub fn looking_at_drivers<T: Send + 'static>(
         environment.del_item(NAME)?;
     }
     Ok(done)
+}
+
+/// Has the children of this process leave without what the drivers registered to do at its end.
+///
+/// Mesa waits there for its threads by handles that mean other threads in a child, or freed memory: a crash.
+fn leave_children_quietly(py: Python<'_>) -> PyResult<()> {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        use std::ffi::{c_int, c_void};
+
+        use pyo3::types::{PyCFunction, PyDict};
+
+        unsafe extern "C" {
+            fn on_exit(function: extern "C" fn(c_int, *mut c_void), argument: *mut c_void) -> c_int;
+            fn fflush(stream: *mut c_void) -> c_int;
+            fn _exit(status: c_int) -> !;
+        }
+        /// Ends the process before the functions run that were registered earlier, in the parent.
+        extern "C" fn leave(status: c_int, _: *mut c_void) {
+            // SAFETY: null means all streams; nothing of this process runs after that.
+            unsafe {
+                fflush(std::ptr::null_mut());
+                _exit(status)
+            }
+        }
+        // SAFETY: the function lives as long as the process. Without memory for the entry the child ends as it would have.
+        let in_child =
+            PyCFunction::new_closure(py, None, None, |_, _| unsafe { on_exit(leave, std::ptr::null_mut()) })?;
+        let keywords = PyDict::new(py);
+        keywords.set_item("after_in_child", in_child)?;
+        py.import("os")?.call_method("register_at_fork", (), Some(&keywords))?;
+    }
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+    let _ = py;
+    Ok(())
 }
 
 /// A renderer on the adapter of that name, or on the best one.

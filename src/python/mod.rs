@@ -10,6 +10,7 @@ mod gbuffer;
 mod library;
 mod light;
 mod map_fields;
+mod note;
 mod parameterization;
 mod render;
 mod scene;
@@ -38,6 +39,8 @@ mod _core {
     use super::library::{library_build, library_specs};
     #[pymodule_export]
     use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
+    #[pymodule_export]
+    use super::note::PyNote;
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]

@@ -33,8 +33,10 @@ pub fn set_threads(py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()>
     threads::set(Some(wanted)).or_raise(py)
 }
 
-/// How many threads parallel work has: as `set_threads` or the environment variable SHADOWLAB_THREADS says, else as many as
-/// there are cores that this process may use.
+/// How many threads parallel work has.
+///
+/// As `set_threads` or the environment variable SHADOWLAB_THREADS says, else as many as there are cores that this
+/// process may use.
 ///
 /// Returns
 /// -------

@@ -6,19 +6,21 @@ import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..checks import UP_AXES
 from ..errors import ArgumentError, LoadError, SceneError, ShadowlabWarning
 from ..text import shown
 
 if TYPE_CHECKING:
     import trimesh
 
-Up = Literal["y", "z"]
+    from ..types import Up
+
 
 #: Turns z-up coordinates (x, y, z) into y-up ones (x, z, -y): a rotation, so handedness stays.
 _Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -282,7 +284,7 @@ def turned(vectors: npt.ArrayLike, *, up: Up) -> npt.NDArray[np.float64]:
 
 
 def _up_axis(up: str) -> int:
-    if up not in ("y", "z"):
+    if up not in UP_AXES:
         raise ArgumentError(f"up: expected 'y' or 'z', got {up!r}; name the axis that points up")
     return 1 if up == "y" else 2
 
@@ -291,7 +293,7 @@ def _up_keyword(up: Up) -> str:
     return f", up={up!r}" if up != "y" else ""
 
 
-def _indices_in_range(geometry: Any) -> bool:
+def _indices_in_range(geometry: trimesh.Trimesh) -> bool:
     faces = np.asarray(geometry.faces)
     return faces.size == 0 or (faces.min() >= 0 and faces.max() < len(geometry.vertices))
 

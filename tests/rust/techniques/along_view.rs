@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
+use shadowlab::note::{Detail, Kind};
 use shadowlab::techniques::Value;
 use shadowlab::techniques::kit::WarpSpace;
 
@@ -206,11 +207,7 @@ fn what_cannot_be_warped_is_uniform_and_says_so() {
         for along in [DVec3::NEG_Z, DVec3::Z] {
             let s = Setup::whole_frustum(&t, along);
             let p = s.provisional(name, &[]);
-            assert!(
-                p.notes.len() == 1 && p.notes[0].contains("the light runs along the view"),
-                "{name}: {:?}",
-                p.notes
-            );
+            assert!(p.notes.len() == 1 && p.notes[0].details() == [Detail::LightAlongAxis], "{name}: {:?}", p.notes);
             assert_eq!(Values(p.values).get("kappa"), 0.0);
             assert!(from_uniform(&s, name, &[]) < EXACT);
         }
@@ -218,10 +215,10 @@ fn what_cannot_be_warped_is_uniform_and_says_so() {
         assert!(p.values.is_empty() && p.notes.is_empty(), "{name}: {:?} {:?}", p.values, p.notes);
     }
     let s = Setup::whole_frustum(&t, DVec3::NEG_Y);
-    for (focus, why) in [(0.5, "before what is seen"), (95.0, "has its share without one")] {
+    for (focus, why) in [(0.5, Detail::FocusBeforeBody), (95.0, Detail::FocusHasShare)] {
         let p = s.provisional("tsm", &[set("focus_depth", focus)]);
-        assert!(p.notes.iter().any(|note| note.contains(why)), "{focus}: {:?}", p.notes);
+        assert!(p.notes.iter().any(|note| note.details() == [why]), "{focus}: {:?}", p.notes);
     }
     let p = s.provisional("gmnpr", &[set("lambda", 0.0)]);
-    assert!(p.notes.iter().any(|note| note.contains("raised")), "{:?}", p.notes);
+    assert!(p.notes.iter().any(|note| note.kind() == Kind::WarpDistanceRaised), "{:?}", p.notes);
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use shadowlab::geometry::Rows;
+use shadowlab::note::{Detail, Kind};
 use shadowlab::rays::LightRays;
 
 use crate::support::published_view::{EXACT, View, difference};
@@ -138,7 +139,7 @@ fn light_straight_along_the_view_of_an_even_body_makes_a_uniform_map() {
         // The axis is then that of the view: w is constant (theory.md 3).
         let p = v.map("psm");
         assert_eq!(p.value("case"), Some(case));
-        assert!(p.notes[0].contains("a uniform map"), "{:?}", p.notes);
+        assert!(p.notes[0].details() == [Detail::EqualDistances], "{:?}", p.notes);
         assert_eq!(p.partitions[0].shadow_clip_from_world, v.map("uniform").partitions[0].shadow_clip_from_world);
     }
 }
@@ -157,7 +158,7 @@ fn a_far_slide_is_no_warp() {
         before = most;
     }
     let p = v.map("psm:slide=1e300");
-    assert!(p.notes[0].contains("no warp") && p.partitions[0].values.iter().all(|(_, x)| x.is_finite()));
+    assert!(p.notes[0].kind() == Kind::NoWarp && p.partitions[0].values.iter().all(|(_, x)| x.is_finite()));
     assert!(difference(&v.local(&p.partitions[0].shadow_clip_from_world), &uniform, true) < EXACT);
 }
 
@@ -184,12 +185,12 @@ fn depths_that_span_too_much_slide_back_with_a_note() {
         let mut v = View::of_frustum(1.0, along);
         v.camera = camera(1e-9, 250.0);
         let p = v.map("psm:slide=0");
-        assert!(p.notes[0].contains("raised to"), "{:?}", p.notes);
+        assert!(p.notes[0].kind() == Kind::SlideRaised, "{:?}", p.notes);
         assert_sound("deep", &v, &v.rows("psm:slide=0"));
         // A slab that is thinner than half of the digits has no depth to warp.
         v.camera = camera(100.0, 100.0 * (1.0 + 1e-9));
         let p = v.map("psm:slide=0");
-        assert!(p.notes.iter().any(|n| n.contains("no warp")), "{:?}", p.notes);
+        assert!(p.notes.iter().any(|n| n.kind() == Kind::NoWarp), "{:?}", p.notes);
     }
 }
 
@@ -197,7 +198,7 @@ fn depths_that_span_too_much_slide_back_with_a_note() {
 fn nothing_seen_is_covered_all_the_same() {
     let mut v = View::of_frustum(1.0, DVec3::NEG_Y);
     v.scene = box_scene(DVec3::new(-1.0, -1.0, 5.0), DVec3::new(1.0, 1.0, 9.0));
-    assert!(v.map("psm").notes[0].contains("sees no part"));
+    assert!(v.map("psm").notes[0].kind() == Kind::NothingSeen);
     v.light = sun(DVec3::X);
     assert!(v.map("psm").partitions[0].shadow_clip_from_world.is_finite());
 }

@@ -9,6 +9,7 @@ use shadowlab::Parameterization;
 use shadowlab::fit::crop;
 use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::Rows;
+use shadowlab::note::{Detail, Kind};
 use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::techniques::technique_of;
 
@@ -98,7 +99,7 @@ fn what_is_seen_keeps_its_least_w_and_low_lights_get_no_warp() {
     let view = FocusedView::new(&scene, &camera, &light, Focus::SceneFit);
     for epsilon in [0.05, 0.1, 0.5] {
         let p = made(&format!("xpsm:coefficient=3,epsilon_w={epsilon}"), &scene, &camera, &light);
-        assert!(p.notes[0].contains("weakened"), "{:?}", p.notes);
+        assert!(p.notes[0].kind() == Kind::WarpWeakened, "{:?}", p.notes);
         let w = |q: DVec3| p.partitions[0].project(q + view.origin).1;
         let least = view.receivers.vertices().iter().map(|q| w(*q) / w(DVec3::ZERO)).fold(f64::INFINITY, f64::min);
         assert!((least / epsilon - 1.0).abs() < EXACT, "{least} and {epsilon}");
@@ -108,7 +109,7 @@ fn what_is_seen_keeps_its_least_w_and_low_lights_get_no_warp() {
     let uniform = made("uniform", &scene, &camera, &light);
     assert!(difference_across(&p, &uniform) < EXACT, "{:e}", difference_across(&p, &uniform));
     let p = made("xpsm:min_sin=0.5", &scene, &camera, &light);
-    assert!(p.notes[0].contains("below min_sin") && p.value("p").is_none(), "{:?}", p.notes);
+    assert!(p.notes[0].details() == [Detail::BelowMinSine] && p.value("p").is_none(), "{:?}", p.notes);
     assert_eq!(p.partitions[0].shadow_clip_from_world, uniform.partitions[0].shadow_clip_from_world);
     assert!(made("xpsm:min_sin=0.3", &scene, &camera, &light).value("p").is_some());
 }

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DMat4, DVec3};
 use shadowlab::geometry::Rows;
+use shadowlab::note::Kind;
 use shadowlab::parameterization::Selection;
 use shadowlab::scene::Light;
 use shadowlab::techniques::technique_of;
@@ -98,7 +99,7 @@ fn given_distances_are_kept_and_those_outside_leave_an_empty_split() {
     assert_close(&borders(&p), &[1.0, 5.0, 20.0, 60.0, 100.0], EXACT);
     let p = maps("z_partition:distances=(0.5,20,500)", &scene, &camera, &light);
     assert_close(&borders(&p), &[1.0, 1.0, 20.0, 100.0, 100.0], EXACT);
-    let told = p.notes.iter().filter(|note| note.contains("a split is empty")).count();
+    let told = p.notes.iter().filter(|note| note.kind() == Kind::BorderOutside).count();
     assert_eq!(told, 2, "{:?}", p.notes);
     assert!(p.partitions.iter().all(|map| map.shadow_clip_from_world.is_finite()));
 }
@@ -132,7 +133,7 @@ fn splits_from_samples_follow_what_is_seen() {
     const SAMPLED: f64 = 1e-5;
     let p = tight("min-max", "");
     assert_close(&borders(&p), &[2.6, (2.6_f64 * 200.0).sqrt(), 200.0], SAMPLED);
-    assert!(p.notes.iter().any(|note| note.contains("those of the samples")), "{:?}", p.notes);
+    assert!(p.notes.iter().any(|note| note.kind() == Kind::CoversSamples), "{:?}", p.notes);
     let p = tight("equal-log", ",inner=lispsm");
     let [one, two] = [0, 1].map(|k| p.partitions[k].eye_depth);
     // The box shows its front alone, and the wall is one depth too: each has a split of a bin or less.
@@ -143,7 +144,7 @@ fn splits_from_samples_follow_what_is_seen() {
     assert_eq!(p.partitions[0].eye_depth[1], p.partitions[1].eye_depth[0]);
     // Nothing faces a light from behind the wall's front.
     let p = maps("z_partition:splits=equal-log", &scene, &camera, &directional(DVec3::Z));
-    assert!(p.partitions.len() == 4 && p.notes[0].contains("no sample faces the light"), "{:?}", p.notes);
+    assert!(p.partitions.len() == 4 && p.notes[0].kind() == Kind::NoLitSample, "{:?}", p.notes);
 }
 
 #[test]

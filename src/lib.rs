@@ -11,6 +11,7 @@
 //! - Angles in radians; lengths in world units unless the name says otherwise.
 
 pub mod aliasing;
+pub mod digest;
 pub mod error;
 pub mod fit;
 pub mod focus;

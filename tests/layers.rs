@@ -15,13 +15,14 @@ use tokens::{imports, tokens_without_tests};
 /// For each module, the others that it may use.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
+    ("digest", &[]),
     ("progress", &["error"]),
     ("memory", &["error"]),
     ("simd", &[]),
     ("geometry", &["error"]),
     ("image", &["error", "geometry"]),
     ("parameterization", &["error", "geometry"]),
-    ("scene", &["error", "geometry", "progress"]),
+    ("scene", &["digest", "error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
     ("fit", &["error", "focus", "geometry", "parameterization", "rays", "scene"]),
@@ -42,6 +43,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "python",
         &[
             "aliasing",
+            "digest",
             "error",
             "focus",
             "geometry",

@@ -1,9 +1,9 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, NoReturn, TypeAlias, TypedDict, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import disjoint_base
+from typing_extensions import Self, Unpack, disjoint_base
 
 from .aliasing.footprint import Footprint
 from .conventions.convention import Convention
@@ -35,6 +35,7 @@ __all__ = [
     "misclassified",
     "occluded",
     "reads",
+    "restore",
     "technique_specs",
     "texel_coordinates",
     "trace_memory",
@@ -45,6 +46,16 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Maps: TypeAlias = "Parameterization | npt.ArrayLike"
+
+class _CameraChanges(TypedDict, total=False):
+    eye: npt.ArrayLike
+    target: npt.ArrayLike
+    forward: npt.ArrayLike
+    up: npt.ArrayLike
+    fov_y: float
+    aspect: float
+    near: float
+    far: float
 
 @final
 class Mesh:
@@ -61,10 +72,34 @@ class Mesh:
     def vertices(self) -> _Float: ...
     @property
     def faces(self) -> npt.NDArray[np.int32]: ...
+    @staticmethod
+    def from_local(positions: npt.ArrayLike, faces: npt.ArrayLike, scale: float, center: npt.ArrayLike) -> Mesh:
+        """The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give."""
+
+    @property
+    def positions_local(self) -> npt.NDArray[np.float32]:
+        """(V, 3) float32: vertices as stored, relative to the frame's center and in units of its scale."""
+
+    @property
+    def frame(self) -> tuple[float, _Float]:
+        """(scale, center) of the frame in which vertices are stored: `vertices` is center + scale * positions_local."""
+
+    @property
+    def content_hash(self) -> str:
+        """Hexadecimal hash of all that pictures depend on, the same in every process; see `Scene.content_hash`."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
 
 @disjoint_base
 class Scene:
-    def __new__(cls, meshes: Sequence[Mesh], mesh_index: npt.ArrayLike, transforms: npt.ArrayLike) -> Scene: ...
+    def __new__(
+        cls,
+        meshes: Sequence[Mesh] | Scene,
+        mesh_index: npt.ArrayLike | None = None,
+        transforms: npt.ArrayLike | None = None,
+    ) -> Self: ...
     @property
     def meshes(self) -> list[Mesh]: ...
     @property
@@ -84,6 +119,15 @@ class Scene:
     @property
     def dropped_faces(self) -> int: ...
     def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]: ...
+    @property
+    def content_hash(self) -> str:
+        """Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process and on every machine.
+
+        Meshes, their order, and the instances with their order and transforms count. Names, `source`, `recipe`, cameras
+        and lights do not. Computed at the first use and kept.
+        """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Camera:
@@ -98,6 +142,28 @@ class Camera:
         near: float = 0.1,
         far: float = 1000.0,
     ) -> Camera: ...
+    @staticmethod
+    def from_matrices(
+        view: npt.ArrayLike,
+        projection: npt.ArrayLike,
+        convention: Convention | str | None = None,
+        *,
+        far: float | None = None,
+    ) -> Camera:
+        """The camera of a view and a perspective projection matrix, written as a convention says.
+
+        `far` is the far plane for a projection without one, which cannot be taken otherwise. Raises ArgumentError for
+        orthographic, off-centre, sheared and singular projections, for views that are not a rotation and a translation,
+        and for matrices that mirror the world.
+        """
+
+    def replace(self, **changes: Unpack[_CameraChanges]) -> Camera:
+        """The same camera with other settings: eye, target or forward, up, fov_y, aspect, near, far.
+
+        What is not named stays as it is, bit for bit; a camera that is moved looks the same way. Another
+        name raises UnknownNameError.
+        """
+
     @property
     def eye(self) -> _Float: ...
     @property
@@ -122,11 +188,19 @@ class Camera:
     def clip_from_world(self) -> _Float: ...
     def depth(self, points: npt.ArrayLike) -> _Float: ...
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class DirectionalLight:
     def __new__(cls, direction: npt.ArrayLike) -> DirectionalLight: ...
+    @staticmethod
+    def from_angles(azimuth: float, elevation: float) -> DirectionalLight:
+        """The light that comes from a direction in the sky, radians.
+
+        `azimuth` is a turn about the y axis, from +z (0) towards +x (pi/2); `elevation` the height above the horizon,
+        in [-pi/2, pi/2], y up.
+        """
+
     @property
     def direction(self) -> _Float: ...
     @property
@@ -134,7 +208,7 @@ class DirectionalLight:
     @property
     def point(self) -> _Float: ...
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class SpotLight:
@@ -154,7 +228,7 @@ class SpotLight:
     @property
     def point(self) -> _Float: ...
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class PointLight:
@@ -168,7 +242,7 @@ class PointLight:
     @property
     def point(self) -> _Float: ...
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Technique:
@@ -182,6 +256,8 @@ class Technique:
     def parameterize(
         self, scene: Scene, camera: Camera, light: _Light, *, resolution: int = 1024, samples: GBuffer | None = None
     ) -> Parameterization: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Partition:
@@ -200,6 +276,8 @@ class Partition:
     @property
     def values(self) -> dict[str, float]: ...
     def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Parameterization:
@@ -235,6 +313,8 @@ class Parameterization:
     def matrix(self) -> _Float: ...
     @property
     def matrices(self) -> _Float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Bias:
@@ -260,7 +340,7 @@ class Bias:
     @property
     def slope_limit(self) -> float: ...
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class GBuffer:
@@ -280,6 +360,8 @@ class GBuffer:
     def triangle(self) -> npt.NDArray[np.int32]: ...
     @property
     def instance(self) -> npt.NDArray[np.int32]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Renderer:
@@ -324,6 +406,10 @@ class Renderer:
         size: _Size,
         resolution: _Size | None = None,
     ) -> Footprint: ...
+    def __reduce__(self) -> NoReturn:
+        """Refused with a StateError: a device stays in its process."""
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
 
 @final
 class Misclassified:
@@ -343,6 +429,8 @@ class Misclassified:
     def fraction(self) -> float: ...
     @property
     def image(self) -> npt.NDArray[np.int8]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified: ...
 def footprint(
@@ -393,6 +481,12 @@ def causes(
     bias: Bias | None = None,
     filter: str = "nearest",
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]: ...
+def restore(*parts: Any) -> Any:
+    """The value that was pickled: what `__reduce__` of every class names, with its state as arguments.
+
+    Raises StateError for a state that is damaged, or that a newer version wrote.
+    """
+
 def adapters() -> list[dict[str, str]]: ...
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...

@@ -9,6 +9,8 @@ from html import escape
 from importlib import metadata
 from typing import Any
 
+from .travel import Value
+
 # Optional programs by what they bring; all are in the extra "peers" or "notebook".
 EXTRAS = (
     ("moderngl", "peers", "tests against OpenGL"),
@@ -21,8 +23,8 @@ NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}
 
 
-@dataclass(frozen=True)
-class Finding:
+@dataclass(frozen=True, eq=False)
+class Finding(Value):
     """One thing that was looked at; `state` is "ok", "missing", "optional" (missing, but few need it) or "failed"."""
 
     name: str
@@ -31,8 +33,8 @@ class Finding:
     fix: str = ""
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, eq=False)
+class Report(Value):
     """What `report` found; prints as text, shows as a table in notebooks."""
 
     findings: tuple[Finding, ...]

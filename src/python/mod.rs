@@ -1,7 +1,9 @@
 //! The Python extension module: thin wrappers with the same stems as the core.
 
 mod aliasing;
+mod arrays;
 mod camera;
+mod camera_matrices;
 mod causes;
 mod convert;
 mod footprint;
@@ -9,12 +11,16 @@ mod gbuffer;
 mod library;
 mod light;
 mod map_fields;
+mod map_states;
 mod parameterization;
 mod render;
 mod scene;
+mod scene_states;
 mod settings;
+mod state;
 mod technique;
 mod trace;
+mod travel;
 mod usage;
 
 /// The private extension module behind the package.
@@ -44,6 +50,8 @@ mod _core {
     use super::technique::{PyTechnique, technique_specs};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+    #[pymodule_export]
+    use super::travel::restore;
     #[pymodule_export]
     use super::usage::{reads, texel_coordinates};
 

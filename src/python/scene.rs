@@ -6,9 +6,12 @@ use glam::DAffine3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, vec3_to_array};
+use super::convert::{OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, vec3, vec3_to_array};
+use super::scene_states::{reduce_mesh, reduce_scene};
+use super::state::{Reduced, first_eight};
+use crate::digest::hex;
 use crate::progress::Progress;
-use crate::scene::{Instance, Mesh, Scene};
+use crate::scene::{Instance, Mesh, Scene, Stored};
 use crate::trace::Tracer;
 
 /// A triangle mesh, stored once however often it is placed.
@@ -27,6 +30,83 @@ impl PyMesh {
         let (vertices, faces) = (rows3(&vertices)?, rows3(&faces)?);
         let mesh = py.detach(|| Mesh::new(vertices, faces)).or_raise(py)?;
         Ok(Self { mesh: Arc::new(mesh) })
+    }
+    /// The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : (V, 3) array_like of float32
+    ///     In units of `scale`, relative to `center`.
+    /// faces : (M, 3) array_like of int
+    ///     Rows of `positions`.
+    /// scale : float
+    ///     A power of two.
+    /// center : (3,) array_like
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     For numbers that are not finite, a scale that is no power of two, or another shape.
+    /// SceneError
+    ///     For an index out of range, or no face.
+    #[staticmethod]
+    fn from_local(
+        positions: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+        scale: f64,
+        center: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let py = positions.py();
+        let positions = array::<f32>(positions, "positions", &[None, Some(3)])?;
+        let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
+        let center = vec3(center, "center")?;
+        let (positions, faces) = (rows3(&positions)?, rows3(&faces)?);
+        let mesh = py.detach(|| {
+            // What is no index is one too many.
+            let index = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
+            Mesh::from_stored(Stored {
+                positions_local: positions.iter().map(|&p| p.into()).collect(),
+                triangles: faces.iter().map(|face| face.map(index)).collect(),
+                source_faces: Vec::new(),
+                dropped_faces: 0,
+                scale,
+                center,
+            })
+        });
+        Ok(Self { mesh: Arc::new(mesh.or_raise(py)?) })
+    }
+    /// (V, 3) float32: vertices as they are stored, relative to the frame's center and in units of its scale.
+    #[getter]
+    fn positions_local<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let points = self.mesh.positions_local();
+        image(py, points.iter().flat_map(|p| p.to_array()).collect(), [points.len(), 3])
+    }
+    /// (scale, center (3,) float64) of the frame in which vertices are stored: `vertices` is center + scale * positions_local.
+    #[getter]
+    fn frame<'py>(&self, py: Python<'py>) -> (f64, Bound<'py, PyArray1<f64>>) {
+        let frame = self.mesh.mesh_from_local();
+        (frame.matrix3.x_axis.x, vec3_to_array(py, frame.translation))
+    }
+    /// Hexadecimal hash of all that pictures depend on, the same in every process; see `Scene.content_hash`.
+    #[getter]
+    fn content_hash(&self, py: Python<'_>) -> String {
+        hex(&py.detach(|| self.mesh.content_hash()))
+    }
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
+        let (a, b) = (&self.mesh, &other.mesh);
+        Arc::ptr_eq(a, b) || py.detach(|| a.content_hash() == b.content_hash())
+    }
+    fn __hash__(&self, py: Python<'_>) -> u64 {
+        first_eight(&py.detach(|| self.mesh.content_hash()))
+    }
+    fn __copy__<'py>(slf: &Bound<'py, Self>) -> Bound<'py, Self> {
+        slf.clone()
+    }
+    fn __deepcopy__<'py>(slf: &Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf.clone()
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce_mesh(py, &self.mesh)
     }
     #[getter]
     fn triangle_count(&self) -> usize {
@@ -68,7 +148,13 @@ impl PyMesh {
 #[pyclass(name = "Scene", subclass, frozen, module = "shadowlab._core")]
 pub struct PyScene {
     pub scene: Scene,
-    tracer: Mutex<Option<Tracer>>,
+    tracer: Arc<Mutex<Option<Tracer>>>,
+}
+
+impl From<Scene> for PyScene {
+    fn from(scene: Scene) -> Self {
+        Self { scene, tracer: Arc::new(Mutex::new(None)) }
+    }
 }
 
 impl PyScene {
@@ -93,12 +179,20 @@ pub fn scene<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyScene>> {
 #[pymethods]
 impl PyScene {
     #[new]
+    #[pyo3(signature = (meshes, mesh_index=None, transforms=None))]
     fn new(
-        py: Python<'_>,
-        meshes: Vec<PyRef<'_, PyMesh>>,
-        mesh_index: &Bound<'_, PyAny>,
-        transforms: &Bound<'_, PyAny>,
+        meshes: &Bound<'_, PyAny>,
+        mesh_index: Option<&Bound<'_, PyAny>>,
+        transforms: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let py = meshes.py();
+        let (Some(mesh_index), Some(transforms)) = (mesh_index, transforms) else {
+            // Another scene: its geometry, which both share from then on.
+            let other = scene(meshes)?;
+            let other = other.get();
+            return Ok(Self { scene: other.scene.clone(), tracer: Arc::clone(&other.tracer) });
+        };
+        let meshes: Vec<PyRef<'_, PyMesh>> = meshes.extract()?;
         let mesh_index = array::<i64>(mesh_index, "mesh_index", &[None])?;
         let transforms = array::<f64>(transforms, "transforms", &[None, Some(4), Some(4)])?;
         let (mesh_index, transforms) = (mesh_index.as_slice()?, transforms.as_slice()?.as_chunks::<16>().0);
@@ -119,7 +213,35 @@ impl PyScene {
         }
         let meshes: Vec<_> = meshes.iter().map(|m| m.mesh.clone()).collect();
         let scene = py.detach(|| Scene::new(meshes, instances)).or_raise(py)?;
-        Ok(Self { scene, tracer: Mutex::new(None) })
+        Ok(scene.into())
+    }
+    /// Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for
+    /// every version of Python. Equal scenes have equal hashes.
+    ///
+    /// Meshes (vertices as stored, faces, and the rows that these had before faces were dropped), their order, and the
+    /// instances with their order and transforms count. Names, `source`, `recipe`, cameras and lights do not. Computed at
+    /// the first use and kept.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import shadowlab as sl
+    /// >>> a, b = (sl.library.scene("robots") for _ in range(2))
+    /// >>> a.content_hash == b.content_hash, a == b, a is b
+    /// (True, True, False)
+    #[getter]
+    fn content_hash(&self, py: Python<'_>) -> String {
+        hex(&py.detach(|| self.scene.content_hash()))
+    }
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
+        let (a, b) = (&self.scene, &other.scene);
+        let counts = |s: &Scene| (s.meshes().len(), s.instances().len(), s.triangle_count());
+        a.is(b) || (counts(a) == counts(b) && py.detach(|| a.content_hash() == b.content_hash()))
+    }
+    fn __hash__(&self, py: Python<'_>) -> u64 {
+        first_eight(&py.detach(|| self.scene.content_hash()))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce_scene(py, &self.scene)
     }
     /// The meshes, each once.
     #[getter]

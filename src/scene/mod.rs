@@ -1,6 +1,8 @@
 //! What is rendered, who looks at it, and what lights it.
 
 mod camera;
+mod camera_matrices;
+mod content;
 pub mod library;
 mod light;
 mod mesh;
@@ -10,5 +12,5 @@ mod scene;
 pub use camera::Camera;
 pub(crate) use camera::unit;
 pub use light::{DirectionalLight, EDGE_ON, Light, PointLight, SpotLight};
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Stored};
 pub use scene::{Instance, Scene};

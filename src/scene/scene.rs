@@ -1,11 +1,12 @@
 //! Meshes placed by instances.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat4, DVec3};
 use rayon::prelude::*;
 
 use super::Mesh;
+use super::content;
 use super::mesh::next_id;
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
@@ -33,6 +34,7 @@ struct Inner {
     world_from_local: Vec<DAffine3>,
     bounds: Aabb,
     triangle_count: u64,
+    content_hash: OnceLock<[u8; 32]>,
 }
 
 impl Scene {
@@ -85,7 +87,15 @@ impl Scene {
         }
         let triangle_count = instances.iter().map(|i| meshes[i.mesh as usize].triangles().len() as u64).sum();
         Ok(Self {
-            inner: Arc::new(Inner { id: next_id(), meshes, instances, world_from_local, bounds, triangle_count }),
+            inner: Arc::new(Inner {
+                id: next_id(),
+                meshes,
+                instances,
+                world_from_local,
+                bounds,
+                triangle_count,
+                content_hash: OnceLock::new(),
+            }),
         })
     }
     /// A scene of one mesh at its own place.
@@ -107,6 +117,14 @@ impl Scene {
     /// A number no other scene of this process has; caches key on it.
     pub fn id(&self) -> u64 {
         self.inner.id
+    }
+    /// A hash of all that pictures depend on, the same in every process; found at the first call.
+    pub fn content_hash(&self) -> [u8; 32] {
+        *self.inner.content_hash.get_or_init(|| content::of_scene(self))
+    }
+    /// Whether both are one object.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.inner, &other.inner)
     }
     /// The meshes, each stored once.
     pub fn meshes(&self) -> &[Arc<Mesh>] {

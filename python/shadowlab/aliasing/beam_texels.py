@@ -21,11 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..travel import Value
 from .footprint import as_maps, footprint_at, halfway_normals
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamTexels:
+class BeamTexels(Value):
     """Texels across the light's beam at points, in pixels at their depth; arrays (N,), NaN where no map holds a point.
 
     Attributes

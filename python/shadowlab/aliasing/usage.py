@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import check_filter
+from ..travel import Value
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Usage:
+class Usage(Value):
     """How often the pixels of an image read each texel.
 
     Attributes

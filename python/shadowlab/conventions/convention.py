@@ -23,6 +23,7 @@ import numpy as np
 from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
+from ..travel import Value
 from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, matrices_of, one_of, range_of, tiles_of
 
 NDC_RANGE = (-1.0, 1.0)
@@ -30,8 +31,8 @@ TEXTURE_RANGE = (0.0, 1.0)
 WHOLE_TILE = (0.0, 0.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Convention:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Convention(Value):
     """How a shadow matrix is written.
 
     Parameters

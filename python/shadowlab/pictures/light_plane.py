@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
+from ..travel import Value
 from .frustum import frustum_edges
 
 # A ray counts as ahead of the projection where its w is no less than this share of the largest on the line: lines end
@@ -30,8 +31,8 @@ HORIZON = 1e-3
 NEAR_SHARE = 1e-3
 
 
-@dataclass(frozen=True)
-class LightPlane:
+@dataclass(frozen=True, eq=False)
+class LightPlane(Value):
     """A plane across the light with axes x, y.
 
     Attributes

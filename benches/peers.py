@@ -348,11 +348,11 @@ def main() -> None:
         print(f"{bench.scene.triangle_count:,} triangles, {os.cpu_count()} cores")
     if options.part in (None, "maps"):
         bench.shadow_maps()
-    threads = os.environ.get("RAYON_NUM_THREADS")
+    threads = os.environ.get("SHADOWLAB_THREADS")
     if options.part in (None, "rays"):
         bench.rays(f"ours with {threads or os.cpu_count()} threads", None if threads else TRUTH_GOAL)
     if options.part is None and threads is None:
-        alone = in_a_process_of_its_own("--part", "rays", "--seconds", str(options.seconds), RAYON_NUM_THREADS="1")
+        alone = in_a_process_of_its_own("--part", "rays", "--seconds", str(options.seconds), SHADOWLAB_THREADS="1")
         rows += alone
     if options.part in (None, "parameterize"):
         bench.parameterize()

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 
 from shadowlab.aliasing.causes import CAUSES
 from shadowlab.experiments.candidates import Outcome
-from shadowlab.experiments.measures import LATTICE_SCATTER, MEASURES, about_equal, measure_of
+from shadowlab.experiments.measures import LATTICE_SCATTER, MEASURES, measure_of
 from shadowlab.experiments.ranking import changes, standings, stretches, switches
+from shadowlab.experiments.thresholds import about_equal
 from shadowlab.reports.advice_verdict import OF_BIAS, advice_text
 
 MIB = 2**20

@@ -14,6 +14,7 @@ from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
 from shadowlab.experiments import advise as advice_module
 from shadowlab.experiments.candidates import default_techniques
 from shadowlab.experiments.measures import MEASURES, docs, measure_of
+from shadowlab.scene.view import KEPT_VIEWS
 
 ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
 
@@ -51,9 +52,11 @@ def test_every_camera_is_taken_with_every_light(view):
 
 
 def test_truth_is_traced_once_a_view_and_the_eye_view_drawn_once_a_camera(view, monkeypatch):
+    from shadowlab import _core
+
     calls = []
-    real = sl.trace.shadow_mask
-    monkeypatch.setattr(sl.trace, "shadow_mask", lambda *a, **k: calls.append("truth") or real(*a, **k))
+    real = _core.trace_shadow_mask
+    monkeypatch.setattr(_core, "trace_shadow_mask", lambda *a, **k: calls.append("truth") or real(*a, **k))
 
     class Counting:
         inner = sl.Renderer("cpu")
@@ -63,6 +66,7 @@ def test_truth_is_traced_once_a_view_and_the_eye_view_drawn_once_a_camera(view, 
             calls.append("eye")
             return self.inner.gbuffer(*a, **k)
 
+    KEPT_VIEWS.forget_all()
     advise(view, renderer=Counting())
     assert (calls.count("truth"), calls.count("eye")) == (2, 1)
 
@@ -234,7 +238,7 @@ def np_matrix():
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, error, message):
-    monkeypatch.setattr(advice_module, "traced_truth", lambda *_: pytest.fail("worked before it looked"))
+    monkeypatch.setattr(advice_module, "outcomes_of", lambda *_: pytest.fail("worked before it looked"))
     with pytest.raises(error, match=message):
         advise(view, **keywords)
 

@@ -170,16 +170,16 @@ def test_the_scale_of_a_page_explains_what_it_is_asked():
 
 @pytest.mark.parametrize("vision", VISIONS)
 def test_causes_are_apart_and_from_the_view_beneath(vision):
-    colours = lab([colour for _, colour in cause_pictures.CAUSES.values()], vision)
+    colours = lab(list(cause_pictures.CAUSE_RGB.values()), vision)
     assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(colours, 2)) > 2 * AT_A_GLANCE
     beneath = lab([(cause_pictures.DARKEST,) * 3], vision)
     assert colours[:, 0].max() < beneath[0, 0] - AT_A_GLANCE
 
 
 def test_causes_are_those_of_the_analysis():
-    assert {code: name for code, (name, _) in cause_pictures.CAUSES.items()} == CAUSES
-    assert cause_pictures.CAUSES[1][1] == pictures.FALSE_SHADOW_RGB
-    assert cause_pictures.CAUSES[3][1] == pictures.FALSE_LIGHT_RGB
+    assert list(cause_pictures.CAUSE_RGB) == list(CAUSES)
+    assert cause_pictures.CAUSE_RGB[1] == pictures.FALSE_SHADOW_RGB
+    assert cause_pictures.CAUSE_RGB[3] == pictures.FALSE_LIGHT_RGB
 
 
 def test_each_cause_has_its_colour_and_grows_without_hiding_another():
@@ -188,7 +188,7 @@ def test_each_cause_has_its_colour_and_grows_without_hiding_another():
     codes[5] = -1
     for width in (1, 3):
         picture = cause_pictures.cause_picture(view(), SUN, np.ones((6, 8), np.int8), codes, width=width)
-        assert [tuple(p) for p in picture[2, 1:6]] == [c for _, c in cause_pictures.CAUSES.values()]
+        assert [tuple(p) for p in picture[2, 1:6]] == list(cause_pictures.CAUSE_RGB.values())
     right = cause_pictures.cause_picture(view(), SUN, np.ones((6, 8), np.int8), codes)[codes <= 0].astype(int)
     assert (np.ptp(right, axis=-1) == 0).all()
     assert right[-8:].max() == 255  # not compared

@@ -31,6 +31,7 @@ from plot_support import (
 
 import shadowlab as sl
 from shadowlab import plot
+from shadowlab.pictures.errors import error_colours
 
 mpl.use("Agg")
 # A warning of numpy or matplotlib is a failure: nothing that is not a number reaches an artist.
@@ -162,7 +163,7 @@ def test_the_bar_has_the_colours_of_the_picture(ax):
     mappable = bar._colorbar.mappable
     values = np.array([0.11, 0.5, 0.99, 1.01, 3.0, 9.9])
     drawn = np.rint(255 * mappable.to_rgba(values)[:, :3])
-    wanted = sl.error_pictures.error_colours(values).astype(float)
+    wanted = error_colours(values).astype(float)
     # A step of the scale apart, since both round.
     assert np.abs(drawn - wanted).max() <= 4
 
@@ -318,9 +319,7 @@ def test_drift_has_rms_and_largest_of_each_label(ax):
     assert plot.drift(wide).get_yscale() == "symlog"
 
 
-@pytest.mark.parametrize(
-    "module", ["curves", "distributions", "drifts", "error_maps", "lattices", "light_views", "wrong_pixels"]
-)
+@pytest.mark.parametrize("module", ["causes", "curves", "distributions", "eye_views", "light_views", "temporal"])
 def test_examples_run(module):
     result = doctest.testmod(importlib.import_module(f"shadowlab.plot.{module}"))
     assert result.attempted

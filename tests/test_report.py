@@ -202,7 +202,7 @@ def test_several_maps_are_shown_side_by_side(study):
     run = study.runs[0]
     matrix = np.asarray(run.parameterization.matrix)
     many = sl.Parameterization.from_matrix(np.stack([matrix, matrix]))
-    double = replace(run, parameterization=many, maps=np.stack([run.maps, run.maps]), given=True)
+    double = replace(run, parameterization=many, item=many)
     text, files = report_html.build(replace(study, runs=(double,)))
     assert {"uniform_64_map_1.png", "uniform_64_map_2.png"} <= set(files)
     assert Page(text).open == []

@@ -136,9 +136,12 @@ def test_ctrl_c_is_a_keyboard_interrupt(view, capsys):
 
 
 def test_truth_is_traced_once(view, monkeypatch):
+    from shadowlab import _core
+
     calls = []
-    real = sl.trace.shadow_mask
-    monkeypatch.setattr(sl.trace, "shadow_mask", lambda *a, **k: calls.append(1) or real(*a, **k))
+    real = _core.trace_shadow_mask
+    monkeypatch.setattr(_core, "trace_shadow_mask", lambda *a, **k: calls.append(1) or real(*a, **k))
+    sl.View(*view, size=(10, 8)).clear()
     compare(*view, resolution=[16, 32], size=(10, 8), progress=False)
     assert len(calls) == 1
 
@@ -178,7 +181,7 @@ def test_without_truth_there_are_pictures_but_no_errors(view):
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, message):
-    monkeypatch.setattr(study_module, "traced_truth", lambda *_: pytest.fail("worked before it looked"))
+    monkeypatch.setattr(study_module, "View", lambda *_: pytest.fail("worked before it looked"))
     arguments = {"resolution": 32, "size": (10, 8), "techniques": ["uniform"], "progress": False} | keywords
     with pytest.raises(sl.errors.ArgumentError, match=message):
         compare(*view, arguments.pop("techniques"), **arguments)

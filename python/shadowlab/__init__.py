@@ -13,6 +13,7 @@ from ._core import (
     Camera,
     DirectionalLight,
     GBuffer,
+    Note,
     Parameterization,
     Partition,
     PointLight,
@@ -20,6 +21,8 @@ from ._core import (
     SpotLight,
     Technique,
     __version__,
+    set_threads,
+    threads,
 )
 from .conventions.convention import Convention
 from .scene import library
@@ -48,6 +51,7 @@ __all__ = [
     "Diagnosis",
     "DirectionalLight",
     "GBuffer",
+    "Note",
     "Parameterization",
     "Partition",
     "PointLight",
@@ -74,8 +78,10 @@ __all__ = [
     "preset",
     "presets",
     "report",
+    "set_threads",
     "technique",
     "techniques",
+    "threads",
     "trace",
     "turned",
 ]

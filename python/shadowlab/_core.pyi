@@ -1,12 +1,17 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NoReturn, TypeAlias, TypedDict, final
+from typing import Any, Literal, NoReturn, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self, Unpack, disjoint_base
+from typing_extensions import Self
 
-from .aliasing.footprint import Footprint
-from .conventions.convention import Convention
+from ._core_scene import Camera as Camera
+from ._core_scene import DirectionalLight as DirectionalLight
+from ._core_scene import Mesh as Mesh
+from ._core_scene import PointLight as PointLight
+from ._core_scene import Scene as Scene
+from ._core_scene import SpotLight as SpotLight
+from ._core_types import ConventionLike, FootprintLike, NoteKind
 
 __version__: str
 __all__ = [
@@ -16,6 +21,7 @@ __all__ = [
     "GBuffer",
     "Mesh",
     "Misclassified",
+    "Note",
     "Parameterization",
     "Partition",
     "PointLight",
@@ -36,8 +42,10 @@ __all__ = [
     "occluded",
     "reads",
     "restore",
+    "set_threads",
     "technique_specs",
     "texel_coordinates",
+    "threads",
     "trace_memory",
     "trace_shadow_mask",
 ]
@@ -46,203 +54,6 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Maps: TypeAlias = "Parameterization | npt.ArrayLike"
-
-class _CameraChanges(TypedDict, total=False):
-    eye: npt.ArrayLike
-    target: npt.ArrayLike
-    forward: npt.ArrayLike
-    up: npt.ArrayLike
-    fov_y: float
-    aspect: float
-    near: float
-    far: float
-
-@final
-class Mesh:
-    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
-    @property
-    def triangle_count(self) -> int: ...
-    @property
-    def vertex_count(self) -> int: ...
-    @property
-    def dropped_faces(self) -> int: ...
-    @property
-    def memory(self) -> int: ...
-    @property
-    def vertices(self) -> _Float: ...
-    @property
-    def faces(self) -> npt.NDArray[np.int32]: ...
-    @staticmethod
-    def from_local(positions: npt.ArrayLike, faces: npt.ArrayLike, scale: float, center: npt.ArrayLike) -> Mesh:
-        """The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give."""
-
-    @property
-    def positions_local(self) -> npt.NDArray[np.float32]:
-        """(V, 3) float32: vertices as stored, relative to the frame's center and in units of its scale."""
-
-    @property
-    def frame(self) -> tuple[float, _Float]:
-        """(scale, center) of the frame in which vertices are stored: `vertices` is center + scale * positions_local."""
-
-    @property
-    def content_hash(self) -> str:
-        """Hexadecimal hash of all that pictures depend on, the same in every process; see `Scene.content_hash`."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-    def __copy__(self) -> Self: ...
-    def __deepcopy__(self, _memo: Any) -> Self: ...
-
-@disjoint_base
-class Scene:
-    def __new__(
-        cls,
-        meshes: Sequence[Mesh] | Scene,
-        mesh_index: npt.ArrayLike | None = None,
-        transforms: npt.ArrayLike | None = None,
-    ) -> Self: ...
-    @property
-    def meshes(self) -> list[Mesh]: ...
-    @property
-    def mesh_index(self) -> npt.NDArray[np.int64]: ...
-    @property
-    def transforms(self) -> _Float: ...
-    @property
-    def bounds(self) -> _Float: ...
-    @property
-    def origin(self) -> _Float: ...
-    @property
-    def triangle_count(self) -> int: ...
-    @property
-    def instance_count(self) -> int: ...
-    @property
-    def mesh_count(self) -> int: ...
-    @property
-    def dropped_faces(self) -> int: ...
-    def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]: ...
-    @property
-    def content_hash(self) -> str:
-        """Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process and on every machine.
-
-        Meshes, their order, and the instances with their order and transforms count. Names, `source`, `recipe`, cameras
-        and lights do not. Computed at the first use and kept.
-        """
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class Camera:
-    @staticmethod
-    def look_at(
-        eye: npt.ArrayLike,
-        target: npt.ArrayLike,
-        *,
-        up: npt.ArrayLike | None = None,
-        fov_y: float = ...,
-        aspect: float = ...,
-        near: float = 0.1,
-        far: float = 1000.0,
-    ) -> Camera: ...
-    @staticmethod
-    def from_matrices(
-        view: npt.ArrayLike,
-        projection: npt.ArrayLike,
-        convention: Convention | str | None = None,
-        *,
-        far: float | None = None,
-    ) -> Camera:
-        """The camera of a view and a perspective projection matrix, written as a convention says.
-
-        `far` is the far plane for a projection without one, which cannot be taken otherwise. Raises ArgumentError for
-        orthographic, off-centre, sheared and singular projections, for views that are not a rotation and a translation,
-        and for matrices that mirror the world.
-        """
-
-    def replace(self, **changes: Unpack[_CameraChanges]) -> Camera:
-        """The same camera with other settings: eye, target or forward, up, fov_y, aspect, near, far.
-
-        What is not named stays as it is, bit for bit; a camera that is moved looks the same way. Another
-        name raises UnknownNameError.
-        """
-
-    @property
-    def eye(self) -> _Float: ...
-    @property
-    def right(self) -> _Float: ...
-    @property
-    def up(self) -> _Float: ...
-    @property
-    def forward(self) -> _Float: ...
-    @property
-    def fov_y(self) -> float: ...
-    @property
-    def aspect(self) -> float: ...
-    @property
-    def near(self) -> float: ...
-    @property
-    def far(self) -> float: ...
-    @property
-    def view(self) -> _Float: ...
-    @property
-    def projection(self) -> _Float: ...
-    @property
-    def clip_from_world(self) -> _Float: ...
-    def depth(self, points: npt.ArrayLike) -> _Float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class DirectionalLight:
-    def __new__(cls, direction: npt.ArrayLike) -> DirectionalLight: ...
-    @staticmethod
-    def from_angles(azimuth: float, elevation: float) -> DirectionalLight:
-        """The light that comes from a direction in the sky, radians.
-
-        `azimuth` is a turn about the y axis, from +z (0) towards +x (pi/2); `elevation` the height above the horizon,
-        in [-pi/2, pi/2], y up.
-        """
-
-    @property
-    def direction(self) -> _Float: ...
-    @property
-    def kind(self) -> Literal["directional"]: ...
-    @property
-    def point(self) -> _Float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class SpotLight:
-    def __new__(
-        cls, position: npt.ArrayLike, direction: npt.ArrayLike, *, cone_angle: float, range: float
-    ) -> SpotLight: ...
-    @property
-    def position(self) -> _Float: ...
-    @property
-    def direction(self) -> _Float: ...
-    @property
-    def cone_angle(self) -> float: ...
-    @property
-    def range(self) -> float: ...
-    @property
-    def kind(self) -> Literal["spot"]: ...
-    @property
-    def point(self) -> _Float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class PointLight:
-    def __new__(cls, position: npt.ArrayLike, *, range: float) -> PointLight: ...
-    @property
-    def position(self) -> _Float: ...
-    @property
-    def range(self) -> float: ...
-    @property
-    def kind(self) -> Literal["point"]: ...
-    @property
-    def point(self) -> _Float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
 
 @final
 class Technique:
@@ -257,6 +68,31 @@ class Technique:
         self, scene: Scene, camera: Camera, light: _Light, *, resolution: int = 1024, samples: GBuffer | None = None
     ) -> Parameterization: ...
     def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class Note:
+    KINDS: dict[str, tuple[str, ...]]
+    def __new__(
+        cls,
+        kind: NoteKind,
+        details: Sequence[str] | None = None,
+        values: dict[str, float] | dict[str, float | tuple[float, float]] | None = None,
+        maps: Sequence[int] | None = None,
+    ) -> Note: ...
+    @property
+    def kind(self) -> NoteKind: ...
+    @property
+    def details(self) -> tuple[str, ...]: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+    @property
+    def values(self) -> dict[str, float | tuple[float, float]]: ...
+    @property
+    def maps(self) -> tuple[int, ...] | None: ...
+    def about(self, maps: Sequence[int] | None) -> Note: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
 @final
@@ -275,6 +111,8 @@ class Partition:
     def technique(self) -> str: ...
     @property
     def values(self) -> dict[str, float]: ...
+    @property
+    def notes(self) -> tuple[Note, ...]: ...
     def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -285,14 +123,14 @@ class Parameterization:
     def from_matrix(
         matrix: npt.ArrayLike,
         *,
-        convention: Convention | str | None = None,
+        convention: ConventionLike | str | None = None,
         resolution: int = 1024,
         eye_depth: npt.ArrayLike | None = None,
         selection: str = "depth",
         post_warp: Sequence[tuple[str, float, float] | None] | None = None,
         regions: Sequence[npt.ArrayLike] | None = None,
     ) -> Parameterization: ...
-    def to(self, convention: Convention | str) -> _Float: ...
+    def to(self, convention: ConventionLike | str) -> _Float: ...
     @property
     def selection(self) -> Literal["depth", "containment"]: ...
     @property
@@ -302,7 +140,7 @@ class Parameterization:
     @property
     def values(self) -> dict[str, float]: ...
     @property
-    def notes(self) -> list[str]: ...
+    def notes(self) -> tuple[Note, ...]: ...
     @property
     def resolution(self) -> int: ...
     @property
@@ -405,7 +243,7 @@ class Renderer:
         *,
         size: _Size,
         resolution: _Size | None = None,
-    ) -> Footprint: ...
+    ) -> FootprintLike: ...
     def __reduce__(self) -> NoReturn:
         """Refused with a StateError: a device stays in its process."""
     def __copy__(self) -> Self: ...
@@ -488,6 +326,40 @@ def restore(*parts: Any) -> Any:
     """
 
 def adapters() -> list[dict[str, str]]: ...
+def set_threads(n: int | None) -> None:
+    """Sets how many threads parallel work has from now on, in this process and in those forked from it later.
+
+    Results do not depend on it. Work that another thread has begun ends with the threads it has. No thread is started
+    before there is parallel work.
+
+    Parameters
+    ----------
+    n : int or None
+        Threads, 1 to 1024. None goes back to the default: what the environment variable SHADOWLAB_THREADS says, else as
+        many as there are cores that this process may use.
+
+    Raises
+    ------
+    ArgumentError
+        For another number, 0 included, or what is no whole number.
+    """
+
+def threads() -> int:
+    """How many threads parallel work has.
+
+    As `set_threads` or the environment variable SHADOWLAB_THREADS says, else as many as there are cores that this
+    process may use.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ArgumentError
+        Where SHADOWLAB_THREADS is no whole number from 1 to 1024; so does the first parallel work.
+    """
+
 def technique_specs() -> list[dict[str, Any]]: ...
 def library_specs() -> list[dict[str, Any]]: ...
 def library_build(

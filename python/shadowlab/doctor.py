@@ -7,7 +7,6 @@ import sys
 from dataclasses import dataclass
 from html import escape
 from importlib import metadata
-from typing import Any
 
 from .travel import Value
 
@@ -68,11 +67,14 @@ class Report(Value):
 
 
 def report() -> Report:
-    """Versions, graphics adapters, optional programs, and whether a small shadow comes out right.
+    """Versions, threads, graphics adapters, optional programs, and whether a small shadow comes out right.
 
     This is the one place that asks the graphics drivers without a renderer being made.
     """
-    return Report((here(), core(), *needed(), adapters(), *extras()))
+    workers = threads()
+    # Without threads nothing is drawn, and why is said already.
+    drawn = (core(),) if workers.state == "ok" else ()
+    return Report((here(), workers, *drawn, *needed(), adapters(), *extras()))
 
 
 def here() -> Finding:
@@ -81,6 +83,19 @@ def here() -> Finding:
 
     python = f"Python {platform.python_version()} ({sys.executable})"
     return Finding("shadowlab", "ok", f"{__version__}, {python}, {platform.platform()}")
+
+
+def threads() -> Finding:
+    """How many threads parallel work has, and who says so."""
+    from . import _core
+    from .errors import ArgumentError
+
+    try:
+        count = _core.threads()
+    except ArgumentError as error:
+        text, _, fix = str(error).rpartition("; ")
+        return Finding("threads", "failed", text, fix)
+    return Finding("threads", "ok", f"{count} for parallel work; set_threads or SHADOWLAB_THREADS changes that")
 
 
 def core() -> Finding:
@@ -104,9 +119,9 @@ def core() -> Finding:
         truth = trace.shadow_mask(scene, camera, light, size=(48, 48))
     except ShadowlabError as error:
         return Finding("core", "failed", str(error), "pip install --force-reinstall shadowlab")
-    both = (truth >= 0) & np.isfinite(mask)
-    wrong = int(((mask > 0.5) != (truth == 1))[both].sum())
-    shadow = int((truth == 0).sum())
+    both = (truth >= trace.Truth.SHADOW) & np.isfinite(mask)
+    wrong = int(((mask > 0.5) != (truth == trace.Truth.LIT))[both].sum())
+    shadow = int((truth == trace.Truth.SHADOW).sum())
     # A square's silhouette crosses at most a few pixels of each of 48 rows; anything more is not rounding.
     if shadow == 0 or wrong > 48:
         text = f"a square's shadow of {shadow} pixels came out with {wrong} wrong"
@@ -139,7 +154,7 @@ def adapters() -> Finding:
         _core.Renderer("gpu")
     except DeviceError as error:
         # The core knows whether there is no driver here or no GPU renderer in this build, and what helps.
-        fix = str(error).rpartition("; ")[2]
+        fix = error.fix
     return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", fix)
 
 
@@ -157,7 +172,7 @@ def extras() -> list[Finding]:
     return findings
 
 
-def version_of(package: str) -> Any:
+def version_of(package: str) -> str | None:
     """The installed version, or None."""
     try:
         return metadata.version(package)

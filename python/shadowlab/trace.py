@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 
-__all__ = ["first_hit", "occluded", "shadow_mask"]
+__all__ = ["Truth", "first_hit", "occluded", "shadow_mask"]
+
+
+class Truth(IntEnum):
+    """What rays say of a pixel, in the arrays of `shadow_mask`."""
+
+    LIT = 1
+    SHADOW = 0  # facing away from the light counts as shadow
+    UNDECIDED = -1  # the answer changes with the numerical offset of the ray
+    NOTHING = -2  # no surface
 
 
 def shadow_mask(
@@ -36,7 +47,7 @@ def shadow_mask(
     -------
     (H, W) int8
         1 lit; 0 in shadow (also what faces away from the light); -1 undecided: the answer changes with the
-        numerical offset of the ray; -2 nothing there.
+        numerical offset of the ray; -2 nothing there. `Truth` names them.
     """
     if not progress:
         return _core.trace_shadow_mask(scene, camera, light, size=size)

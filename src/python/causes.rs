@@ -10,10 +10,10 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::{bias, filter_of};
 use super::scene::{PyScene, scene};
+use crate::diagnose_pixels::{Wrong, causes as core_causes};
 use crate::render::cpu::look_up as core_look_up;
 use crate::render::{Bias, MaskSettings};
 use crate::scene::Light;
-use crate::study::{Wrong, causes as core_causes};
 
 /// The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16.
 #[pyfunction]
@@ -73,8 +73,8 @@ pub fn causes<'py>(
         let truth = array::<i8>(truth, "truth", &[Some(h), Some(w)])?;
         let (differences, truth) = (differences.as_slice()?, truth.as_slice()?);
         let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
+        let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
-            let tracer = &scene.tracer(progress)?;
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);
             let parameterization = p;
             let of =

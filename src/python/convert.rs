@@ -1,5 +1,6 @@
 //! The only place where numpy meets glam, core errors become exceptions, and long work is watched for Ctrl-C.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -13,13 +14,14 @@ use pyo3::types::{PyBool, PyDict, PyString};
 
 use crate::error::{Error, Result};
 use crate::progress::Progress;
+use crate::threads;
 
 /// Between two looks at pending signals: short enough for a person, long enough to cost nothing.
 const SIGNAL_POLL: Duration = Duration::from_millis(50);
 
-/// The exception for a core error.
+/// The exception for a core error; what the message is made of is in its attributes.
 pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
-    let class = match error {
+    let class = match &error {
         Error::InvalidArgument { .. } => "ArgumentError",
         Error::UnknownName { .. } => "UnknownNameError",
         Error::FaceIndex { .. } | Error::EmptyScene { .. } => "SceneError",
@@ -27,7 +29,14 @@ pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
         Error::NoAdapter { .. } | Error::Device { .. } => "DeviceError",
         Error::Interrupted => return pyo3::exceptions::PyKeyboardInterrupt::new_err(()),
     };
-    exception(py, class, error.to_string())
+    let exception = exception(py, class, error.to_string());
+    let (technique, reason) = error.refusal().unzip();
+    for (name, text) in [("fix", error.fix()), ("technique", technique), ("reason", reason.as_deref())] {
+        if let Some(Err(e)) = text.map(|text| exception.value(py).setattr(name, text)) {
+            return e;
+        }
+    }
+    exception
 }
 
 /// An exception of `shadowlab.errors` by the name of its class.
@@ -61,25 +70,32 @@ pub fn argument_error(
     to_exception(py, Error::argument(name.to_string(), expected.into(), got, fix.into()))
 }
 
-/// Runs long work without the GIL on a thread of its own, while this one watches for Ctrl-C and calls `report(done, total)`.
+/// Runs long work without the GIL on the pool's threads, while this one watches for Ctrl-C and calls `report(done, total)`.
+///
+/// The work must not wait for a lock that is held while other work runs: a thread of the pool that waits for the rest of its
+/// work begins what else there is to do, and may so come to wait for itself. Callers take such locks before.
 pub fn run_watched<T: Send>(
     py: Python<'_>,
     report: Option<Py<PyAny>>,
     work: impl FnOnce(&Progress) -> Result<T> + Send,
 ) -> PyResult<T> {
     let progress = Progress::new();
+    let pool = threads::pool().or_raise(py)?;
     let outcome = py.detach(|| {
-        std::thread::scope(|scope| {
+        pool.in_place_scope(|scope| {
             let (sender, receiver) = channel();
             let progress = &progress;
-            let worker = scope.spawn(move || {
-                let result = work(progress);
+            scope.spawn(move |_| {
                 // Nobody listens any more only if the watcher itself has panicked.
-                let _ = sender.send(());
-                result
+                let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(progress))));
             });
             let mut raised = None;
-            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(SIGNAL_POLL) {
+            loop {
+                match receiver.recv_timeout(SIGNAL_POLL) {
+                    Ok(done) => return (done, raised),
+                    Err(RecvTimeoutError::Timeout) => (),
+                    Err(RecvTimeoutError::Disconnected) => unreachable!("the work sends, whatever becomes of it"),
+                }
                 let watched = Python::attach(|py| {
                     py.check_signals()?;
                     if let Some(report) = &report {
@@ -92,7 +108,6 @@ pub fn run_watched<T: Send>(
                     progress.stop();
                 }
             }
-            (worker.join(), raised)
         })
     });
     match outcome {

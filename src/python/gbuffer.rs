@@ -173,8 +173,15 @@ impl PyGBuffer {
     /// (H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look.
     #[getter]
     fn position(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let add = || self.relative.bind(py).as_any().add(self.origin(py)).map(Bound::unbind);
-        self.position.get_or_try_init(py, add).map(|p| p.clone_ref(py))
+        let found = match self.position.get(py) {
+            Some(found) => found,
+            None => {
+                // Not within the cell: numpy lets other threads run, and a fork then would leave the cell locked in the child.
+                let sum = self.relative.bind(py).as_any().add(self.origin(py))?.unbind();
+                self.position.get_or_init(py, || sum)
+            }
+        };
+        Ok(found.clone_ref(py))
     }
     /// (H, W, 3) float32: world positions minus `origin`.
     #[getter]

@@ -9,8 +9,9 @@ use pyo3::types::{PyDict, PyList};
 use super::camera::PyCamera;
 use super::convert::{OrRaise, image};
 use super::light::light_to_object;
-use super::scene::PyMesh;
+use super::mesh::PyMesh;
 use crate::scene::library;
+use crate::threads;
 
 /// What a library scene is made of: meshes, mesh index (I,), transforms (I, 4, 4), camera, light.
 type Parts<'py> = (Vec<PyMesh>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray3<f64>>, PyCamera, Bound<'py, PyAny>);
@@ -19,7 +20,7 @@ type Parts<'py> = (Vec<PyMesh>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray3<f
 #[pyfunction]
 #[pyo3(signature = (name, seed, params))]
 pub fn library_build<'py>(py: Python<'py>, name: &str, seed: u64, params: Vec<(String, f64)>) -> PyResult<Parts<'py>> {
-    let built = py.detach(|| library::build(name, seed, &params)).or_raise(py)?;
+    let built = py.detach(|| threads::install(|| library::build(name, seed, &params))?).or_raise(py)?;
     let instances = built.scene.instances();
     let rows = |i: &crate::scene::Instance| glam::DMat4::from(i.world_from_mesh).transpose().to_cols_array();
     Ok((

@@ -2,8 +2,10 @@
 
 use glam::{DMat4, DVec4};
 
+use super::note::PyNote;
 use super::parameterization::{PyParameterization, PyPartition, SELECTIONS};
 use super::state::{Fault, Reader, State, Writer};
+use crate::note::Note;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Value};
 use crate::render::MAX_IMAGE_SIDE;
 
@@ -62,6 +64,15 @@ fn one(from: &mut Reader<'_>) -> Result<f64, Fault> {
     Ok(from.numbers::<1>()?[0])
 }
 
+fn write_notes(notes: &[Note], to: &mut Writer) {
+    to.count(notes.len() as u64);
+    notes.iter().for_each(|note| PyNote::from(note.clone()).write(to));
+}
+
+fn read_notes(from: &mut Reader<'_>) -> Result<Vec<Note>, Fault> {
+    from.list(|from| Ok(PyNote::read(from)?.note))
+}
+
 fn write_partition(partition: &Partition, to: &mut Writer) {
     to.numbers(&partition.shadow_clip_from_world.to_cols_array());
     match partition.post_warp {
@@ -74,6 +85,7 @@ fn write_partition(partition: &Partition, to: &mut Writer) {
     to.numbers(&partition.eye_depth);
     to.count(partition.region.functionals().len() as u64);
     partition.region.functionals().iter().for_each(|f| to.numbers(&f.to_array()));
+    write_notes(&partition.notes, to);
     to.text(partition.technique);
     to.count(partition.values.len() as u64);
     for (name, value) in &partition.values {
@@ -100,7 +112,9 @@ fn read_partition(from: &mut Reader<'_>) -> Result<Partition, Fault> {
     if region.len() > Region::MOST {
         return Err(format!("a region has {} sides", region.len()));
     }
+    let notes = read_notes(from)?;
     Ok(Partition {
+        notes,
         shadow_clip_from_world: matrix,
         post_warp,
         eye_depth,
@@ -131,8 +145,7 @@ impl State for PyParameterization {
         to.text(SELECTIONS.iter().find(|s| s.1 == p.selection).map_or("depth", |s| s.0));
         to.count(u64::from(p.resolution));
         to.count(u64::from(p.border_texels));
-        to.count(p.notes.len() as u64);
-        p.notes.iter().for_each(|note| to.text(note));
+        write_notes(&p.notes, to);
     }
     fn read(from: &mut Reader<'_>) -> Result<Self, Fault> {
         let (technique, settings) = (from.text()?, read_settings(from)?);
@@ -146,7 +159,7 @@ impl State for PyParameterization {
         if !(1..=MAX_IMAGE_SIDE).contains(&resolution) {
             return Err(format!("its resolution is {resolution}"));
         }
-        let notes = from.list(|from| from.text())?;
+        let notes = read_notes(from)?;
         Ok(Parameterization { technique, settings, partitions, selection, resolution, border_texels, notes }.into())
     }
 }

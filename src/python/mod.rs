@@ -6,12 +6,15 @@ mod camera;
 mod camera_matrices;
 mod causes;
 mod convert;
+mod drivers;
 mod footprint;
 mod gbuffer;
 mod library;
 mod light;
 mod map_fields;
 mod map_states;
+mod mesh;
+mod note;
 mod parameterization;
 mod render;
 mod scene;
@@ -19,6 +22,7 @@ mod scene_states;
 mod settings;
 mod state;
 mod technique;
+mod threads;
 mod trace;
 mod travel;
 mod usage;
@@ -33,6 +37,8 @@ mod _core {
     #[pymodule_export]
     use super::causes::{causes, look_up};
     #[pymodule_export]
+    use super::drivers::adapters;
+    #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
     use super::gbuffer::PyGBuffer;
@@ -41,13 +47,19 @@ mod _core {
     #[pymodule_export]
     use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
     #[pymodule_export]
+    use super::note::PyNote;
+    #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
-    use super::render::{PyBias, PyRenderer, adapters};
+    use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
-    use super::scene::{PyMesh, PyScene};
+    use super::mesh::PyMesh;
+    #[pymodule_export]
+    use super::scene::PyScene;
     #[pymodule_export]
     use super::technique::{PyTechnique, technique_specs};
+    #[pymodule_export]
+    use super::threads::{set_threads, thread_count};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
     #[pymodule_export]

@@ -2,10 +2,11 @@
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
+use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
 use super::state::{Reduced, by_state, reduce};
 use crate::error::Error;
@@ -196,10 +197,10 @@ impl PyParameterization {
             _ => Ok(PyDict::new(py)),
         }
     }
-    /// What to know about this result, in words.
+    /// What to know about this result; `str` of a note is its text. Equal notes of several maps are one.
     #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.p.notes.clone()
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        notes_tuple(py, &self.p.notes)
     }
     /// Texels along a side it was fitted for.
     #[getter]
@@ -238,7 +239,7 @@ impl PyParameterization {
     }
     fn __repr__(&self) -> String {
         let settings: Vec<String> = self.p.settings.iter().map(|(k, v)| format!(", {k}={}", value_text(v))).collect();
-        let notes = if self.p.notes.is_empty() { String::new() } else { format!("; {}", self.p.notes.join("; ")) };
+        let notes: String = self.p.notes.iter().map(|note| format!("; {note}")).collect();
         format!(
             "Parameterization({:?}{}, maps={}, resolution={}{notes})",
             self.p.technique,
@@ -294,6 +295,11 @@ impl PyPartition {
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         values_dict(py, &self.partition)
+    }
+    /// What to know about this map; `str` of a note is its text. What concerns all maps alike is in `Parameterization.notes`.
+    #[getter]
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        notes_tuple(py, &self.partition.notes)
     }
     /// NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0.
     #[allow(clippy::type_complexity)]

@@ -1,12 +1,15 @@
 //! `_core.Renderer`, `_core.Bias`.
 
-use std::sync::Arc;
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, exception, image, instance_of, run_watched, size2, to_exception};
+use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
 use super::footprint::footprint_arrays;
 use super::gbuffer::PyGBuffer;
 use super::light::light;
@@ -15,8 +18,10 @@ use super::scene::{PyScene, scene};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::error::Error;
 use crate::image::ShadowMask;
+use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
 use crate::render::{Bias, Filter, MaskSettings, Renderer};
+use crate::threads;
 
 /// How much nearer to the light a receiver is moved before it is compared. The parts add up.
 ///
@@ -139,12 +144,26 @@ pub fn bias(value: &Bound<'_, PyAny>) -> PyResult<Option<Bias>> {
 /// Raises
 /// ------
 /// DeviceError
-///     No such adapter.
+///     No such adapter. Every method raises it where a renderer on a device is used in a process that was forked after it was
+///     made.
 /// UnknownNameError
 ///     No such backend.
 #[pyclass(name = "Renderer", frozen, module = "shadowlab")]
 pub struct PyRenderer {
-    renderer: Arc<dyn Renderer>,
+    /// Not dropped in a process forked from the one that made it: drivers wait for threads of theirs that are not there.
+    renderer: ManuallyDrop<Arc<dyn Renderer>>,
+    process: u32,
+    /// Held while a device draws: one call at a time, and none waits on a thread of the pool (see `run_watched`).
+    turn: Mutex<()>,
+}
+
+impl Drop for PyRenderer {
+    fn drop(&mut self) {
+        if self.process == std::process::id() {
+            // SAFETY: dropped once, here.
+            unsafe { ManuallyDrop::drop(&mut self.renderer) }
+        }
+    }
 }
 
 #[pymethods]
@@ -152,21 +171,21 @@ impl PyRenderer {
     #[new]
     #[pyo3(signature = (backend="auto", *, adapter=None))]
     fn new(py: Python<'_>, backend: &str, adapter: Option<&str>) -> PyResult<Self> {
-        let made = looking_at_drivers(py, || -> crate::Result<Arc<dyn Renderer>> {
-            match backend {
-                "cpu" => Ok(Arc::new(CpuRenderer::new())),
-                "gpu" => gpu(adapter),
-                "auto" if adapter.is_some() => gpu(adapter),
-                "auto" if hardware_adapter() => gpu(None),
-                "auto" => Ok(Arc::new(CpuRenderer::new())),
-                other => Err(Error::UnknownName {
-                    kind: "backend".into(),
-                    name: other.into(),
-                    valid: ["auto", "cpu", "gpu"].map(String::from).into(),
-                }),
-            }
-        })?;
-        Ok(Self { renderer: made.or_raise(py)? })
+        let cpu = || -> crate::Result<Arc<dyn Renderer>> { Ok(Arc::new(CpuRenderer::new())) };
+        let adapter = adapter.map(String::from);
+        let made = match backend {
+            "cpu" => cpu(),
+            "gpu" => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
+            "auto" if adapter.is_some() => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
+            "auto" => looking_at_drivers(py, move || if hardware_adapter() { gpu(None) } else { cpu() })?,
+            other => Err(Error::UnknownName {
+                kind: "backend".into(),
+                name: other.into(),
+                valid: ["auto", "cpu", "gpu"].map(String::from).into(),
+            }),
+        };
+        let renderer = ManuallyDrop::new(made.or_raise(py)?);
+        Ok(Self { renderer, process: std::process::id(), turn: Mutex::new(()) })
     }
     /// "cpu" or "gpu".
     #[getter]
@@ -175,8 +194,12 @@ impl PyRenderer {
     }
     /// The device in words.
     #[getter]
-    fn adapter(&self) -> String {
-        self.renderer.adapter()
+    fn adapter(&self, py: Python<'_>) -> PyResult<String> {
+        if self.backend() == "gpu" {
+            return Ok(self.renderer.adapter());
+        }
+        // It tells how many threads there are where it is asked.
+        py.detach(|| threads::install(|| self.renderer.adapter())).or_raise(py)
     }
     /// The shadow map: depth of the nearest caster along each light ray.
     ///
@@ -202,8 +225,8 @@ impl PyRenderer {
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
-        let (scene, renderer) = (&scene.get().scene, &self.renderer);
-        let maps = run_watched(py, None, |progress| renderer.depth_maps(scene, p, resolution, progress))?;
+        let scene = &scene.get().scene;
+        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, progress))?;
         let [w, h] = maps.size.map(|n| n as usize);
         Ok(match maps.layers {
             1 => image(py, maps.data, [h, w])?.into_any(),
@@ -231,8 +254,8 @@ impl PyRenderer {
     ) -> PyResult<PyGBuffer> {
         let py = size.py();
         let size = size2(size, "size")?;
-        let (core, eye, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
-        let mut g = run_watched(py, None, |progress| renderer.gbuffer(core, eye, size, progress))?;
+        let (core, eye) = (&scene.get().scene, &camera.get().camera);
+        let mut g = self.run(py, |renderer, progress| renderer.gbuffer(core, eye, size, progress))?;
         if core.meshes().iter().any(|m| m.dropped_faces() > 0) {
             for (triangle, &instance) in g.triangle.iter_mut().zip(&g.instance) {
                 if instance >= 0 {
@@ -335,9 +358,9 @@ impl PyRenderer {
         let own = &p.get().p;
         let resolution = resolution.map_or(Ok([own.resolution; 2]), |r| size2(r, "resolution"))?;
         let size = size2(size, "size")?;
-        let (scene, eye, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
+        let (scene, eye) = (&scene.get().scene, &camera.get().camera);
         let found =
-            run_watched(py, None, |progress| renderer.footprint(scene, eye, &light, own, resolution, size, progress))?;
+            self.run(py, |renderer, progress| renderer.footprint(scene, eye, &light, own, resolution, size, progress))?;
         let class = py.import("shadowlab.aliasing.footprint")?.getattr("Footprint")?;
         class.call_method1("of_arrays", (footprint_arrays(py, found)?, p, resolution))
     }
@@ -355,12 +378,30 @@ impl PyRenderer {
     fn __deepcopy__<'py>(slf: &Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
         slf.clone()
     }
-    fn __repr__(&self) -> String {
-        format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter())
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter(py)?))
     }
 }
 
 impl PyRenderer {
+    /// Runs work with the renderer as `run_watched` does.
+    fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&dyn Renderer, &Progress) -> crate::Result<T> + Send,
+    ) -> PyResult<T> {
+        let renderer = &**self.renderer;
+        if self.backend() != "gpu" {
+            return run_watched(py, None, |progress| work(renderer, progress));
+        }
+        if self.process != std::process::id() {
+            let what = format!("this Renderer was made by process {}, from which this one was forked", self.process);
+            let fix = "make a new Renderer in this process, or start workers by \"spawn\" or \"forkserver\"".into();
+            return Err(to_exception(py, Error::Device { what, fix }));
+        }
+        let _turn = self.turn.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
+        run_watched(py, None, |progress| work(renderer, progress))
+    }
     #[allow(clippy::too_many_arguments)]
     fn mask(
         &self,
@@ -380,62 +421,7 @@ impl PyRenderer {
             bias,
             filter,
         };
-        let (scene, camera, renderer) = (&scene.get().scene, &camera.get().camera, &self.renderer);
-        run_watched(p.py(), None, |progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))
+        let (scene, camera) = (&scene.get().scene, &camera.get().camera);
+        self.run(p.py(), |renderer, progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))
     }
-}
-
-/// The graphics adapters of this machine: one dictionary each. Loads the graphics drivers.
-#[pyfunction]
-pub fn adapters(py: Python<'_>) -> PyResult<Vec<std::collections::BTreeMap<&'static str, String>>> {
-    #[cfg(feature = "gpu")]
-    {
-        let found = looking_at_drivers(py, crate::render::gpu::adapters)?;
-        let dict = |a: crate::render::gpu::AdapterInfo| {
-            [("name", a.name), ("backend", a.backend), ("device_type", a.device_type), ("driver", a.driver)].into()
-        };
-        Ok(found.into_iter().map(dict).collect())
-    }
-    #[cfg(not(feature = "gpu"))]
-    {
-        let _ = py;
-        Ok(Vec::new())
-    }
-}
-
-/// Runs what loads graphics drivers, without the GIL. Where no XDG_RUNTIME_DIR is set, as in containers and notebooks
-/// over ssh, it is while this runs: Mesa prints an error otherwise, though nothing here needs that folder.
-fn looking_at_drivers<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    const NAME: &str = "XDG_RUNTIME_DIR";
-    let environment = py.import("os")?.getattr("environ")?;
-    let added = cfg!(target_os = "linux") && !environment.contains(NAME)?;
-    if added {
-        environment.set_item(NAME, py.import("tempfile")?.call_method0("gettempdir")?)?;
-    }
-    let done = py.detach(work);
-    if added {
-        environment.del_item(NAME)?;
-    }
-    Ok(done)
-}
-
-#[cfg(feature = "gpu")]
-fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
-    Ok(Arc::new(crate::render::gpu::GpuRenderer::new(adapter)?))
-}
-
-#[cfg(feature = "gpu")]
-fn hardware_adapter() -> bool {
-    crate::render::gpu::adapters().iter().any(|a| a.device_type != "cpu")
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
-    let fix = "this build has no GPU renderer: build with the feature \"gpu\", or use backend \"cpu\"";
-    Err(Error::NoAdapter { wanted: adapter.map(String::from), found: Vec::new(), fix: fix.into() })
-}
-
-#[cfg(not(feature = "gpu"))]
-fn hardware_adapter() -> bool {
-    false
 }

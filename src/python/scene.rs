@@ -1,172 +1,84 @@
-//! `_core.Mesh` and `_core.Scene`.
+//! `_core.Scene`.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::time::Duration;
 
+use arc_swap::ArcSwapOption;
 use glam::DAffine3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::{OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, vec3, vec3_to_array};
-use super::scene_states::{reduce_mesh, reduce_scene};
+use super::convert::{
+    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, run_watched, shown, vec3_to_array,
+};
+use super::mesh::PyMesh;
+use super::scene_states::reduce_scene;
 use super::state::{Reduced, first_eight};
 use crate::digest::hex;
-use crate::progress::Progress;
-use crate::scene::{Instance, Mesh, Scene, Stored};
+use crate::scene::{Instance, Scene};
+use crate::threads;
 use crate::trace::Tracer;
 
-/// A triangle mesh, stored once however often it is placed.
-#[pyclass(name = "Mesh", frozen, module = "shadowlab._core")]
-pub struct PyMesh {
-    pub mesh: Arc<Mesh>,
-}
-
-#[pymethods]
-impl PyMesh {
-    #[new]
-    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let py = vertices.py();
-        let vertices = array::<f64>(vertices, "vertices", &[None, Some(3)])?;
-        let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
-        let (vertices, faces) = (rows3(&vertices)?, rows3(&faces)?);
-        let mesh = py.detach(|| Mesh::new(vertices, faces)).or_raise(py)?;
-        Ok(Self { mesh: Arc::new(mesh) })
-    }
-    /// The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give.
-    ///
-    /// Parameters
-    /// ----------
-    /// positions : (V, 3) array_like of float32
-    ///     In units of `scale`, relative to `center`.
-    /// faces : (M, 3) array_like of int
-    ///     Rows of `positions`.
-    /// scale : float
-    ///     A power of two.
-    /// center : (3,) array_like
-    ///
-    /// Raises
-    /// ------
-    /// ArgumentError
-    ///     For numbers that are not finite, a scale that is no power of two, or another shape.
-    /// SceneError
-    ///     For an index out of range, or no face.
-    #[staticmethod]
-    fn from_local(
-        positions: &Bound<'_, PyAny>,
-        faces: &Bound<'_, PyAny>,
-        scale: f64,
-        center: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let py = positions.py();
-        let positions = array::<f32>(positions, "positions", &[None, Some(3)])?;
-        let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
-        let center = vec3(center, "center")?;
-        let (positions, faces) = (rows3(&positions)?, rows3(&faces)?);
-        let mesh = py.detach(|| {
-            // What is no index is one too many.
-            let index = |i: i64| u32::try_from(i).unwrap_or(u32::MAX);
-            Mesh::from_stored(Stored {
-                positions_local: positions.iter().map(|&p| p.into()).collect(),
-                triangles: faces.iter().map(|face| face.map(index)).collect(),
-                source_faces: Vec::new(),
-                dropped_faces: 0,
-                scale,
-                center,
-            })
-        });
-        Ok(Self { mesh: Arc::new(mesh.or_raise(py)?) })
-    }
-    /// (V, 3) float32: vertices as they are stored, relative to the frame's center and in units of its scale.
-    #[getter]
-    fn positions_local<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let points = self.mesh.positions_local();
-        image(py, points.iter().flat_map(|p| p.to_array()).collect(), [points.len(), 3])
-    }
-    /// (scale, center (3,) float64) of the frame in which vertices are stored: `vertices` is center + scale * positions_local.
-    #[getter]
-    fn frame<'py>(&self, py: Python<'py>) -> (f64, Bound<'py, PyArray1<f64>>) {
-        let frame = self.mesh.mesh_from_local();
-        (frame.matrix3.x_axis.x, vec3_to_array(py, frame.translation))
-    }
-    /// Hexadecimal hash of all that pictures depend on, the same in every process; see `Scene.content_hash`.
-    #[getter]
-    fn content_hash(&self, py: Python<'_>) -> String {
-        hex(&py.detach(|| self.mesh.content_hash()))
-    }
-    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
-        let (a, b) = (&self.mesh, &other.mesh);
-        Arc::ptr_eq(a, b) || py.detach(|| a.content_hash() == b.content_hash())
-    }
-    fn __hash__(&self, py: Python<'_>) -> u64 {
-        first_eight(&py.detach(|| self.mesh.content_hash()))
-    }
-    fn __copy__<'py>(slf: &Bound<'py, Self>) -> Bound<'py, Self> {
-        slf.clone()
-    }
-    fn __deepcopy__<'py>(slf: &Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf.clone()
-    }
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduce_mesh(py, &self.mesh)
-    }
-    #[getter]
-    fn triangle_count(&self) -> usize {
-        self.mesh.triangles().len()
-    }
-    #[getter]
-    fn vertex_count(&self) -> usize {
-        self.mesh.positions_local().len()
-    }
-    #[getter]
-    fn dropped_faces(&self) -> usize {
-        self.mesh.dropped_faces()
-    }
-    #[getter]
-    fn memory(&self) -> usize {
-        self.mesh.memory()
-    }
-    /// (V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent).
-    #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let to_mesh = self.mesh.mesh_from_local();
-        let points = self.mesh.positions_local();
-        let flat: Vec<f64> = points.iter().flat_map(|p| to_mesh.transform_point3(p.as_dvec3()).to_array()).collect();
-        image(py, flat, [points.len(), 3])
-    }
-    /// (M, 3) int32.
-    #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        let triangles = self.mesh.triangles();
-        let flat: Vec<i32> = triangles.iter().flatten().map(|&i| i as i32).collect();
-        image(py, flat, [triangles.len(), 3])
-    }
-    fn __repr__(&self) -> String {
-        format!("Mesh({} vertices, {} triangles)", self.vertex_count(), self.triangle_count())
-    }
-}
+/// Between two looks at whether another thread has built the acceleration structure.
+const BUILD_POLL: Duration = Duration::from_millis(1);
 
 /// Meshes and their instances; the package's `Scene` adds loading and joining.
 #[pyclass(name = "Scene", subclass, frozen, module = "shadowlab._core")]
 pub struct PyScene {
     pub scene: Scene,
-    tracer: Arc<Mutex<Option<Tracer>>>,
+    /// Shared by copies.
+    traced: Arc<Traced>,
+}
+
+/// The acceleration structure of a scene, once there is one.
+struct Traced {
+    tracer: ArcSwapOption<Tracer>,
+    /// The process in which a thread builds the tracer, 0 for none. After a fork no other process builds for this one.
+    builder: AtomicU32,
 }
 
 impl From<Scene> for PyScene {
     fn from(scene: Scene) -> Self {
-        Self { scene, tracer: Arc::new(Mutex::new(None)) }
+        let traced = Traced { tracer: ArcSwapOption::empty(), builder: AtomicU32::new(0) };
+        Self { scene, traced: Arc::new(traced) }
     }
 }
 
 impl PyScene {
-    /// The acceleration structure, built at the first call.
-    pub fn tracer(&self, progress: &Progress) -> crate::Result<Tracer> {
-        let mut slot = self.tracer.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(tracer) = &*slot {
-            return Ok(tracer.clone());
+    /// The acceleration structure, built at the first call; threads that ask at once wait for one of them to build it.
+    pub fn tracer(&self, py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<Arc<Tracer>> {
+        loop {
+            if let Some(tracer) = self.traced.tracer.load_full() {
+                return Ok(tracer);
+            }
+            if let Some(_building) = Building::begin(&self.traced.builder) {
+                let report = report.map(|r| r.clone_ref(py));
+                let tracer = run_watched(py, report, |progress| Tracer::new(&self.scene, progress))?;
+                self.traced.tracer.store(Some(Arc::new(tracer)));
+                continue;
+            }
+            py.detach(|| std::thread::sleep(BUILD_POLL));
+            py.check_signals()?;
         }
-        let tracer = Tracer::new(&self.scene, progress)?;
-        *slot = Some(tracer.clone());
-        Ok(tracer)
+    }
+}
+
+/// The right to build, given back when dropped.
+struct Building<'a>(&'a AtomicU32);
+
+impl<'a> Building<'a> {
+    /// Nothing where another thread of this process has it.
+    fn begin(builder: &'a AtomicU32) -> Option<Self> {
+        let (process, holder) = (std::process::id(), builder.load(SeqCst));
+        let mine = holder != process && builder.compare_exchange(holder, process, SeqCst, SeqCst).is_ok();
+        mine.then_some(Self(builder))
+    }
+}
+
+impl Drop for Building<'_> {
+    fn drop(&mut self) {
+        self.0.store(0, SeqCst);
     }
 }
 
@@ -190,9 +102,12 @@ impl PyScene {
             // Another scene: its geometry, which both share from then on.
             let other = scene(meshes)?;
             let other = other.get();
-            return Ok(Self { scene: other.scene.clone(), tracer: Arc::clone(&other.tracer) });
+            return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
         };
-        let meshes: Vec<PyRef<'_, PyMesh>> = meshes.extract()?;
+        let Ok(meshes) = meshes.extract::<Vec<PyRef<'_, PyMesh>>>() else {
+            let fix = "make them with shadowlab._core.Mesh, or use Scene.from_arrays";
+            return Err(argument_error(py, "meshes", "a sequence of Mesh", shown(meshes), fix));
+        };
         let mesh_index = array::<i64>(mesh_index, "mesh_index", &[None])?;
         let transforms = array::<f64>(transforms, "transforms", &[None, Some(4), Some(4)])?;
         let (mesh_index, transforms) = (mesh_index.as_slice()?, transforms.as_slice()?.as_chunks::<16>().0);
@@ -212,7 +127,7 @@ impl PyScene {
             instances.push(Instance { mesh, world_from_mesh: DAffine3::from_mat4(mat4_from_rows(rows)) });
         }
         let meshes: Vec<_> = meshes.iter().map(|m| m.mesh.clone()).collect();
-        let scene = py.detach(|| Scene::new(meshes, instances)).or_raise(py)?;
+        let scene = py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?;
         Ok(scene.into())
     }
     /// Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for

@@ -18,6 +18,7 @@ use super::state::{Parts, Reduced, reduced, seal};
 use crate::digest::Digest;
 use crate::error::{Error, Result};
 use crate::scene::{Instance, Mesh, Scene, Stored};
+use crate::threads;
 
 const MESH: &str = "Mesh";
 const SCENE: &str = "Scene";
@@ -211,7 +212,7 @@ pub fn restored_scene<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Scen
                 world_from_mesh: DAffine3::from_cols_array(columns),
             };
             let instances = index.iter().zip(transforms.as_chunks::<12>().0).map(place).collect();
-            Scene::new(arrays.meshes()?, instances)
+            threads::install(|| Scene::new(arrays.meshes()?, instances))?
         });
         made.map_err(|e| parts.error(py, e))
     })

@@ -9,8 +9,9 @@
 
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hasher};
-use std::sync::{Mutex, PoisonError};
+use std::sync::LazyLock;
 
+use arc_swap::ArcSwap;
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
@@ -136,18 +137,23 @@ impl<'a> Reader<'a> {
     }
     /// A name, one for all that are equal in this process.
     pub fn name(&mut self) -> Result<&'static str, Fault> {
-        // Distinct names are few: of techniques, their parameters and their numbers.
-        static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+        // Distinct names are few: of techniques, their parameters and their numbers. No lock, so that a process that is
+        // forked meanwhile has none that nobody gives back.
+        static NAMES: LazyLock<ArcSwap<BTreeSet<&'static str>>> = LazyLock::new(Default::default);
         let name = self.text()?;
         if name.len() > LONGEST_NAME {
             return Err(format!("a name of {} bytes", name.len()));
         }
-        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        Ok(names.get(name.as_str()).copied().unwrap_or_else(|| {
-            let kept: &'static str = Box::leak(name.into_boxed_str());
+        if let Some(known) = NAMES.load().get(name.as_str()) {
+            return Ok(known);
+        }
+        let kept: &'static str = Box::leak(name.into_boxed_str());
+        NAMES.rcu(|names| {
+            let mut names = BTreeSet::clone(names);
             names.insert(kept);
-            kept
-        }))
+            names
+        });
+        Ok(kept)
     }
     /// As many things as a count says.
     pub fn list<T>(&mut self, one: impl Fn(&mut Self) -> Result<T, Fault>) -> Result<Vec<T>, Fault> {

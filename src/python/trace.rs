@@ -25,8 +25,8 @@ pub fn trace_shadow_mask<'py>(
     let py = size.py();
     let size = size2(size, "size")?;
     let (scene, camera) = (scene.get(), &camera.get().camera);
-    let truth =
-        run_watched(py, progress, |progress| scene.tracer(progress)?.shadow_mask(camera, &light, size, progress))?;
+    let tracer = scene.tracer(py, progress.as_ref())?;
+    let truth = run_watched(py, progress, |progress| tracer.shadow_mask(camera, &light, size, progress))?;
     let [w, h] = truth.size.map(|n| n as usize);
     image(py, truth.data, [h, w])
 }
@@ -50,8 +50,9 @@ pub fn first_hit<'py>(
         ..0 => -1,
         triangle => scene.scene.mesh_of(h.instance as usize).source_face(triangle as usize) as i32,
     };
+    let tracer = scene.tracer(py, None)?;
     let (t, triangle, instance): (Vec<f64>, Vec<i32>, Vec<i32>) = run_watched(py, None, |progress| {
-        let hits = scene.tracer(progress)?.first_hit(origins, directions, progress)?;
+        let hits = tracer.first_hit(origins, directions, progress)?;
         let t = hits.par_iter().map(|h| h.t).collect();
         let triangle = hits.par_iter().map(source).collect();
         Ok((t, triangle, hits.par_iter().map(|h| h.instance).collect()))
@@ -82,9 +83,8 @@ pub fn occluded<'py>(
         (Some(each), _) => Cow::Borrowed(each.as_slice()?),
         (None, t) => Cow::Owned(vec![t.map_or(Ok(f64::INFINITY), |t| t.extract())?; origins.len()]),
     };
-    let scene = scene.get();
-    let answers =
-        run_watched(py, None, |progress| scene.tracer(progress)?.occluded(origins, directions, &limits, progress))?;
+    let tracer = scene.get().tracer(py, None)?;
+    let answers = run_watched(py, None, |progress| tracer.occluded(origins, directions, &limits, progress))?;
     let n = answers.len();
     image(py, answers, [n])
 }
@@ -92,6 +92,5 @@ pub fn occluded<'py>(
 /// Bytes of the acceleration structure (built if it is not there yet).
 #[pyfunction]
 pub fn trace_memory<'py>(py: Python<'py>, #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>) -> PyResult<usize> {
-    let scene = scene.get();
-    run_watched(py, None, |progress| Ok(scene.tracer(progress)?.memory()))
+    Ok(scene.get().tracer(py, None)?.memory())
 }

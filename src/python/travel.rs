@@ -11,7 +11,9 @@ use super::gbuffer::PyGBuffer;
 use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
 use super::parameterization::{PyParameterization, PyPartition};
 use super::render::PyBias;
-use super::scene::{PyMesh, PyScene};
+use super::mesh::PyMesh;
+use super::note::PyNote;
+use super::scene::PyScene;
 use super::scene_states::{restored_mesh, restored_scene};
 use super::state::{Parts, State};
 use super::technique::PyTechnique;
@@ -36,6 +38,7 @@ pub fn restore<'py>(parts: &Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyAny>> 
         PyBias::NAME => object!(parts.value::<PyBias>(py)?),
         PyCamera::NAME => object!(parts.value::<PyCamera>(py)?),
         PyDirectionalLight::NAME => object!(parts.value::<PyDirectionalLight>(py)?),
+        PyNote::NAME => object!(parts.value::<PyNote>(py)?),
         PyParameterization::NAME => object!(parts.value::<PyParameterization>(py)?),
         PyPartition::NAME => object!(parts.value::<PyPartition>(py)?),
         PyPointLight::NAME => object!(parts.value::<PyPointLight>(py)?),

@@ -10,9 +10,12 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::content;
+use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+
+/// What the hash of a mesh begins with; the number changes with what goes in.
+const CONTENT: &str = "shadowlab mesh 1";
 
 /// An indexed triangle mesh. Immutable; shared between instances through `Arc`.
 #[derive(Debug)]
@@ -188,9 +191,16 @@ impl Mesh {
     pub fn source_faces(&self) -> &[u32] {
         &self.source_faces
     }
-    /// A hash of all that pictures depend on, the same in every process; found at the first call.
+    /// A hash of all that pictures depend on, the same in every process; found at the first call. Numbers count by their
+    /// value, so 0 and -0 are one.
     pub fn content_hash(&self) -> [u8; 32] {
-        *self.content_hash.get_or_init(|| content::of_mesh(self))
+        // Not `get_or_init`: a process that is forked while another thread hashes would wait for that thread for ever.
+        let kept = &self.content_hash;
+        kept.get().copied().unwrap_or_else(|| {
+            let hash = self.hashed();
+            let _ = kept.set(hash); // by another thread it is the same
+            hash
+        })
     }
     /// Uniform power-of-two scale and translation from the local frame to the mesh's own.
     pub fn mesh_from_local(&self) -> &DAffine3 {
@@ -203,6 +213,15 @@ impl Mesh {
     /// Faces left out because a vertex of theirs is not finite.
     pub fn dropped_faces(&self) -> usize {
         self.dropped_faces
+    }
+    fn hashed(&self) -> [u8; 32] {
+        let mut digest = Digest::new(CONTENT, Numbers::Equal);
+        digest.list(&self.mesh_from_local.to_cols_array());
+        digest.list(bytemuck::cast_slice::<_, f32>(&self.positions_local));
+        digest.list(self.triangles.as_flattened());
+        digest.count(self.dropped_faces);
+        digest.list(&self.source_faces);
+        digest.finish()
     }
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {

@@ -2,7 +2,6 @@
 
 mod camera;
 mod camera_matrices;
-mod content;
 pub mod library;
 mod light;
 mod mesh;

@@ -8,6 +8,7 @@ from .._core import Misclassified, misclassified
 from . import closed_form
 from .beam_texels import BeamTexels, beam_texels
 from .causes import Causes, causes
+from .codes import Cause, Difference, NoTexel
 from .footprint import Footprint, footprint, footprint_at, halfway_normals
 from .frustum_body import outline
 from .summary import Summary
@@ -21,10 +22,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BeamTexels",
+    "Cause",
     "Causes",
+    "Difference",
     "Footprint",
     "LightAngles",
     "Misclassified",
+    "NoTexel",
     "Summary",
     "Temporal",
     "Usage",

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
-from ..text import parse_bias, parse_size
-from .view import chosen_light, given_vectors, load_view, view_options
+from .options import (
+    bias_given,
+    check_once,
+    directory_option,
+    lookup_options,
+    size_given,
+    technique_option,
+    view_options,
+    writable_directory,
+)
+from .view import chosen_light, given_vectors, load_view
+
+if TYPE_CHECKING:
+    from .._core import Camera, DirectionalLight, Scene
+    from ..scene.source import Source
+    from ..types import Light
+    from .options import Commands
 
 
-def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
+def advise_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     # --light is there once for a single view, and may be repeated here: the later one of that name counts.
     advise = commands.add_parser(
@@ -39,11 +53,9 @@ def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
         metavar="DEG[,DEG...]",
         help="elevations of a directional light, degrees from 0 to 90, in the azimuth of the one that fits the scene",
     )
-    advise.add_argument(
-        "--technique",
-        action="append",
-        metavar="NAME[:param=value,...]",
-        help='repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
+    technique_option(
+        advise,
+        'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
         "ships (default: uniform, LiSPSM, TSM, and depth splits)",
     )
     advise.add_argument(
@@ -56,33 +68,20 @@ def advise_options(commands: Any, shared: argparse.ArgumentParser) -> None:
     advise.add_argument(
         "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
     )
-    advise.add_argument(
-        "--backend", default="auto", choices=("cpu", "gpu", "auto"), help="the renderer (default: auto)"
-    )
-    advise.add_argument(
-        "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
-    )
-    advise.add_argument(
-        "--bias",
-        metavar="NAME=VALUE,...",
-        help="what is taken off the depth before it is compared: world, texels, ndc, slope, slope_limit",
-    )
-    advise.add_argument(
-        "--out", default="advice", metavar="DIR", help="where advice.csv, advice.json and the rest go (default: advice)"
-    )
+    lookup_options(advise)
+    directory_option(advise, "advice", "advice.csv, advice.json and the rest")
     advise.set_defaults(run=advise_command)
 
 
 def advise_command(options: Namespace) -> int:
     """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
-    from .._core import Bias, Renderer
+    from .._core import Renderer
     from ..checks import picture_size
     from ..experiments.advise import advise
     from ..experiments.measures import measure_of, over_of
     from ..experiments.memory import budgets_of
-    from ..reports.advice_record import text_table
+    from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
-    from .main import writable_directory
 
     if not options.memory:
         raise ArgumentError("memory: expected one or several budgets, got none; try --memory 4MiB,16MiB")
@@ -91,11 +90,10 @@ def advise_command(options: Namespace) -> int:
     for spec in options.technique or ():
         if spec != ALL:
             technique_of(spec)
-        if options.technique.count(spec) > 1:
-            raise ArgumentError(f"technique: {spec!r} is given twice; give it once")
+    check_once("technique", options.technique or ())
     elevations = None if options.lights is None else parse_elevations(options.lights)
-    size = None if options.size is None else parse_size(options.size)
-    bias = None if options.bias is None else Bias(**parse_bias(options.bias))
+    size = size_given(options)
+    bias = bias_given(options)
     scene, camera, lights, source = load_views(options, size, elevations)
     size = size or picture_size(camera.aspect)
     renderer = Renderer(options.backend)
@@ -121,19 +119,19 @@ def advise_command(options: Namespace) -> int:
         f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, "
         f"by {advice.measure.title}\n"
     )
-    print(text_table(advice))
+    print(advice_table(advice.standings, advice.measure))
     print(f"\n{advice.verdict}\n\nNumbers, and the Python behind each: {path}")
     return 0
 
 
-def load_views(options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None) -> tuple[Any, ...]:
+def load_views(
+    options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None
+) -> tuple[Scene, Camera, list[Light], Source]:
     """Scene, camera, lights and where the scene came from."""
     directions = options.light or []
     if elevations is not None and (directions or options.light_position is not None):
         raise ArgumentError("lights: expected elevations or --light, got both; leave one away")
-    for direction in directions:
-        if directions.count(direction) > 1:
-            raise ArgumentError(f"light: {direction!r} is given twice; give it once")
+    check_once("light", directions)
     if options.light_position is not None and len(directions) > 1 and options.cone_deg is None:
         raise ArgumentError("light: expected no direction of a point light, got several; --cone-deg makes them spots")
     first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
@@ -165,7 +163,7 @@ def parse_elevations(text: str) -> list[float]:
     return [math.radians(angle) for angle in angles]
 
 
-def elevated(light: Any, camera: Any, elevation: float) -> Any:
+def elevated(light: Light, camera: Camera, elevation: float) -> DirectionalLight:
     """A directional light of this elevation in radians, and the azimuth of another; from the side of one overhead."""
     import numpy as np
 

@@ -15,19 +15,20 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 from ..errors import ArgumentError, ShadowlabError, ShadowlabWarning
-from ..text import parse_bias, parse_resolutions, parse_size
 from .advise import advise_options
-from .matrix import diagnose_command, matrix_command
-from .view import load_view, view_options
+from .compare import compare_options
+from .diagnose import diagnose_options
+from .doctor import doctor_options
+from .matrix import matrix_options
+from .options import Commands
+from .techniques import techniques_options
 
 USAGE_ERROR = 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells say it
-DEFAULT_TECHNIQUES = ("uniform", "lispsm")
 # A value that begins with a minus and is not an option: -1,2,3  -.5  -inf,0,0
 NEGATIVE_VALUE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
 
@@ -131,197 +132,12 @@ def parser() -> Parser:
 
     top = Parser(prog="shadowlab", description="The laboratory for shadow-map parameterizations.")
     top.add_argument("--version", action="version", version=f"shadowlab {__version__}")
-    top.add_argument("--debug", action="store_true", help="show where an error comes from")
     shared = Parser(add_help=False)
-    shared.add_argument("--debug", action="store_true", help="show where an error comes from")
-    commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
-
-    compare = commands.add_parser(
-        "compare",
-        parents=[shared, view_options(Parser(add_help=False))],
-        help="techniques side by side, against traced truth",
-        description=compare_command.__doc__,
-    )
-    compare.add_argument(
-        "--technique",
-        action="append",
-        metavar="NAME[:param=value,...]",
-        help='repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
-        "ships; matrix:file=F,convention=C for matrices of your own; `shadowlab techniques` lists the names "
-        "(default: uniform and lispsm)",
-    )
-    compare.add_argument(
-        "--resolution", action="append", metavar="N[,N...]", help="texels along each side of the maps (default: 1024)"
-    )
-    compare.add_argument(
-        "--backend", default="auto", choices=("cpu", "gpu", "auto"), help="the renderer (default: auto)"
-    )
-    compare.add_argument(
-        "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
-    )
-    compare.add_argument(
-        "--bias",
-        metavar="NAME=VALUE,...",
-        help="what is taken off the depth before it is compared: world, texels, ndc, slope, slope_limit",
-    )
-    compare.add_argument(
-        "--out", default="report", metavar="DIR", help="where report.html and the rest go (default: report)"
-    )
-    compare.set_defaults(run=compare_command)
-    advise_options(commands, shared)
-
-    matrix = commands.add_parser(
-        "matrix",
-        parents=[shared, view_options(Parser(add_help=False))],
-        help="the matrix of a technique",
-        description=matrix_command.__doc__,
-    )
-    matrix.add_argument("--technique", action="append", metavar="NAME[:param=value,...]", help="(default: lispsm)")
-    matrix.add_argument(
-        "--resolution",
-        action="append",
-        metavar="N",
-        help="texels along each side the fit is made for (default: 1024)",
-    )
-    matrix.add_argument(
-        "--convention",
-        default="webgpu",
-        metavar="NAME[:field=value,...]",
-        help="how the matrix is written: opengl, direct3d, vulkan... (default: webgpu, column vectors and z in 0..1)",
-    )
-    matrix.add_argument("--format", default="text", choices=("npy", "json", "text"), help="(default: text)")
-    matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
-    matrix.set_defaults(run=matrix_command)
-
-    diagnose = commands.add_parser(
-        "diagnose",
-        parents=[shared],
-        help="what sets two shadow matrices apart",
-        description=diagnose_command.__doc__,
-    )
-    diagnose.add_argument(
-        "mine", metavar="MINE", help="npy, json or text, in this program's convention or as json says"
-    )
-    diagnose.add_argument("theirs", metavar="THEIRS", help="npy, json or text, in any convention")
-    view_options(diagnose, optional=True)
-    diagnose.add_argument("--resolution", default="1024", metavar="N", help="texels along each side (default: 1024)")
-    diagnose.set_defaults(run=diagnose_command)
-
-    table = commands.add_parser(
-        "techniques",
-        parents=[shared],
-        help="the techniques and their parameters",
-        description=techniques_command.__doc__,
-    )
-    table.set_defaults(run=techniques_command)
-    doctor = commands.add_parser(
-        "doctor",
-        parents=[shared],
-        help="what is here, what is missing, and how to get it",
-        description=doctor_command.__doc__,
-    )
-    doctor.set_defaults(run=doctor_command)
+    for one in (top, shared):
+        one.add_argument("--debug", action="store_true", help="show where an error comes from")
+    commands: Commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+    for add in (
+        compare_options, advise_options, matrix_options, diagnose_options, techniques_options, doctor_options,
+    ):  # fmt: skip
+        add(commands, shared)
     return top
-
-
-def compare_command(options: argparse.Namespace) -> int:
-    """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
-    from .._core import Bias, Renderer
-    from ..checks import picture_size
-    from ..experiments.compare import compare
-    from ..experiments.tables import text_table
-    from ..techniques.registry import technique_of, with_all
-
-    resolutions = [r for text in options.resolution or ["1024"] for r in parse_resolutions(text)]
-    asked = options.technique or list(DEFAULT_TECHNIQUES)
-    named = with_all(asked)
-    techniques = {spec: technique_of(spec) for spec in named}
-    for spec in named:
-        if named.count(spec) > 1:
-            raise ArgumentError(f"technique: {spec!r} is given twice; give it once")
-    if len(set(resolutions)) < len(resolutions):
-        raise ArgumentError("resolution: the same one is given twice; give each once")
-    size = None if options.size is None else parse_size(options.size)
-    scene, camera, light, source = load_view(options, size)
-    size = size or picture_size(camera.aspect)
-    bias = None if options.bias is None else Bias(**parse_bias(options.bias))
-    renderer = Renderer(options.backend)
-    directory = writable_directory(options.out)
-    study = compare(
-        scene,
-        camera,
-        light,
-        {spec: techniques[spec] for spec in with_all(asked, light)},
-        resolution=resolutions,
-        size=size,
-        renderer=renderer,
-        bias=bias,
-        filter=options.filter,
-        source=replace(source, out=options.out),
-    )
-    if all(run.failure for run in study.runs):
-        raise ArgumentError(study.runs[0].failure)
-    report = study.save(directory)
-    print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels\n")
-    print(text_table(study.table))
-    for line in notes_of(study.runs):
-        print(line)
-    print(f"\n{study.verdict}\n\nReport: {report}")
-    return 0
-
-
-def notes_of(runs: Sequence[Any]) -> list[str]:
-    """At most a line for each technique: its first note, and how many others there are."""
-    notes: dict[str, list[str]] = {}
-    for run in runs:
-        for note in run.notes:
-            if note not in notes.setdefault(run.label, []):
-                notes[run.label].append(note)
-    more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
-    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items()]
-
-
-def techniques_command(_: argparse.Namespace) -> int:
-    """Lists the techniques with title, source, lights, parameters and their ranges; then the presets of engines."""
-    from ..techniques.presets import PRESETS
-    from ..techniques.registry import techniques
-
-    previous = None
-    for row in techniques().to_dict("records"):
-        if row["name"] != previous:
-            space = "" if previous is None else "\n"
-            print(f"{space}{row['name']}: {row['title']}\n  {row['source']}\n  lights: {row['lights']}")
-        previous = row["name"]
-        if row["parameter"]:
-            unit = f" {row['unit']}" if row["unit"] else ""
-            print(f"  {row['parameter']}={row['default']}{unit} ({row['range']}): {row['doc']}")
-    print("\npresets, for directional lights: what engines ship, on the same body and fit")
-    for preset in PRESETS:
-        print(f"  preset:{preset.name}: {preset.engine}\n    {preset.formula}")
-    return 0
-
-
-def doctor_command(_: argparse.Namespace) -> int:
-    """Says what works here, what is missing, and the command that brings it. Exit status 0 where the core works."""
-    from ..doctor import report
-
-    found = report()
-    print(found)
-    return 0 if found.works else 1
-
-
-def writable_directory(path: str) -> Path:
-    """The directory, made, and tried before long work."""
-    if not path:
-        raise ArgumentError("out: expected the name of a directory, got nothing; leave --out away for ./report")
-    directory = Path(path)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        probe = directory / ".shadowlab-probe"
-        probe.write_bytes(b"")
-        probe.unlink()
-    except OSError as error:
-        raise ArgumentError(
-            f"out: cannot write to {path!r} ({error.strerror or error}); choose another directory"
-        ) from error
-    return directory

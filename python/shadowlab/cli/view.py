@@ -1,4 +1,4 @@
-"""The view on the command line: scene, camera and light, the same for `compare` and `matrix`.
+"""The view on the command line: scene, camera and light, the same for every command that takes them.
 
 Vectors and points are in the axes of the file. What is not given is chosen to fit the scene.
 """
@@ -7,51 +7,22 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import ArgumentError
 from ..text import parse_spec, parse_vector
 
-P = TypeVar("P", bound=argparse.ArgumentParser)
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from .._core import Camera
+    from ..scene.scenes import Scene
+    from ..scene.source import Source
+    from ..types import Light
 
 
-def view_options(options: P, optional: bool = False) -> P:
-    """The parser with scene, camera and light: what compare, matrix and diagnose share."""
-    options.add_argument(
-        "scene",
-        metavar="MESH|@LIBRARY",
-        nargs="?" if optional else None,
-        help="a mesh file, or a scene of the library such as @forest:trees=500",
-    )
-    view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
-    view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")
-    view.add_argument("--ground", action="store_true", help="add a floor under the scene")
-    view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
-    view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
-    view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
-    view.add_argument("--near", type=number, metavar="D", help="near depth")
-    view.add_argument("--far", type=number, metavar="D", help="far depth")
-    view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light or the middle of a spot travels")
-    view.add_argument("--light-position", metavar="X,Y,Z", help="where a point light is, or a spot")
-    view.add_argument("--cone-deg", type=number, metavar="DEG", help="full angle of a spot's cone")
-    view.add_argument("--range", type=number, metavar="D", help="how far a point light or a spot reaches")
-    view.add_argument(
-        "--size",
-        metavar="WxH",
-        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
-    )
-    return options
-
-
-def number(text: str) -> float:
-    """A number, or argparse's error."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-
-
-def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
+def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
     """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
     from ..checks import picture_size
     from ..scene import library
@@ -65,12 +36,12 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         if options.up != "y":
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
-        scene: Any = library.scene(name, **params)
-        camera, light = scene.camera, scene.light
+        built = library.scene(name, **cast("dict[str, Any]", params))
+        camera, light = built.camera, built.light
         if size is None:
             width, height = picture_size(camera.aspect)
             aspect = width / height  # that of the picture, so that its pixels are square
-        whole = scene.with_ground() if options.ground else scene
+        whole: Scene = built.with_ground() if options.ground else built
     else:
         scene = load_scene(options.scene, up=options.up)
         whole = scene.with_ground() if options.ground else scene
@@ -89,7 +60,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
     )
 
 
-def given_vectors(options: argparse.Namespace) -> dict[str, Any]:
+def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float64]]:
     """Eye, target and light as given, in the world's axes."""
     from ..scene.axes import turned
 
@@ -98,7 +69,9 @@ def given_vectors(options: argparse.Namespace) -> dict[str, Any]:
     return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
 
 
-def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any, aspect: float) -> Any:
+def chosen_camera(
+    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Camera, scene: Scene, aspect: float
+) -> Camera:
     """The fitting camera with everything that was given in its place."""
     import numpy as np
 
@@ -128,7 +101,9 @@ def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: A
     )
 
 
-def chosen_light(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any) -> Any:
+def chosen_light(
+    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Light, scene: Scene
+) -> Light:
     """The light that was given, or the fitting one: a point light at a position, a spot with a cone."""
     import numpy as np
 

@@ -19,16 +19,17 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
 from ..travel import Value
-from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, matrices_of, one_of, range_of, tiles_of
+from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
 
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
-WHOLE_TILE = (0.0, 0.0, 1.0, 1.0)
+WHOLE_TILE: Tile = (0.0, 0.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -77,26 +78,26 @@ class Convention(Value):
     y: Literal["up", "down"] = "up"
     axes: tuple[str, str, str] = None  # type: ignore[assignment]  # filled in from the handedness
     handedness: Literal["right", "left"] = None  # type: ignore[assignment]  # filled in from the axes
-    tile: Tile | tuple[Tile, ...] = WHOLE_TILE
+    tile: Tiles = WHOLE_TILE
 
     PRESETS: ClassVar[tuple[str, ...]] = (
         "webgpu", "metal", "opengl", "opengl_bias", "direct3d", "direct3d_texture", "vulkan", "reversed_z", "unity",
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        def settle(name: str, value: Any) -> None:
+        def settle(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        one_of("vectors", self.vectors, ("column", "row"))
-        one_of("x", self.x, ("right", "left"))
-        one_of("y", self.y, ("up", "down"))
+        check_word("vectors", self.vectors, ("column", "row"))
+        check_word("x", self.x, ("right", "left"))
+        check_word("y", self.y, ("up", "down"))
         if not isinstance(self.reversed_z, (bool, np.bool_)):
             raise ArgumentError(f"reversed_z: expected True or False, got {self.reversed_z!r}; try reversed_z=True")
         settle("reversed_z", bool(self.reversed_z))
         settle("z_range", range_of("z_range", self.z_range))
         settle("xy_range", range_of("xy_range", self.xy_range))
         if self.handedness is not None:
-            one_of("handedness", self.handedness, ("right", "left"))
+            check_word("handedness", self.handedness, ("right", "left"))
         default = LEFT_HANDED_AXES if self.handedness == "left" else AXES
         settle("axes", axes_of(default if self.axes is None else self.axes))
         found = "right" if np.linalg.det(self.world_from_their_world[:3, :3]) > 0 else "left"
@@ -154,7 +155,7 @@ class Convention(Value):
         return cls(handedness="left", xy_range=TEXTURE_RANGE, reversed_z=True)
 
     @classmethod
-    def of(cls, value: Any) -> Convention:
+    def of(cls, value: object) -> Convention:
         """The convention that a text or a convention means.
 
         Parameters
@@ -226,7 +227,7 @@ class Convention(Value):
         return bool(np.array_equal(self.map_from_ndc[:, 1], np.tile(np.eye(4)[1], (len(self.tiles), 1))))
 
     @property
-    def map_from_ndc(self) -> np.ndarray:
+    def map_from_ndc(self) -> npt.NDArray[np.float64]:
         """(T, 4, 4) float64: their map coordinates from our NDC, one a tile."""
         made = np.tile(np.eye(4), (len(self.tiles), 1, 1))
         low, high = self.xy_range
@@ -240,7 +241,7 @@ class Convention(Value):
         return made
 
     @property
-    def world_from_their_world(self) -> np.ndarray:
+    def world_from_their_world(self) -> npt.NDArray[np.float64]:
         """(4, 4) float64: our world coordinates from theirs."""
         made = np.eye(4)
         # Row i of the inverse says which of our axes their axis i is; the inverse of such a matrix is its transpose.
@@ -249,7 +250,7 @@ class Convention(Value):
             made[AXES.index(name[-1]), column] = -1.0 if name[0] == "-" else 1.0
         return made
 
-    def from_ours(self, matrix: Any) -> np.ndarray:
+    def from_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The matrix or matrices as this convention writes them.
 
         Parameters
@@ -267,11 +268,11 @@ class Convention(Value):
             For another shape, numbers that are not finite, or another number of maps than of tiles.
         """
         ours = self._checked(matrix)
-        theirs: np.ndarray = self.map_from_ndc @ ours.reshape(-1, 4, 4) @ self.world_from_their_world
+        theirs: npt.NDArray[np.float64] = self.map_from_ndc @ ours.reshape(-1, 4, 4) @ self.world_from_their_world
         theirs = theirs.transpose(0, 2, 1).copy() if self.vectors == "row" else theirs
         return theirs.reshape(ours.shape)
 
-    def to_ours(self, matrix: Any) -> np.ndarray:
+    def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The matrix or matrices of this convention as ours; what `from_ours` takes back.
 
         Parameters
@@ -291,7 +292,7 @@ class Convention(Value):
         stack = theirs.reshape(-1, 4, 4)
         clip = stack.transpose(0, 2, 1) if self.vectors == "row" else stack
         moved = self.map_from_ndc
-        ours: np.ndarray = clip @ self.world_from_their_world.T
+        ours: npt.NDArray[np.float64] = clip @ self.world_from_their_world.T
         # The inverse of a scale and an offset an axis, without the rounding of a general one.
         for axis in range(3):
             ours[:, axis] = (ours[:, axis] - moved[:, axis, 3, None] * ours[:, 3]) / moved[:, axis, axis, None]
@@ -311,7 +312,7 @@ class Convention(Value):
         # The nearest preset, the first of those that are as near.
         return min(texts, key=lambda text: text[0])[1]
 
-    def _checked(self, matrix: Any) -> np.ndarray:
+    def _checked(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         found = matrices_of("matrix", matrix)
         maps = 1 if found.ndim == 2 else len(found)
         if len(self.tiles) not in (1, maps):

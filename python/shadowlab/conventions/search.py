@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, Convention
-from .crops import affine_of, crop, tiles, turned
+from .crops import affine_of, crop, tiles, turned_map
 from .fields import AXES, LEFT_HANDED_AXES, all_axes
 from .lights import convention_of_light, depth_forward, mirrored, same_light
 from .pair import SAME_DEPTH, SAME_TEXELS, Explanation, Pair, Seen, plain_places, undone, words_of
@@ -73,7 +73,7 @@ def explanations(pair: Pair, seen: Seen) -> Iterator[Explanation]:
         for places in (*tiles(pair, seen, maps, offsets), crop(pair, seen, maps, offsets)):
             yield joined(places, depth)
     else:
-        yield joined(turned(pair, seen, maps, offsets), depth)
+        yield joined(turned_map(pair, seen, maps, offsets), depth)
 
 
 def joined(places: Explanation, depth: Explanation) -> Explanation:

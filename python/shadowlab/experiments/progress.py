@@ -1,4 +1,4 @@
-"""Progress of experiments, on terminals and in notebooks."""
+"""The progress of long work on terminals and in notebooks."""
 
 from __future__ import annotations
 

@@ -9,39 +9,41 @@ No plotting library here; `plot.cause_map` puts the picture on axes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..types import RGB
 from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, shade, truth_mask, widened
 
-# By code, what a column of a table is called and its colour.
-CAUSES = {
-    1: ("acne", FALSE_SHADOW_RGB),
-    2: ("edge", (219, 143, 186)),
-    3: ("leak", FALSE_LIGHT_RGB),
-    4: ("missing", (0, 0, 0)),
-    5: ("other", (120, 0, 225)),
-}
-MEANINGS = {
-    "acne": "acne: a surface shadows itself",
-    "edge": "edge: a silhouette displaced",
-    "leak": "leak: bias passes the caster",
-    "missing": "missing: no caster in the map",
-    "other": "other: the map is wrong",
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Light
+
+# By code of `aliasing.causes.CAUSES`.
+CAUSE_RGB: dict[int, RGB] = {
+    1: FALSE_SHADOW_RGB,
+    2: (219, 143, 186),
+    3: FALSE_LIGHT_RGB,
+    4: (0, 0, 0),
+    5: (120, 0, 225),
 }
 NOT_COMPARED = -1
 # Greys of the eye view beneath: all colours are darker. What is not compared is white, hatched.
 DARKEST, LIGHTEST, HATCH = 205, 245, 215
-HATCH_PX = 6
+STRIPE_PX = 6
 # Pixels that a wrong pixel may be drawn wide: more hides the picture.
-WIDEST = 64
+WIDEST_MARK_PX = 64
 
 
-def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, width: int = 1) -> NDArray[np.uint8]:
+def cause_picture(
+    gbuffer: GBuffer, light: Light, truth: npt.ArrayLike, cause_image: npt.ArrayLike, *, width: int = 1
+) -> NDArray[np.uint8]:
     """The wrong pixels in the colours of their causes over a pale grey eye view: (H, W, 3) uint8.
 
     Parameters
@@ -68,18 +70,20 @@ def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, wid
             raise ArgumentError(
                 f"{name}: expected shape {shape}, the G-buffer's, got {image.shape}; use one size for all"
             )
-    unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSES])
+    unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSE_RGB])
     if unknown.size:
         raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
-    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width <= WIDEST:
-        raise ArgumentError(f"width: expected a whole number of pixels, 1 to {WIDEST}, got {shown(width)}; try 3")
+    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width <= WIDEST_MARK_PX:
+        raise ArgumentError(
+            f"width: expected a whole number of pixels, 1 to {WIDEST_MARK_PX}, got {shown(width)}; try 3"
+        )
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey / 255.0)
     rows, columns = np.ogrid[: shape[0], : shape[1]]
-    grey = np.where(codes == NOT_COMPARED, np.where((rows + columns) % HATCH_PX < 1, HATCH, 255), grey)
+    grey = np.where(codes == NOT_COMPARED, np.where((rows + columns) % STRIPE_PX < 1, HATCH, 255), grey)
     picture = np.repeat(grey[..., None], 3, axis=-1).astype(np.uint8)
-    for code, (_, colour) in CAUSES.items() if width > 1 else ():
+    for code, colour in CAUSE_RGB.items() if width > 1 else ():
         picture[widened(codes == code, width)] = colour
-    for code, (_, colour) in CAUSES.items():  # the pixels themselves last, so that none is hidden by its neighbour
+    for code, colour in CAUSE_RGB.items():  # the pixels themselves last, so that none is hidden by its neighbour
         picture[codes == code] = colour
     return picture

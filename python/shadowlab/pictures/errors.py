@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,14 @@ from ..aliasing.footprint import AVERTED, NO_MAP, NOTHING, Footprint
 from ..errors import ArgumentError
 from ..text import shown
 from .eye import shade
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Floats, Light
 
 # Ends of the scale, pixels per texel. The upper one is published; the lower one mirrors it.
 BEST_PX, WORST_PX = 0.1, 10.0
@@ -37,8 +45,10 @@ STEPS = 128
 
 # Darkest and lightest grey where no texel is looked up, and how much darker its hatching is. The ranges are apart, and
 # so are the directions, since one grey or another is as dark as some colour of the scale.
-GREYS = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
-WORDS = {NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen"}
+GREYS: dict[int, tuple[int, int, int]] = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
+WORDS: dict[int, str] = {
+    NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen",
+}  # fmt: skip
 # Pixels from one line of the hatching to the next: wide enough to survive at half the size.
 HATCH_PX = 8
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -57,7 +67,7 @@ def _table() -> NDArray[np.uint8]:
 SCALE = _table()
 
 
-def error_colours(values: Any) -> NDArray[np.uint8]:
+def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
     """The colours (..., 3) uint8 of errors (...) in pixels per texel; those beyond the ends take the ends' colours.
 
     Parameters
@@ -84,7 +94,11 @@ def error_colours(values: Any) -> NDArray[np.uint8]:
 
 
 def error_picture(
-    footprint: Footprint, *, values: Any = None, gbuffer: Any = None, light: Any = None
+    footprint: Footprint,
+    *,
+    values: npt.ArrayLike | None = None,
+    gbuffer: GBuffer | None = None,
+    light: Light | None = None,
 ) -> NDArray[np.uint8]:
     """The error of each pixel in the colours of the scale: (H, W, 3) uint8.
 
@@ -116,7 +130,7 @@ def error_picture(
     return picture
 
 
-def image_codes(footprint: Any) -> NDArray[np.int16]:
+def image_codes(footprint: object) -> NDArray[np.int16]:
     """The map codes (H, W) of the footprint of an image."""
     if not isinstance(footprint, Footprint):
         raise ArgumentError(
@@ -130,7 +144,7 @@ def image_codes(footprint: Any) -> NDArray[np.int16]:
     return np.asarray(footprint.map)
 
 
-def values_of(values: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def values_of(values: npt.ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The values as numbers of this shape."""
     try:
         v = np.asarray(values, np.float64)
@@ -143,12 +157,12 @@ def values_of(values: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     return v
 
 
-def greys(codes: NDArray[np.int16], gbuffer: Any, light: Any) -> NDArray[np.uint8]:
+def greys(codes: NDArray[np.int16], gbuffer: GBuffer | None, light: Light | None) -> NDArray[np.uint8]:
     """The picture (H, W, 3) of what the codes below 0 say; middle tones where no eye view is given."""
     if (gbuffer is None) != (light is None):
         raise ArgumentError("gbuffer, light: expected both or neither, got one; the eye view is shaded with both")
-    tone: NDArray[Any] = np.full(codes.shape, 0.5, np.float32)
-    if gbuffer is not None:
+    tone: Floats = np.full(codes.shape, 0.5, np.float32)
+    if gbuffer is not None and light is not None:
         if np.shape(gbuffer.triangle) != codes.shape:
             raise ArgumentError(
                 f"gbuffer: expected shape {codes.shape}, the footprint's, got {np.shape(gbuffer.triangle)}; "
@@ -174,12 +188,12 @@ def middle_grey(code: int) -> int:
 
 
 # The scale as SVG, in its pixels.
-WIDTH, BAR, LEFT = 560, 14, 28
+SVG_WIDTH, BAR, SVG_LEFT = 560, 14, 28
 TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)
 
 
 def error_scale_svg(
-    codes: Any = (NO_MAP, AVERTED, NOTHING), *, label: str = "longest extent of a texel, pixels per texel"
+    codes: Iterable[int] = (NO_MAP, AVERTED, NOTHING), *, label: str = "longest extent of a texel, pixels per texel"
 ) -> str:
     """The scale of `error_picture` as an SVG element; its text takes the page's colour.
 
@@ -190,44 +204,45 @@ def error_scale_svg(
     label : str
         What is drawn, and its unit.
     """
-    inner = WIDTH - 2 * LEFT
+    inner = SVG_WIDTH - 2 * SVG_LEFT
     # Twelve pieces a decade and more: no seam is seen, and a page stays small.
     pieces = 64
 
     def x(value: float) -> float:
-        return LEFT + inner * math.log10(value / BEST_PX) / math.log10(WORST_PX / BEST_PX)
+        return SVG_LEFT + inner * math.log10(value / BEST_PX) / math.log10(WORST_PX / BEST_PX)
 
     parts = []
     for i in range(pieces):
         colour = rgb(SCALE[round((i + 0.5) * len(SCALE) / pieces)])
         parts.append(
-            f'<rect x="{LEFT + inner * i / pieces:.2f}" y="20" width="{inner / pieces:.2f}" height="{BAR}" '
+            f'<rect x="{SVG_LEFT + inner * i / pieces:.2f}" y="20" width="{inner / pieces:.2f}" height="{BAR}" '
             f'fill="{colour}" shape-rendering="crispEdges"/>'
         )
     top, middle, bottom = 20, 20 + BAR / 2, 20 + BAR
-    for end, tip, colour in ((LEFT, LEFT - 12, SCALE[0]), (LEFT + inner, LEFT + inner + 12, SCALE[-1])):
+    for end, tip, colour in ((SVG_LEFT, SVG_LEFT - 12, SCALE[0]), (SVG_LEFT + inner, SVG_LEFT + inner + 12, SCALE[-1])):
         parts.append(f'<path d="M{end} {top}L{tip} {middle:g}L{end} {bottom}z" fill="{rgb(colour)}"/>')
     for value in TICKS:
         parts.append(f'<path d="M{x(value):.1f} {bottom}v4" stroke="currentColor"/>')
         parts.append(f'<text x="{x(value):.1f}" y="{bottom + 17}" text-anchor="middle">{value:g}</text>')
     parts.append(f'<text x="{x(1) - 8:.1f}" y="14" text-anchor="end">oversampled</text>')
     parts.append(f'<text x="{x(1) + 8:.1f}" y="14">undersampled</text>')
-    parts.append(f'<text x="{WIDTH / 2}" y="{bottom + 35}" text-anchor="middle">{escape(label)}</text>')
-    at, y = float(LEFT), bottom + 48
+    parts.append(f'<text x="{SVG_WIDTH / 2}" y="{bottom + 35}" text-anchor="middle">{escape(label)}</text>')
+    at, y = float(SVG_LEFT), bottom + 48
     known = [code for code in GREYS if code in set(codes)]
     for code in known:
-        parts.append(swatch(code, at, y))
+        parts.append(grey_swatch(code, at, y))
         parts.append(f'<text x="{at + 26:.0f}" y="{y + 11}">{WORDS[code]}</text>')
         at += 50 + 6.3 * len(WORDS[code])  # the width of a letter of 13 pixels, on average
     height = y + 20 if known else bottom + 42
     text = "Colours of the error: green is one pixel a texel, dark red ten and more, blue less than one"
     return (
-        f'<svg class="scale" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{text}" fill="currentColor" '
-        f'style="display:block;width:100%;max-width:{WIDTH}px;font:13px system-ui,sans-serif">{"".join(parts)}</svg>'
+        f'<svg class="scale" viewBox="0 0 {SVG_WIDTH} {height}" role="img" aria-label="{text}" fill="currentColor" '
+        f'style="display:block;width:100%;max-width:{SVG_WIDTH}px;font:13px system-ui,sans-serif">'
+        f"{''.join(parts)}</svg>"
     )
 
 
-def swatch(code: int, x: float, y: float) -> str:
+def grey_swatch(code: int, x: float, y: float) -> str:
     """A sample of the grey of a code, hatched as in the picture."""
     hatch = GREYS[code][2]
     dark = middle_grey(code) - hatch
@@ -240,6 +255,6 @@ def swatch(code: int, x: float, y: float) -> str:
     )
 
 
-def rgb(colour: Any) -> str:
+def rgb(colour: Iterable[float]) -> str:
     """A colour of bytes as six hexadecimal digits."""
     return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))

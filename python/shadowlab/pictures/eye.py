@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from ..aliasing.codes import Difference
+from ..trace import Truth
+
+if TYPE_CHECKING:
+    from .._core import GBuffer
+    from ..types import Light
 
 # Two colours of [okabe2008] that all common kinds of colour vision tell apart, from each other and from grey.
 FALSE_SHADOW_RGB = (213, 94, 0)
@@ -20,7 +27,7 @@ BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
 
 
-def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
+def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
 
     Parameters
@@ -45,7 +52,7 @@ def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
     return picture
 
 
-def light_directions(gbuffer: Any, light: Any) -> np.ndarray:
+def light_directions(gbuffer: GBuffer, light: Light) -> np.ndarray:
     """The unit way the light travels at each pixel, broadcastable to (H, W, 3)."""
     if light.kind == "directional":
         return np.asarray(light.direction, dtype=np.float32)[None, None, :]
@@ -81,11 +88,12 @@ SRGB = srgb_table()
 
 def truth_mask(truth: np.ndarray) -> np.ndarray:
     """The traced truth (H, W) int8 as light that arrives: undecided is half, nothing is NaN."""
-    table = np.array([np.nan, 0.5, 0.0, 1.0], dtype=np.float32)
-    return table[np.asarray(truth, dtype=np.int8) + 2]
+    arrives = {Truth.NOTHING: np.nan, Truth.UNDECIDED: 0.5, Truth.SHADOW: 0.0, Truth.LIT: 1.0}
+    table = np.array([arrives[code] for code in sorted(arrives)], dtype=np.float32)
+    return table[np.asarray(truth, dtype=np.int8) - min(arrives)]
 
 
-def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
+def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
     """The wrong pixels over a pale grey eye view.
 
     `FALSE_SHADOW_RGB` where the map shades what is lit, `FALSE_LIGHT_RGB` where it lights what is in shadow.
@@ -102,7 +110,7 @@ def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray, *
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     # Lifted into the upper third, so that both colours are darker than anything beside them.
     picture = np.repeat(np.rint(158.0 + 0.36 * grey)[..., None], 3, axis=-1).astype(np.uint8)
-    kinds = ((1, FALSE_SHADOW_RGB), (2, FALSE_LIGHT_RGB))
+    kinds = ((Difference.FALSE_SHADOW, FALSE_SHADOW_RGB), (Difference.FALSE_LIGHT, FALSE_LIGHT_RGB))
     for kind, colour in kinds if width > 1 else ():
         picture[widened(np.asarray(image) == kind, width)] = colour
     for kind, colour in kinds:  # the pixels themselves last, so that none is hidden by its neighbour
@@ -123,7 +131,7 @@ def widened(marked: np.ndarray, width: int) -> np.ndarray:
 
 def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
     """Row and column of the window of `side` pixels with the most wrong pixels, all difference images together."""
-    wrong = np.sum([np.asarray(image) > 0 for image in images], axis=0, dtype=np.int64)
+    wrong = np.sum([np.asarray(image) > Difference.AGREE for image in images], axis=0, dtype=np.int64)
     height, width = wrong.shape
     rows, columns = min(side, height), min(side, width)
     total = np.zeros((height + 1, width + 1), np.int64)

@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ..aliasing.causes import Causes
+from ..aliasing.causes import CAUSES, Causes
 from ..errors import ArgumentError
-from ..pictures.causes import CAUSES, HATCH, MEANINGS, NOT_COMPARED, cause_picture
+from ..pictures.causes import CAUSE_RGB, HATCH, NOT_COMPARED, cause_picture
 from ..pictures.errors import rgb
 from .arguments import columns_of, numbers_of
-from .axes import _axes, _picture, legend_below, plain, say, short_label
+from .axes import _axes, _picture, curve_look, legend_below, say, short_label
 
-HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx", "other": "\\\\\\"}
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from .._core import GBuffer
+    from ..aliasing.causes import Causes
+    from ..experiments.compare import Study
+    from ..types import Light
+
+# The causes in the words of a legend.
+LEGEND = {
+    "acne": "acne: a surface shadows itself",
+    "edge": "edge: a silhouette displaced",
+    "leak": "leak: bias passes the caster",
+    "missing": "missing: no caster in the map",
+    "other": "other: the map is wrong",
+}
+CAUSE_HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx", "other": "\\\\\\"}
 # Lines of the hatching, on its own colour: paler on dark ones.
 HATCH_COLOURS = {"acne": "white", "edge": "#7A3560", "leak": "#CFE6F5", "missing": "#BBBBBB", "other": "white"}
 
 
-def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
+def causes(table: pd.DataFrame | Study | Mapping[str, Causes], ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the wrong pixels of each technique as a bar, divided by cause.
 
     Parameters
@@ -47,11 +65,11 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     >>> rows = [("uniform", 12, 530, 4, 0), ("lispsm", 3, 170, 8, 1)]
     >>> ax = sl.plot.causes(pd.DataFrame(rows, columns=["technique", "acne", "edge", "leak", "missing"]))
     """
-    table = table_of(table)
+    table = cause_table(table)
     columns_of(table, ["technique"])
-    names = [name for name, _ in CAUSES.values() if name in table.columns]
+    names = [name for name in CAUSES.values() if name in table.columns]
     if not names:
-        columns_of(table, [name for name, _ in CAUSES.values()])
+        columns_of(table, list(CAUSES.values()))
     counts = {name: numbers_of(table, name) for name in names}
     if any((values < 0).any() for values in counts.values()):
         raise ArgumentError("table: expected counts of pixels, 0 or more, got a negative one; count the wrong pixels")
@@ -60,13 +78,13 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     total = np.sum(list(counts.values()), axis=0)
     measured = np.isfinite(total)
     left = np.zeros(len(table))
-    for name, colour in CAUSES.values():
+    for code, name in CAUSES.items():
         if name not in names:
             continue
         widths = np.where(measured, counts[name], 0.0)
         ax.barh(
-            rows, widths, left=left, height=0.68, color=rgb(colour), edgecolor=HATCH_COLOURS[name],
-            hatch=HATCHES[name], linewidth=0, label=MEANINGS[name],
+            rows, widths, left=left, height=0.68, color=rgb(CAUSE_RGB[code]), edgecolor=HATCH_COLOURS[name],
+            hatch=CAUSE_HATCHES[name], linewidth=0, label=LEGEND[name],
         )  # fmt: skip
         left += widths
     widest = float(left.max(initial=0.0))
@@ -75,7 +93,7 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
             f"{value:,.0f}" if known else "not measured", (value, row), xytext=(4, 0), textcoords="offset points",
             va="center", fontsize="small", color="#333333",
         )  # fmt: skip
-    plain(ax)
+    curve_look(ax)
     ax.grid(False, axis="y")
     ax.tick_params(axis="y", length=0)
     ax.set_yticks(rows, [short_label(t) for t in row_labels(table)])
@@ -91,16 +109,16 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     return ax
 
 
-def table_of(given: Any) -> Any:
+def cause_table(given: pd.DataFrame | Study | Mapping[str, Causes]) -> pd.DataFrame:
     """The table of what has one, or of causes by label."""
     if isinstance(given, Mapping) and given and all(hasattr(of, "counts") for of in given.values()):
         import pandas as pd
 
         return pd.DataFrame([{"technique": label, **of.counts} for label, of in given.items()])
-    return given.table if hasattr(given, "runs") and hasattr(given, "table") else given
+    return cast("pd.DataFrame", given.table if hasattr(given, "runs") and hasattr(given, "table") else given)
 
 
-def row_labels(table: Any) -> list[str]:
+def row_labels(table: pd.DataFrame) -> list[str]:
     """What rows are called: their technique, and their resolution where another row is called the same."""
     names = [str(name) for name in table["technique"]]
     if len(set(names)) == len(names) or "resolution" not in table.columns:
@@ -108,7 +126,7 @@ def row_labels(table: Any) -> list[str]:
     return [f"{name}, {size}²" for name, size in zip(names, table["resolution"], strict=True)]
 
 
-def _thousands(ax: Any) -> None:
+def _thousands(ax: Axes) -> None:
     """Whole numbers with separators on the x axis, few enough to stand apart."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -117,16 +135,16 @@ def _thousands(ax: Any) -> None:
 
 
 def cause_map(
-    gbuffer: Any,
-    light: Any,
-    truth: Any,
-    cause_image: Any,
-    ax: Any = None,
+    gbuffer: GBuffer,
+    light: Light,
+    truth: npt.ArrayLike,
+    cause_image: npt.ArrayLike | Causes,
+    ax: Axes | None = None,
     *,
     title: str = "",
     aspect: float | None = None,
     width: int = 1,
-) -> Any:
+) -> Axes:
     """Axes with the wrong pixels in the colours of their causes over a pale grey eye view; a legend counts them.
 
     Parameters
@@ -156,9 +174,9 @@ def cause_map(
     ax = _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
     codes = np.asarray(cause_image)
     handles = []
-    for code, (name, colour) in CAUSES.items():
+    for code, name in CAUSES.items():
         count = int(np.count_nonzero(codes == code))
-        handles.append(Patch(color=rgb(colour), label=f"{name}: {count:,} px"))
+        handles.append(Patch(color=rgb(CAUSE_RGB[code]), label=f"{name}: {count:,} px"))
     if (codes == NOT_COMPARED).any():
         grey = rgb((HATCH - 60,) * 3)
         handles.append(Patch(facecolor="white", edgecolor=grey, hatch="////", linewidth=0.5, label="not compared"))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ArgumentError
 from ..experiments.temporal import Temporal
 from .arguments import columns_of, current_columns, numbers_of
-from .axes import _axes, legend_beside, plain, say, series_style, short_label
+from .axes import _axes, curve_look, legend_beside, say, series_style, short_label
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 # Drifts that span more than this are read on a logarithm only; below a thousandth of a texel a frame, at which a
 # lattice takes half a minute to move by one, the axis is linear.
@@ -18,7 +22,7 @@ WIDE, SLOW_TEXELS = 30.0, 1e-3
 RANDOM_RMS = float(np.sqrt(1 / 6))
 
 
-def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
+def drift(table: pd.DataFrame | Temporal, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the drift of the texel lattice over the frames, a line a label: root mean square, and thin the largest.
 
     Parameters
@@ -72,19 +76,19 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
         ax.plot(frames, rms, label=f"{short_label(label)}\n{said}", **style, markevery=(i % every, every))
         ax.plot(frames, largest, color=style["color"], linestyle=style["linestyle"], linewidth=0.8)
     ax.margins(x=0.03)
-    plain(ax)
+    curve_look(ax)
     ax.set(xlabel="frame, number", ylabel="drift of the texel lattice, texels per frame", title=title)
     if not finite.size:
         say(ax, "no drift was measured")
         return ax
     ax.plot([], [], color="#555555", marker="o", markersize=4, linewidth=1.6, label="root mean square")
     ax.plot([], [], color="#555555", linewidth=0.8, label="largest")
-    _scale(ax, finite)
+    _drift_scale(ax, finite)
     legend_beside(ax, fontsize="small")
     return ax
 
 
-def _scale(ax: Any, values: np.ndarray) -> None:
+def _drift_scale(ax: Axes, values: np.ndarray) -> None:
     """The scale of the axis of drifts, and its limits."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 

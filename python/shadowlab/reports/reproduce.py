@@ -1,4 +1,4 @@
-"""How to get a run again: the Python that does it, and the command line where it can say the same.
+"""How to get a run or a row of an advice again: the Python that does it, and the command line where it can say it.
 
 Numbers are written with all their digits, so that what is run again is what was run.
 """
@@ -8,25 +8,41 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..text import format_bias, format_spec, format_value
+from .._core import Bias
+from ..errors import ArgumentError, ShadowlabError
+from ..experiments.candidates import Candidate
+from ..experiments.memory import memory_text
+from ..experiments.views import LabelledView
+from ..techniques.labels import is_parameterization
+from ..techniques.registry import technique_of
+from ..text import format_bias, format_spec, format_value, shown
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Bias, Camera, Parameterization, Partition
+    from ..experiments.advise import Advice
+    from ..experiments.compare import Study
+    from ..experiments.run import Run
+    from ..types import Light
 
 
-def numbers(values: Any) -> str:
+def numbers(values: npt.ArrayLike) -> str:
     """Floats with all their digits, between commas."""
     return ", ".join(repr(float(v) + 0.0) for v in np.asarray(values, dtype=np.float64).ravel())
 
 
-def camera_target(camera: Any) -> np.ndarray:
+def camera_target(camera: Camera) -> np.ndarray:
     """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
     target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
     return target
 
 
-def camera_python(camera: Any) -> str:
+def camera_python(camera: Camera) -> str:
     """A line that makes the camera."""
     return (
         f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
@@ -35,7 +51,7 @@ def camera_python(camera: Any) -> str:
     )
 
 
-def light_python(light: Any) -> str:
+def light_python(light: Light) -> str:
     """A line that makes the light."""
     if light.kind == "directional":
         return f"light = sl.DirectionalLight(({numbers(light.direction)}))"
@@ -47,15 +63,15 @@ def light_python(light: Any) -> str:
     return f"light = sl.PointLight(({numbers(light.position)}), range={light.range!r})"
 
 
-def technique_python(run: Any) -> str:
+def technique_python(run: Run) -> str:
     """An expression that makes the technique of a run, every setting spelled out."""
-    if run.given:
-        return given_python(run.parameterization)
+    if is_parameterization(run.item):
+        return given_python(run.item)
     keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
     return f"sl.technique({run.technique!r}{keywords})"
 
 
-def given_python(p: Any) -> str:
+def given_python(p: Parameterization) -> str:
     """An expression that makes a parameterization of somebody else's matrices, with what it knows beside them."""
     blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
     parts, more = p.partitions, ""
@@ -73,7 +89,7 @@ def given_python(p: Any) -> str:
     )
 
 
-def post_warp(part: Any) -> tuple[str, float, float] | None:
+def post_warp(part: Partition) -> tuple[str, float, float] | None:
     """What follows the matrix of a map, as `Parameterization.from_matrix` takes it."""
     terms = part.post_warp_terms
     return (part.post_warp, terms["scale"], terms["offset"]) if terms else None
@@ -84,11 +100,8 @@ def far_python(depth: float) -> str:
     return repr(depth) if np.isfinite(depth) else "float('inf')"
 
 
-def technique_text(run: Any) -> str | None:
+def technique_text(run: Run) -> str | None:
     """The command line's text of a run's technique; None for a matrix that is in no file."""
-    from ..errors import ShadowlabError
-    from ..techniques.registry import technique_of
-
     if not run.given:
         return format_spec(run.technique, run.settings)
     if not run.label.startswith("matrix:"):
@@ -97,7 +110,9 @@ def technique_text(run: Any) -> str | None:
         again = technique_of(run.label)
     except ShadowlabError:
         return None
-    p = run.parameterization
+    p = run.item
+    if not (is_parameterization(p) and is_parameterization(again)):
+        return None
     same = np.array_equal(again.matrices, p.matrices) and again.selection == p.selection
     same = same and all(
         (a.eye_depth, post_warp(a)) == (b.eye_depth, post_warp(b)) and np.array_equal(a.region, b.region)
@@ -106,7 +121,7 @@ def technique_text(run: Any) -> str | None:
     return run.label if same else None
 
 
-def light_arguments(light: Any, up: str) -> list[str]:
+def light_arguments(light: Light, up: str) -> list[str]:
     """The command line's options that make a light."""
     words = []
     if light.kind != "point":
@@ -119,19 +134,19 @@ def light_arguments(light: Any, up: str) -> list[str]:
     return words
 
 
-def own_numbers(vector: Any, up: str) -> str:
+def own_numbers(vector: npt.ArrayLike, up: str) -> str:
     """A world vector for the command line, in the axes of the file."""
     return numbers(in_file_axes(vector, up)).replace(" ", "")
 
 
-def bias_python(bias: Any) -> str:
+def bias_python(bias: Bias) -> str:
     """An expression that makes the bias."""
     limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
     parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
     return f"sl.Bias({parts}, slope_limit={limit})"
 
 
-def python_snippet(study: Any, runs: Sequence[Any]) -> str:
+def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     """A script that computes these runs again."""
     techniques = dict.fromkeys((run.label, technique_python(run)) for run in runs)
     entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
@@ -148,10 +163,8 @@ def python_snippet(study: Any, runs: Sequence[Any]) -> str:
     )
 
 
-def command_line(study: Any, runs: Sequence[Any]) -> str | None:
+def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     """The command that computes these runs again; None where it cannot say what the study was."""
-    from .._core import Bias
-
     source, camera, light = study.source, study.camera, study.light
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
     sayable = source.arguments and level and study.truth is not None
@@ -192,7 +205,83 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
     )
 
 
-def in_file_axes(vector: Any, up: str) -> np.ndarray:
+def in_file_axes(vector: npt.ArrayLike, up: str) -> np.ndarray:
     """A world vector in the axes of its file, which the command line speaks; a z-up file was turned when loaded."""
     x, y, z = np.asarray(vector, dtype=np.float64)
     return np.array([x, -z, y] if up == "z" else [x, y, z])
+
+
+def snippet_of(advice: Advice, row: object) -> str:
+    """The Python that computes a row of the table, a row of the runs, or a choice again.
+
+    Raises
+    ------
+    ArgumentError
+        For something that is no such row, or one without a number.
+    """
+    candidate, memory, label = key_of(advice, row)
+    views = [view for view in advice.counted if label is None or view.label == label]
+    of = [o for o in advice.outcomes if (o.candidate, o.memory) == (candidate, memory)]
+    of = [o for o in of if o.view.label in {view.label for view in views}]
+    if not of or any(o.error is None for o in of):
+        reason = next((o.failure for o in of if o.failure), "nothing was measured")
+        raise ArgumentError(f"row: expected one with a number, got one that failed: {reason}")
+    chosen = next(one for one in advice.candidates if one.label == candidate)
+    return advice_snippet(advice, chosen, int(of[0].resolution or 0), views)
+
+
+def key_of(advice: Advice, row: object) -> tuple[str, int, str | None]:
+    """Candidate, budget and view (None for all) of what stands for a row."""
+    hint = "expected a row of .table or .runs, its position in .table, or a choice"
+    if isinstance(row, (int, np.integer)) and not isinstance(row, (bool, np.bool_)):
+        ranking = advice.standings
+        if not 0 <= row < len(ranking):
+            raise ArgumentError(f"row: expected a position from 0 to {len(ranking) - 1}, got {row}")
+        return ranking[row].candidate, ranking[row].memory, None
+    get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
+    try:
+        key = str(get("candidate") or get("technique")), int(get("memory")), get("view")
+    except (TypeError, ValueError):
+        raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
+    if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:
+        raise ArgumentError(f"row: {hint}, got {key[0]!r} at {memory_text(key[1])}, which this advice does not have")
+    return key
+
+
+def advice_snippet(advice: Advice, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
+    """A script that computes the error of a candidate at a resolution in views, and prints it."""
+    of_errors = "errors." in advice.measure.python
+    lines = ["import numpy as np"] * candidate.given + [
+        "import shadowlab as sl",
+        "",
+        advice.source.python,
+        f"renderer = sl.Renderer({advice.backend!r})",
+        "views = {}",
+    ]
+    for view in views:
+        lines += [camera_python(view.camera), light_python(view.light)]
+        lines.append(f"views[{view.label!r}] = camera, light, {view.size}")
+    if is_parameterization(candidate.item):
+        lines += [f"p = {given_python(candidate.item)}"]
+    else:
+        lines.append(f"technique = sl.technique({candidate.text!r})")
+    lines += ["found = {}", "for label, (camera, light, size) in views.items():"]
+    samples = ", samples=gbuffer" if getattr(candidate.item, "needs_samples", False) else ""
+    body = []
+    if samples or not of_errors:
+        body.append("gbuffer = renderer.gbuffer(scene, camera, size=size)")
+    if not candidate.given:
+        body.append(f"p = technique.parameterize(scene, camera, light, resolution={resolution}{samples})")
+    if of_errors:
+        body += [
+            f"mask = renderer.shadow_mask(scene, camera, light, p, resolution={resolution}, size=size,",
+            f"    bias={bias_python(advice.bias)}, filter={advice.filter!r})",
+            "errors = sl.aliasing.misclassified(mask, sl.trace.shadow_mask(scene, camera, light, size=size))",
+        ]
+    else:
+        body.append(f"summary = sl.aliasing.footprint(gbuffer, camera, light, p, resolution={resolution}).summary()")
+    body.append(f"found[label] = {advice.measure.python}")
+    lines += [f"    {line}" for line in body]
+    lines += ["error_mean, error_worst = sum(found.values()) / len(found), max(found.values())"]
+    lines += ["print(found, error_mean, error_worst)"]
+    return "\n".join(lines) + "\n"

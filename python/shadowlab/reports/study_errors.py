@@ -6,13 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..experiments.thresholds import FEW_FOR_SHARES, NOTABLE_CAUSE
 from ..text import digits, px_text, share_text
 from .words import maps_of, missing, place
 
-# A cause of this share of the wrong pixels is worth a sentence.
-MUCH = 0.3
-# With fewer wrong pixels than this a share of them says little.
-FEW = 100
 REMARKS = {
     "acne": "are acne, surfaces that shadow themselves: more bias takes them away, and brings leaks",
     "leak": "are leaks, dark without the bias: less bias takes them away, and brings acne",
@@ -23,16 +20,16 @@ REMARKS = {
 
 def error_sentences(best: Mapping[str, Any]) -> list[str]:
     """Sentences on the run with the fewest wrong pixels; none where its table has no such columns."""
-    return [*_causes(best), *_texels(best)]
+    return [*_cause_sentences(best), *_texels(best)]
 
 
-def _causes(row: Mapping[str, Any]) -> list[str]:
+def _cause_sentences(row: Mapping[str, Any]) -> list[str]:
     """The cause other than edges that many of the wrong pixels have."""
     wrong = row.get("misclassified")
-    if wrong is None or missing(wrong) or int(wrong) < FEW:
+    if wrong is None or missing(wrong) or int(wrong) < FEW_FOR_SHARES:
         return []
     shares = {name: int(row[name]) / int(wrong) for name in REMARKS if not missing(row.get(name))}
-    much = [name for name in shares if shares[name] >= MUCH]
+    much = [name for name in shares if shares[name] >= NOTABLE_CAUSE]
     return [f"Of the wrong pixels of {place(row)}, {share_text(shares[name])} {REMARKS[name]}." for name in much]
 
 

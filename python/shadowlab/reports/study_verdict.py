@@ -5,21 +5,23 @@ The question that readers bring: which technique at which resolution is good eno
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from itertools import repeat
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..conventions.doubts import CHECK_MATRIX
+from .._core import Note
+from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, SLIGHT, about_equal, hardly_wrong
 from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
 from .words import (
     count,
-    details,
+    count_details,
+    doubt_of,
     factor,
     maps_of,
     missing,
     place,
+    rows_of,
     size_text,
     span,
     texels,
@@ -27,24 +29,25 @@ from .words import (
     unwarped_maps,
 )
 
-# Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
-ABOUT_EQUAL = 1.05
-# Below this ratio a technique is called slightly better or worse: errors along silhouettes fall with the texel's side,
-# so a map with a quarter more texels along each side does as much.
-SLIGHT = 1.25
-# Counts of wrong pixels scatter as counts do when a map's texels shift against the scene: below this many standard
-# deviations of their difference, sqrt(a + b), two runs are told as equal.
-NOISE_SIGMAS = 3.0
-# With fewer wrong pixels than both of these in every run, a view has nothing to tell the runs apart by.
-FEW_PIXELS = 10
-FEW_SHARE = 1e-4
-# A camera that sees less than this share of its pixels filled compares little of the picture.
-LITTLE_SEEN = 0.05
-BASELINE = "uniform"
+if TYPE_CHECKING:
+    import pandas as pd
 
 
-def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
-    """A few sentences on the table of a study.
+class Remarks(NamedTuple):
+    """What a run says beside the numbers of its row: its notes, and what its technique says in refusing the view."""
+
+    notes: Sequence[Note] = ()
+    refusal: str = ""
+
+
+def sentences(
+    table: pd.DataFrame,
+    technique_of_label: Mapping[str, str] | None = None,
+    *,
+    remarks: Sequence[Remarks] | None = None,
+    seen: float | None = None,
+) -> list[str]:
+    """The sentences of a study's verdict on its table, the most important one first.
 
     Parameters
     ----------
@@ -53,51 +56,59 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
     technique_of_label : mapping, optional
         The technique behind each label, so that a uniform map is known as the baseline under any label. The labels
         themselves where none is given.
+    remarks : sequence of Remarks, optional
+        Those of the run behind each row; none where none are given. The texts in the table are not read.
     seen : float, optional
         The share of the picture's pixels that show any surface.
+
+    Returns
+    -------
+    list of str
     """
     technique_of_label = technique_of_label or {}
-    rows = table.to_dict("records")
-    failed = [row for row in rows if row["failure"]]
-    done = [row for row in rows if not row["failure"]]
-    doubted = [row for row in done if CHECK_MATRIX in row["notes"]]
-    drawn = [row for row in done if CHECK_MATRIX not in row["notes"]]
-    sentences = []
+    rows = rows_of(table)
+    told = list(zip(rows, repeat(Remarks()) if remarks is None else remarks, strict=remarks is not None))
+    failed = [(row, said.refusal) for row, said in told if row["failure"]]
+    done = [(row, said.notes) for row, said in told if not row["failure"]]
+    doubted = [(row["technique"], doubt_of(notes)) for row, notes in done if doubt_of(notes)]
+    noted = [(row, notes) for row, notes in done if not doubt_of(notes)]
+    drawn = [row for row, _ in noted]
+    found = []
     if not done:
-        sentences.append("No technique gave a result.")
+        found.append("No technique gave a result.")
     elif not drawn:
-        sentences.append("Nothing is ranked.")
+        found.append("Nothing is ranked.")
     elif any(missing(row["misclassified"]) for row in drawn):
-        sentences.append("The truth was not traced, so nothing is said about errors.")
+        found.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
-        sentences.append(_nothing_compared(drawn[0]))
+        found.append(_nothing_compared(drawn[0]))
     else:
         # Of several maps one that warps is enough.
-        flat = ((row, *unwarped_maps(row["notes"], maps_of(row))) for row in drawn)
-        unwarped = {row["technique"]: reason for row, found, reason in flat if found >= maps_of(row)}
+        flat = ((row, *unwarped_maps(notes, maps_of(row))) for row, notes in noted)
+        unwarped = {row["technique"]: reason for row, many, reason in flat if many >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
-        sentences += _fewest(warped or drawn)
-        if all(_hardly_wrong(row) for row in drawn):
-            sentences.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
+        found += _fewest(warped or drawn)
+        if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
+            found.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
-            sentences += _warps_against_uniform(warped, technique_of_label)
-            sentences += _memory(drawn, technique_of_label)
-            sentences += error_sentences(best_row(warped or drawn))
+            found += _warps_against_uniform(warped, technique_of_label)
+            found += _memory(drawn, technique_of_label)
+            found += error_sentences(best_row(warped or drawn))
         for label, reason in unwarped.items():
-            sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
-    for label, doubt in dict.fromkeys((row["technique"], row["notes"].split(CHECK_MATRIX, 1)[1]) for row in doubted):
-        sentences.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
+            found.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
+    for label, doubt in dict.fromkeys(doubted):
+        found.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
     if seen is not None and 0 < seen < LITTLE_SEEN:
-        sentences.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
-    return " ".join(sentences + _failures(failed))
+        found.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
+    return found + _failures(failed)
 
 
-def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+def _failures(failed: Sequence[tuple[Mapping[str, Any], str]]) -> list[str]:
     """What failed, techniques that did for one reason together."""
     alike: dict[str, dict[str, str]] = {}
-    for row in failed:
+    for row, refusal in failed:
         # The message names the technique, which sets apart what is one reason.
-        reason = re.sub(r'^technique "\w+" ', "such a technique ", row["failure"])
+        reason = f"such a technique {refusal}" if refusal else row["failure"]
         alike.setdefault(reason, {})[row["technique"]] = row["failure"]
     return [
         f"{listed(list(of))} failed: {(reason if len(of) > 1 else next(iter(of.values()))).rstrip('.')}."
@@ -105,15 +116,9 @@ def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _hardly_wrong(row: Mapping[str, Any]) -> bool:
-    """Whether a row has almost no wrong pixels, in number and as a share."""
-    return int(row["misclassified"]) < FEW_PIXELS and float(row["share"]) < FEW_SHARE
-
-
-def _about_equal(first: int, second: int) -> bool:
+def _alike(first: int, second: int) -> bool:
     """Whether two counts of wrong pixels are too close to choose by: in ratio, or within their noise."""
-    low, high = sorted((first, second))
-    return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(low + high)
+    return about_equal(first, second, first + second)
 
 
 def _nothing_compared(row: Mapping[str, Any]) -> str:
@@ -130,7 +135,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         row = drawn[0]
         if least == 0:
             return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
-        return [f"{place(row)} gets {count(row)} wrong ({details(drawn)})."]
+        return [f"{place(row)} gets {count(row)} wrong ({count_details(drawn)})."]
     best = [row for row in drawn if int(row["misclassified"]) == least]
     cheapest = min(texels(row) for row in best)
     best = [row for row in best if texels(row) == cheapest]
@@ -141,7 +146,7 @@ def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         compared = int(best[0]["compared"])
         return [f"{who} {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({details(best)})."]
+    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({count_details(best)})."]
 
 
 def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
@@ -194,7 +199,7 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
     if len(pairs) == 1:
         mine, base = outcomes[0]
         text = f"({mine:,} against {base:,})"
-        if _about_equal(mine, base):
+        if _alike(mine, base):
             return f"{label} {where} makes little difference here: about as many wrong pixels as {base_label} {text}."
         if mine < base:
             if mine == 0:
@@ -211,8 +216,8 @@ def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any
             return f"{label} is slightly worse here: {where} it has {more} {text}."
         many = f"{times(mine / base)} times as many wrong pixels as {base_label}"
         return f"{label} is not worth it here: {where} it has {many} {text}."
-    better = sum(mine < base and not _about_equal(mine, base) for mine, base in outcomes)
-    worse = sum(base < mine and not _about_equal(mine, base) for mine, base in outcomes)
+    better = sum(mine < base and not _alike(mine, base) for mine, base in outcomes)
+    worse = sum(base < mine and not _alike(mine, base) for mine, base in outcomes)
     ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
     slightly = bool(ratios) and len(ratios) == len(pairs) and min(ratios) >= 1 / SLIGHT and max(ratios) <= SLIGHT
     if better == len(pairs):
@@ -238,7 +243,7 @@ def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]
 
     def as_well(r: int) -> bool:
         mine = int(uniform[r]["misclassified"])
-        return mine <= wrong or _about_equal(mine, wrong)
+        return mine <= wrong or _alike(mine, wrong)
 
     if not larger or as_well(resolution):
         return []
@@ -280,7 +285,9 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
             sentences.append(f"{place(as_large)} has {many} {place(row)}, and {_against(as_large, row)}.")
         elif base is not None:
             cost = f"with {factor(texels(row) / texels(base))} times the texels"
-            sentences.append(f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_counts(row, base)}).")
+            sentences.append(
+                f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_both_counts(row, base)})."
+            )
         else:
             bare.setdefault(maps_of(row), []).append(row["technique"])
     if any(maps_of(row) == 1 for row in drawn):
@@ -295,7 +302,7 @@ def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str,
 def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
     """The wrong pixels of a row beside another's."""
     mine, other = int(row["misclassified"]), int(base["misclassified"])
-    if _about_equal(mine, other):
+    if _alike(mine, other):
         return "about as many wrong pixels as"
     if mine == 0 or other == 0:
         return "fewer wrong pixels than" if mine < other else "more wrong pixels than"
@@ -306,7 +313,7 @@ def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
     )
 
 
-def _counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
+def _both_counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
     """The wrong pixels of two rows, bare."""
     return f"{int(first['misclassified']):,} against {int(second['misclassified']):,}"
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from ..checks import UP_AXES
 from ..errors import ArgumentError
 
-Up = Literal["y", "z"]
+if TYPE_CHECKING:
+    from ..types import Up
 
 #: Turns z-up coordinates (x, y, z) into y-up ones (x, z, -y): a rotation, so handedness stays.
 Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -23,7 +25,7 @@ def up_axis(up: str) -> int:
     ArgumentError
         For another word.
     """
-    if up not in ("y", "z"):
+    if up not in UP_AXES:
         raise ArgumentError(f"up: expected 'y' or 'z', got {up!r}; name the axis that points up")
     return 1 if up == "y" else 2
 

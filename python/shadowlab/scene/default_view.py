@@ -16,9 +16,14 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera, DirectionalLight, Scene
 
 # Chosen because it shows two sides and the top of a box, and leaves room for shadows that fall to the right.
 AZIMUTH_RAD = math.radians(30.0)
@@ -53,7 +58,7 @@ VERTICES_AT_ONCE = 2**13
 OUTLINE_DIRECTIONS = 64
 
 
-def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple[Any, Any]:
+def default_view(scene: Scene, *, aspect: float = 1.0, focus: Scene | None = None) -> tuple[Camera, DirectionalLight]:
     """A camera that shows the whole scene from a three-quarter angle, and a directional light from its left.
 
     Parameters
@@ -79,13 +84,13 @@ def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple
 
     part = scene if focus is None else focus
     framed = padded_bounds(part)
-    center = box_corners(framed).mean(axis=0)
+    center = corners_of_box(framed).mean(axis=0)
     safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
     elevation = FLAT_ELEVATION_RAD + (ELEVATION_RAD - FLAT_ELEVATION_RAD) * height_share(framed)
     usual, other = (framing(part, center, orientation(a, elevation), safe_aspect) for a in (AZIMUTH_RAD, -AZIMUTH_RAD))
     chosen = other if other.area > OTHER_SIDE_GAIN * usual.area else usual
     (right, up, forward), inner, eye = chosen.axes, chosen.outline, chosen.eye
-    whole = inner if focus is None else box_corners(padded_bounds(scene))
+    whole = inner if focus is None else corners_of_box(padded_bounds(scene))
     near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
     reach = float((inner.mean(axis=0) - eye) @ forward)
     camera = Camera.look_at(
@@ -104,9 +109,11 @@ class Framing:
     area: float
 
 
-def framing(scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float) -> Framing:
+def framing(
+    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
+) -> Framing:
     """The eye of this orientation that holds the scene, and the area of the scene's rectangle in the picture."""
-    points = outline(scene, center, axes, aspect)
+    points = outermost_vertices(scene, center, axes, aspect)
     eye = center + fitting_offset(points - center, *axes, FOV_Y_RAD, aspect)
     right, up, forward = axes
     seen = np.column_stack([(points - eye) @ right, (points - eye) @ up]) / ((points - eye) @ forward)[:, None]
@@ -119,9 +126,9 @@ def height_share(bounds: np.ndarray) -> float:
     return min(1.0, 2.0 * float(height) / float(max(across, depth))) if max(across, depth) > 0 else 1.0
 
 
-def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
+def fitting_depths(scene: Scene, eye: npt.ArrayLike, forward: npt.ArrayLike) -> tuple[float, float]:
     """Near and far planes for an eye of one's own: hugging the scene's box, or in a fixed ratio from inside it."""
-    corners = box_corners(padded_bounds(scene))
+    corners = corners_of_box(padded_bounds(scene))
     depths = (corners - np.asarray(eye, float)) @ np.asarray(forward, float)
     # An eye that looks away from everything still needs a valid pair; the scene's size is the only length there is.
     far = float(depths.max()) if depths.max() > 0 else float(np.ptp(corners, axis=0).max())
@@ -153,7 +160,7 @@ def side_light(right: np.ndarray, forward: np.ndarray, bounds: np.ndarray) -> np
     return travels
 
 
-def padded_bounds(scene: Any) -> np.ndarray:
+def padded_bounds(scene: Scene) -> np.ndarray:
     """The scene's box (2, 3), widened where it is a point or too small for its distance from the origin."""
     bounds: np.ndarray = np.asarray(scene.bounds, dtype=np.float64).reshape(2, 3)
     size = float(np.ptp(bounds, axis=0).max())
@@ -166,18 +173,18 @@ def padded_bounds(scene: Any) -> np.ndarray:
     return padded
 
 
-def box_corners(bounds: np.ndarray) -> np.ndarray:
+def corners_of_box(bounds: np.ndarray) -> np.ndarray:
     """The eight corners (8, 3) of a box (2, 3)."""
     return np.array(list(itertools.product(*bounds.T)))
 
 
-def outline(
-    scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
+def outermost_vertices(
+    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
 ) -> np.ndarray:
     """The vertices (K, 3) that stand out furthest: what a picture along these axes must hold to hold the scene."""
     bounds = padded_bounds(scene)
     if not np.array_equal(bounds, np.asarray(scene.bounds)):
-        return box_corners(bounds)  # a point: its vertices have no outline
+        return corners_of_box(bounds)  # a point: its vertices have no outline
     right, up, forward = axes
     turns = np.linspace(0.0, 2 * math.pi, OUTLINE_DIRECTIONS, endpoint=False)
     tan_y = math.tan(0.5 * FOV_Y_RAD) * (1 - MARGIN)
@@ -193,7 +200,7 @@ def outline(
     return furthest
 
 
-def world_points(scene: Any) -> Iterator[np.ndarray]:
+def world_points(scene: Scene) -> Iterator[np.ndarray]:
     """Vertices (N, 3) of all instances, some at a time; corners of boxes where there are too many."""
     meshes = [np.asarray(mesh.vertices, dtype=np.float64) for mesh in scene.meshes]
     index, transforms = np.asarray(scene.mesh_index), np.asarray(scene.transforms)
@@ -201,7 +208,7 @@ def world_points(scene: Any) -> Iterator[np.ndarray]:
     total = sum(len(vertices) * int(n) for vertices, n in zip(meshes, counts, strict=True))
     for i, vertices in enumerate(meshes):
         if total > MOST_VERTICES and counts[i] > 1:
-            vertices = box_corners(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
+            vertices = corners_of_box(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
         placed = transforms[index == i]
         for start in range(0, len(vertices), VERTICES_AT_ONCE):
             part = vertices[start : start + VERTICES_AT_ONCE]

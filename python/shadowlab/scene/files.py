@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from ..errors import ArgumentError, LoadError
 from ..text import shown
-from .axes import Y_UP_FROM_Z_UP, Up, up_axis, up_keyword
+from .axes import Y_UP_FROM_Z_UP, up_axis, up_keyword
 from .scenes import Scene
+
+if TYPE_CHECKING:
+    from ..types import Up
 
 
 def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..errors import ArgumentError
 from ..travel import check_version, checksum, damaged
-from .axes import Up, up_axis, up_keyword
+from .axes import up_axis, up_keyword
 from .foreign import cameras_of, gathered, lights_of, to_trimesh, warn_left_out, warn_notes
 from .placed import moved_camera, moved_light, unique
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import trimesh
     from typing_extensions import Self
 
-    from ..types import Light
+    from ..types import Light, Up
 
 
 #: Full side of the default ground in largest extents of the scene: so wide that no ordinary view sees its edge.

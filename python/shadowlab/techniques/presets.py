@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
 from ..errors import UnknownNameError, UnsupportedError
@@ -18,6 +18,8 @@ from ..travel import Value
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ..types import Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +49,10 @@ class ReceiversBody(Value):
     sine: float
 
 
+#: Of a scene, camera and light the technique with an engine's numbers, and the camera with the engine's clip planes.
+Choose: TypeAlias = "Callable[[_core.Scene, _core.Camera, Light], tuple[_core.Technique, _core.Camera]]"
+
+
 @dataclass(frozen=True, eq=False)
 class Preset(Value):
     """An engine's shadows as a technique: `parameterize` works as a `Technique`'s does.
@@ -69,7 +75,7 @@ class Preset(Value):
     formula: str
     source: str
     differs: str
-    choose: Callable[[Any, Any, Any], tuple[_core.Technique, Any]]
+    choose: Choose
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -81,12 +87,18 @@ class Preset(Value):
         """Presets never look at receivers."""
         return False
 
-    def technique(self, scene: Any, camera: Any, light: Any) -> _core.Technique:
+    def technique(self, scene: _core.Scene, camera: _core.Camera, light: Light) -> _core.Technique:
         """The technique with the numbers that the engine's formula gives for this view."""
         return self.choose(scene, camera, light)[0]
 
     def parameterize(
-        self, scene: Any, camera: Any, light: Any, *, resolution: int = 1024, samples: Any = None
+        self,
+        scene: _core.Scene,
+        camera: _core.Camera,
+        light: Light,
+        *,
+        resolution: int = 1024,
+        samples: _core.GBuffer | None = None,
     ) -> _core.Parameterization:
         """The maps for a scene, camera and light; see `Technique.parameterize`.
 
@@ -130,7 +142,7 @@ def presets() -> pd.DataFrame:
     return pd.DataFrame([[getattr(entry, c) for c in columns] for entry in PRESETS], columns=columns)
 
 
-def receivers_body(scene: Any, camera: Any, light: Any) -> ReceiversBody | None:
+def receivers_body(scene: _core.Scene, camera: _core.Camera, light: Light) -> ReceiversBody | None:
     """The body as our LiSPSM sees it; None where there is no warp (the light along the view, nothing seen)."""
     p = _core.Technique("lispsm").parameterize(scene, camera, light, resolution=1024)
     (only,) = p.partitions
@@ -190,10 +202,10 @@ def godot_distances(near: float, maximum: float, offsets: tuple[float, ...] = (0
     return [near + share * (maximum - near) for share in offsets]
 
 
-def _warped(near: Callable[[ReceiversBody], float]) -> Callable[[Any, Any, Any], tuple[_core.Technique, Any]]:
+def _warped(near: Callable[[ReceiversBody], float]) -> Choose:
     """LiSPSM with an engine's warp distance; uniform where the engine has none."""
 
-    def choose(scene: Any, camera: Any, light: Any) -> tuple[_core.Technique, Any]:
+    def choose(scene: _core.Scene, camera: _core.Camera, light: Light) -> tuple[_core.Technique, _core.Camera]:
         body = receivers_body(scene, camera, light)
         distance = math.inf if body is None else near(body)
         if math.isinf(distance):
@@ -208,13 +220,13 @@ def _cascades(
     splits: Callable[[float, float], list[float]],
     maximum: float,
     planes: tuple[float, float] | None = None,
-) -> Callable[[Any, Any, Any], tuple[_core.Technique, Any]]:
+) -> Choose:
     """Stable uniform maps between an engine's split depths, up to its maximum distance.
 
     Between the camera's near plane and its far plane or the maximum, or between planes that the engine takes instead.
     """
 
-    def choose(scene: Any, camera: Any, light: Any) -> tuple[_core.Technique, Any]:
+    def choose(scene: _core.Scene, camera: _core.Camera, light: Light) -> tuple[_core.Technique, _core.Camera]:
         near, far = planes or (camera.near, min(camera.far, maximum))
         if camera.near >= maximum:
             raise UnsupportedError(

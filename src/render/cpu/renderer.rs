@@ -45,12 +45,13 @@ impl CpuRenderer {
 
     /// Runs with scratch memory that no other call uses.
     fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> Result<T>) -> Result<T> {
-        // A panic elsewhere cannot leave the list of free memory in a bad state.
-        let pool = || self.scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let mut scratch = pool().pop().unwrap_or_default();
+        // Nobody waits for it: after a fork the lock may be held by a thread that does not exist.
+        let mut scratch = self.scratch.try_lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
         let result = work(&mut scratch);
         scratch.shrink();
-        pool().push(scratch);
+        if let Ok(mut free) = self.scratch.try_lock() {
+            free.push(scratch);
+        }
         result
     }
 }

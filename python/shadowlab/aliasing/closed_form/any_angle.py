@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import Numbers, check_within, refuse, returned, together
-from .view import View, bent, check_lambda, check_theta, sine_of
+from .view import AngledView, bent, check_lambda, check_theta, sine_of
 
 
 class Ends(NamedTuple):
@@ -88,7 +88,7 @@ def F(
     array([17.1473,  5.6685, 17.1473])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
     return returned(view.error(z, lam))
@@ -124,7 +124,7 @@ def F_ends(
     (17.1473, 17.1473)
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     ratio, t, a = zf / zn, view.tangents, view.extent
     # μ = nT / A, ν = 1 - fT / A;  below phi, A = 2fT: μ = 1/2 - (f - n) / (2fT), ν = 1/2.
@@ -163,7 +163,7 @@ def F_least(
     (10.0, 5.6685)
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     z = np.clip(view.offset(lam), zn, zf)
     return Least(returned(z), returned(view.error(z, lam)))
@@ -205,7 +205,7 @@ def F_log(
     array([7.9764, 7.9764])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
     # (11.2): (ϕ + z) ln((λ + 1) / λ) = A (1 + β/λ) · λ ln(1 + 1/λ), whose last factor goes to 1.
@@ -249,7 +249,7 @@ def G(
     array([200.,   2.])
     """
     z, theta, lam, zn, zf, fov = together(z=z, theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     check_within("z", z, zn, zf)
     # (λ + β) over 1 + λ, for which an infinite λ is none.

@@ -141,7 +141,7 @@ def check_whole(name: str, value: Array) -> None:
     refuse(name, value, wrong, "a whole number of 1 or more", "4 is a common number of splits")
 
 
-def one_of(name: str, value: Any, known: Sequence[str]) -> str:
+def check_name(name: str, value: Any, known: Sequence[str]) -> str:
     """The value, one of the known names.
 
     Raises

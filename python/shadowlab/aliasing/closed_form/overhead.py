@@ -22,7 +22,7 @@ import numpy.typing as npt
 from ...errors import ArgumentError
 from ...text import shown
 from ...travel import Value
-from .arguments import END_SLACK, Array, Numbers, check_depths, check_within, one_of, refuse, returned, together
+from .arguments import END_SLACK, Array, Numbers, check_depths, check_name, check_within, refuse, returned, together
 
 # "perspective" is what the LiSPSM paper calls a perspective shadow map.
 IDEAL = ("uniform", "psm", "perspective", "lispsm", "log")
@@ -261,7 +261,7 @@ def _ideal(
     z: npt.ArrayLike, near: npt.ArrayLike, far: npt.ArrayLike, technique: str, n: npt.ArrayLike | None
 ) -> tuple[Array, Array, Array, Array]:
     """z, near, far and q = near / n, checked and of one shape."""
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     if n is not None and technique != "lispsm":
         raise ArgumentError(f'n: expected none beside technique {technique!r}, got {shown(n)}; "lispsm" takes any')
     given = {} if n is None else {"n": n}

@@ -19,8 +19,8 @@ from .arguments import (
     Numbers,
     check_depths,
     check_fov,
+    check_name,
     check_whole,
-    one_of,
     refuse,
     returned,
     together,
@@ -69,7 +69,7 @@ def storage_factor(*, ratio: npt.ArrayLike, fov_y: npt.ArrayLike, technique: str
     >>> round(storage_factor(ratio=100, fov_y=np.radians(60), technique="lispsm", splits=4), 2)
     7.49
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     r, fov, k = together(ratio=ratio, fov_y=fov_y, splits=splits)
     advice = "it is far over near, such as 100"
     refuse("ratio", r, ~((r > 1) & (r <= LARGEST_RATIO)), f"above 1 and at most {LARGEST_RATIO:.1e}", advice)
@@ -125,7 +125,7 @@ def splits(
     >>> splits(near=1, far=100, count=4, scheme="uniform")
     array([  1.  ,  25.75,  50.5 ,  75.25, 100.  ])
     """
-    one_of("scheme", scheme, SCHEMES)
+    check_name("scheme", scheme, SCHEMES)
     zn, zf, share = together(near=near, far=far, blend=blend)
     check_depths(zn, zf)
     refuse("blend", share, ~((share >= 0) & (share <= 1)), "a share in [0, 1]", "1 is all logarithmic")
@@ -188,7 +188,7 @@ def dp_ds_in_split(
     >>> round(dp_ds_in_split(10, near=1, far=100, split_near=10, split_far=100, technique="uniform"), 12)
     9.0
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     given = {} if n is None else {"n": n}
     z, zn, zf, begin, end, *distance = together(
         z=z, near=near, far=far, split_near=split_near, split_far=split_far, **given
@@ -235,7 +235,7 @@ def max_dp_ds_of_splits(*, near: npt.ArrayLike, far: npt.ArrayLike, count: npt.A
     >>> round(max_dp_ds_of_splits(near=1, far=10000, count=4, technique="uniform"), 12)
     9.0
     """
-    one_of("technique", technique, IDEAL)
+    check_name("technique", technique, IDEAL)
     zn, zf, k = together(near=near, far=far, count=count)
     check_depths(zn, zf)
     check_whole("count", k)

@@ -18,7 +18,7 @@ LEAST_SINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class AngledView:
     """What theory.md 6 derives from an angle and a frustum; lengths in units of near."""
 
     near: Array
@@ -36,7 +36,7 @@ class View:
     first: Array
 
     @classmethod
-    def of(cls, theta: Array, near: Array, far: Array, fov_y: Array) -> View:
+    def of(cls, theta: Array, near: Array, far: Array, fov_y: Array) -> AngledView:
         """The view, checked."""
         check_theta(theta)
         check_depths(near, far)

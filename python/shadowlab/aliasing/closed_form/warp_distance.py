@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from ...errors import ArgumentError
 from ...text import shown
-from .arguments import SMALLEST, Numbers, one_of, refuse, returned, together
-from .view import LEAST_SINE, View, check_angle, check_lambda, sine_of
+from .arguments import SMALLEST, Numbers, check_name, refuse, returned, together
+from .view import LEAST_SINE, AngledView, check_angle, check_lambda, sine_of
 
 WARPS = ("gmnpr", "lispsm", "lispsm-delta-z", "glpr", "uniform")
 # The default of `lambda_floor`: LEAST_SHARE of src/techniques/glpr.rs.
@@ -74,7 +74,7 @@ def warp_lambda(
     >>> warp_lambda(0.0, near=1, far=100, fov_y=np.radians(60))
     inf
     """
-    one_of("technique", technique, WARPS)
+    check_name("technique", technique, WARPS)
     if lambda_floor is not None and technique != "glpr":
         raise ArgumentError(
             f'lambda_floor: expected none beside technique {technique!r}, got {shown(lambda_floor)}; "glpr" takes it'
@@ -90,7 +90,7 @@ def warp_lambda(
     refuse("lambda_floor", floor, ~((floor >= 0) & (floor < 1 / SMALLEST)), "a finite number of 0 or more", advice)
     check_angle(theta)
     uniform = sine_of(theta) < LEAST_SINE
-    view = View.of(np.where(uniform, LEAST_SINE, theta), zn, zf, fov)
+    view = AngledView.of(np.where(uniform, LEAST_SINE, theta), zn, zf, fov)
     ratio, t, sine = zf / zn, view.tangents, np.sin(view.theta)
     # (6.3) and (7.1): below phi, over the tangent of an angle that grows from 0 to 45 degrees.
     weaker = np.tan(0.25 * np.pi * np.minimum(view.theta / view.phi, 1.0))
@@ -139,6 +139,6 @@ def phi_offset(
     10.0
     """
     theta, lam, zn, zf, fov = together(theta=theta, lam=lam, near=near, far=far, fov_y=fov_y)
-    view = View.of(theta, zn, zf, fov)
+    view = AngledView.of(theta, zn, zf, fov)
     check_lambda(lam)
     return returned(view.offset(lam))

@@ -4,48 +4,53 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import pictures
 from ...aliasing.causes import CAUSES, MEANINGS
-from ...pictures.causes import CAUSES as COLOURS
-from ...pictures.causes import cause_picture
+from ...experiments.run import done
+from ...pictures.causes import CAUSE_RGB, cause_picture
 from ...pictures.errors import error_picture, error_scale_svg
 from ...text import digits, px_text, share_text
-from ..words import size_text
-from .parts import figure, picture
+from ..words import rows_of, size_text
+from .parts import BAR_HEAD, bar, css_rgb, figure, head_cell, picture, swatch, table_html
 
-CODES = {name: code for code, name in CAUSES.items()}
+if TYPE_CHECKING:
+    from ...aliasing.causes import Causes
+    from ...experiments.compare import Study
+    from ...experiments.run import Run
+
+COLOURS = {name: css_rgb(CAUSE_RGB[code]) for code, name in CAUSES.items()}
 
 
-def section_errors(study: Any) -> str:
+def section_errors(study: Study) -> str:
     """Why pixels are wrong, and how large the runs' texels are; nothing where no run was measured."""
-    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, study.table.to_dict("records"), strict=True))]
+    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, rows_of(study.table), strict=True))]
     rows = [entry for entry in rows if entry[1].summary is not None]
     parts = [why(rows)] if any(run.causes is not None for _, run, _ in rows) else []
     parts += [how_large(rows)] if rows else []
     return "".join(parts)
 
 
-def why(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+def why(rows: Sequence[tuple[int, Run, Mapping[str, Any]]]) -> str:
     """The table of causes."""
     most = max((run.causes.count for _, run, _ in rows if run.causes is not None), default=0)
     lines = [
-        f"<tr>{head(i, row)}{bar(run.causes, most)}"
-        f"{''.join(cell(row, name, '{:,}'.format) for name in CODES)}{cell(row, 'edge_px', px_text)}</tr>"
+        f"<tr>{head(i, row)}{bar(all_causes(run.causes), most)}"
+        f"{''.join(cell(row, name, '{:,}'.format) for name in COLOURS)}{cell(row, 'edge_px', px_text)}</tr>"
         for i, run, row in rows
     ]
-    words = "; ".join(f"<b>{name}</b>, {escape(MEANINGS[name])}" for name in CODES)
-    keys = "".join(f"{swatch(name)}<span>{name}</span>" for name in CODES)
+    words = "; ".join(f"<b>{name}</b>, {escape(MEANINGS[name])}" for name in COLOURS)
+    keys = "".join(f"{swatch(colour)}<span>{name}</span>" for name, colour in COLOURS.items())
     return (
         '<section><h2>Why pixels are wrong</h2><p class="lede">Each wrong pixel has one cause: '
         f"{words}. Edges are moved by the distance to the nearest pixel whose truth is what the map says.</p>"
-        f"{table(('<bar>', *CODES, 'edges moved'), lines)}"
+        f"{table_of_runs([BAR_HEAD, *map(head_cell, (*COLOURS, 'edges moved'))], lines)}"
         f'<p class="key">{keys}</p></section>\n'
     )
 
 
-def how_large(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+def how_large(rows: Sequence[tuple[int, Run, Mapping[str, Any]]]) -> str:
     """The table of texels."""
     forms: dict[str, Callable[[Any], str]] = {
         "texel_mean": px_text, "texel_p95": px_text, "texel_max": px_text, "undersampled": share_text,
@@ -56,21 +61,24 @@ def how_large(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
         f"<tr>{head(i, row)}{''.join(cell(row, key, form) for key, form in forms.items())}</tr>" for i, _, row in rows
     ]
     heads = ("mean", "95 %", "worst", "undersampled", "by perspective", "storage", "unread")
+    table = table_of_runs(list(map(head_cell, heads)), lines)
     return (
         '<section><h2>How large texels are</h2><p class="lede">The longest extent of a texel in the picture: its '
         "mean, what 95 % of the pixels do not exceed, the worst, and the worst that remains where slopes add nothing. "
         "Above one pixel it shows: the pixel is undersampled. Storage is texels over pixels that would leave no error "
-        f"of perspective; unread texels are seen by no pixel.</p>{table(heads, lines)}</section>\n"
+        f"of perspective; unread texels are seen by no pixel.</p>{table}</section>\n"
     )
 
 
-def table(heads: Sequence[str], lines: Sequence[str]) -> str:
-    """A table of runs; "<bar>" is the head of a bar."""
-    wide = '<th scope="col" class="bar-cell"></th>'
-    cells = "".join(wide if h == "<bar>" else f'<th scope="col">{h}</th>' for h in heads)
-    first = '<th scope="col">technique</th><th scope="col">resolution</th>'
-    rows = f"<thead><tr>{first}{cells}</tr></thead><tbody>{''.join(lines)}</tbody>"
-    return f'<div class="scroll"><table>{rows}</table></div>'
+def table_of_runs(heads: list[str], lines: Sequence[str]) -> str:
+    """A table whose rows begin with `head`."""
+    found = table_html([head_cell("technique"), head_cell("resolution"), *heads], lines)
+    return f'<div class="scroll">{found}</div>'
+
+
+def all_causes(causes: Causes | None) -> list[tuple[int, str]]:
+    """What a bar of all causes is made of; nothing where they were not counted."""
+    return [] if causes is None else [(causes.counts[name], colour) for name, colour in COLOURS.items()]
 
 
 def head(index: int, row: Mapping[str, Any]) -> str:
@@ -85,35 +93,15 @@ def cell(row: Mapping[str, Any], key: str, form: Callable[[Any], str]) -> str:
     return f"<td>{'–' if pd.isna(row[key]) else escape(form(row[key]))}</td>"
 
 
-def bar(causes: Any, most: int) -> str:
-    """A bar of all causes, as long as its share of the largest count."""
-    if causes is None or most == 0:
-        return '<td class="bar-cell"></td>'
-    parts = "".join(
-        f'<i style="width:{100 * causes.counts[name] / most:.3f}%;background:{colour(name)}"></i>' for name in CODES
-    )
-    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
-
-
-def colour(name: str) -> str:
-    """The colour of a cause as CSS."""
-    return f"rgb{COLOURS[CODES[name]][1]}"
-
-
-def swatch(name: str) -> str:
-    """A square in the colour of a cause."""
-    return f'<i style="background:{colour(name)}"></i>'
-
-
-def error_figures(study: Any, run: Any, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
+def error_figures(study: Study, run: Run, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
     """The size of texels at every pixel of a run, and the causes of its wrong pixels, `width` pixels wide each."""
     aspect = study.camera.aspect
     e = study.footprint(run.label, run.resolution)
     drawn = error_picture(e, gbuffer=study.gbuffer, light=study.light)
     files[f"{stem}_texels.png"] = pictures.png(drawn)
-    s = run.summary
+    s = done(run.summary)
     told = "Nothing looks up a texel."
-    if s.measured:
+    if s.percentiles is not None and s.undersampled is not None:
         told = f"95 % of the pixels up to {px_text(s.percentiles[95])}, {share_text(s.undersampled)} undersampled."
     text = f"Length of a texel of {name} at every pixel. {told}"
     caption = (
@@ -123,9 +111,9 @@ def error_figures(study: Any, run: Any, name: str, stem: str, files: dict[str, b
     if run.causes is None:
         return found
     image = run.causes.image
-    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, study.truth, image))
-    wide = cause_picture(study.gbuffer, study.light, study.truth, image, width=width)
+    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, done(study.truth), image))
+    wide = cause_picture(study.gbuffer, study.light, done(study.truth), image, width=width)
     counts = ", ".join(f"{count:,} {cause}" for cause, count in run.causes.counts.items())
-    keys = "".join(f"{swatch(cause)}{cause} " for cause in CODES)
+    keys = "".join(f"{swatch(colour)}{cause} " for cause, colour in COLOURS.items())
     caption = f'<b>Why pixels are wrong</b>: {counts}.<br><span class="key">{keys}</span>'
     return found + figure(picture(wide, f"Causes of the wrong pixels of {name}: {counts}", aspect), caption, aspect)

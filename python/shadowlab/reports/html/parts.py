@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Sequence
 from html import escape
 from importlib import resources
 
 import numpy as np
 
 from ... import pictures
+from ...types import RGB
+
+# The two kinds of wrong pixels as the style sheet colours them, lighter on dark pages.
+FALSE_SHADOW, FALSE_LIGHT = "var(--shadow)", "var(--light)"
+# The head of a column of bars.
+BAR_HEAD = '<th scope="col" class="bar-cell"></th>'
 
 
 def document(title: str, shared: str, body: str) -> str:
@@ -29,6 +36,35 @@ def document(title: str, shared: str, body: str) -> str:
 def figure(content: str, caption: str, aspect: float) -> str:
     """A figure with its caption, both HTML; figures of one row share its width so that they are equally high."""
     return f'<figure style="flex:{aspect:.4g} 1 0">{content}<figcaption>{caption}</figcaption></figure>'
+
+
+def head_cell(text: str, kind: str = "") -> str:
+    """The head of a column, in a class of the style sheet if it has one."""
+    classes = f' class="{kind}"' if kind else ""
+    return f'<th scope="col"{classes}>{text}</th>'
+
+
+def table_html(heads: Sequence[str], rows: Sequence[str]) -> str:
+    """A table of heads and rows that are HTML already."""
+    return f"<table><thead><tr>{''.join(heads)}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def bar(segments: Sequence[tuple[int, str]], most: int) -> str:
+    """A cell with a bar as long as its share of the largest count; segments are counts with their colours in CSS."""
+    if not segments or most == 0:
+        return '<td class="bar-cell"></td>'
+    parts = "".join(f'<i style="width:{100 * n / most:.3f}%;background:{colour}"></i>' for n, colour in segments)
+    return f'<td class="bar-cell"><span class="bar" aria-hidden="true">{parts}</span></td>'
+
+
+def swatch(colour: str) -> str:
+    """A square in a colour of CSS."""
+    return f'<i style="background:{colour}"></i>'
+
+
+def css_rgb(colour: RGB) -> str:
+    """A colour as CSS."""
+    return f"rgb{tuple(colour)}"
 
 
 def data_uri(content: bytes) -> str:

@@ -1,0 +1,40 @@
+"""The command `shadowlab techniques`: what there is by name."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .options import Commands
+
+
+def techniques_options(commands: Commands, shared: ArgumentParser) -> None:
+    """Adds the command to the others."""
+    techniques = commands.add_parser(
+        "techniques",
+        parents=[shared],
+        help="the techniques and their parameters",
+        description=techniques_command.__doc__,
+    )
+    techniques.set_defaults(run=techniques_command)
+
+
+def techniques_command(_: Namespace) -> int:
+    """Lists the techniques with title, source, lights, parameters and their ranges; then the presets of engines."""
+    from ..techniques.presets import PRESETS
+    from ..techniques.registry import techniques
+
+    previous = None
+    for row in techniques().to_dict("records"):
+        if row["name"] != previous:
+            space = "" if previous is None else "\n"
+            print(f"{space}{row['name']}: {row['title']}\n  {row['source']}\n  lights: {row['lights']}")
+        previous = row["name"]
+        if row["parameter"]:
+            unit = f" {row['unit']}" if row["unit"] else ""
+            print(f"  {row['parameter']}={row['default']}{unit} ({row['range']}): {row['doc']}")
+    print("\npresets, for directional lights: what engines ship, on the same body and fit")
+    for preset in PRESETS:
+        print(f"  preset:{preset.name}: {preset.engine}\n    {preset.formula}")
+    return 0

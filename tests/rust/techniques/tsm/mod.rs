@@ -1,0 +1,3 @@
+//! The trapezoidal map.
+
+pub mod trapezoid;

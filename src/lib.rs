@@ -12,6 +12,7 @@
 
 pub mod aliasing;
 pub mod diagnose_pixels;
+pub mod digest;
 pub mod error;
 pub mod fit;
 pub mod focus;

@@ -26,7 +26,9 @@ from ._core import (
 )
 from .conventions.convention import Convention
 from .scene import library
-from .scene.scenes import Scene, load_scene, turned
+from .scene.axes import turned
+from .scene.files import load_scene
+from .scene.scenes import Scene
 from .scene.source import Source
 from .scene.view import View
 from .techniques.presets import Preset, preset, presets

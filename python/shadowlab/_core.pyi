@@ -1,9 +1,22 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Protocol, TypeAlias, final
+from typing import Any, Literal, NoReturn, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import disjoint_base
+from typing_extensions import Self
+
+from ._core_maps import Note as Note
+from ._core_maps import Parameterization as Parameterization
+from ._core_maps import Partition as Partition
+from ._core_maps import Technique as Technique
+from ._core_scene import Camera as Camera
+from ._core_scene import DirectionalLight as DirectionalLight
+from ._core_scene import GBuffer as GBuffer
+from ._core_scene import Mesh as Mesh
+from ._core_scene import PointLight as PointLight
+from ._core_scene import Scene as Scene
+from ._core_scene import SpotLight as SpotLight
+from ._core_types import FootprintLike, Matrices
 
 __version__: str
 __all__ = [
@@ -33,6 +46,7 @@ __all__ = [
     "misclassified",
     "occluded",
     "reads",
+    "restore",
     "set_threads",
     "technique_specs",
     "texel_coordinates",
@@ -44,459 +58,8 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_NoteKind: TypeAlias = Literal[
-    "nothing_seen",
-    "nothing_lit",
-    "no_warp",
-    "no_logarithm",
-    "warp_distance_raised",
-    "warp_weakened",
-    "slide_raised",
-    "light_in_box",
-    "stable",
-    "cover_unused",
-    "no_lit_sample",
-    "covers_samples",
-    "border_outside",
-    "face_unseen",
-    "check_matrix",
-]
-_Matrices: TypeAlias = (
-    npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
-)
-_Maps: TypeAlias = "Parameterization | _Matrices"
-# The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
-_Setting: TypeAlias = "bool | float | str | Technique | Sequence[float | str | Technique] | npt.NDArray[Any]"
 _Filter: TypeAlias = Literal["nearest", "pcf2x2"]
-_Selection: TypeAlias = Literal["depth", "containment"]
-
-# What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
-class _Convention(Protocol):
-    """How somebody writes a shadow matrix: `shadowlab.Convention`."""
-    def from_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """The matrix or matrices as the convention writes them."""
-    def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """The way back."""
-
-class _Footprint(Protocol):
-    """The size of a texel at every pixel: `shadowlab.aliasing.Footprint`, which documents shapes and units."""
-    @property
-    def major(self) -> npt.NDArray[np.floating[Any]]:
-        """Longest extent of a texel."""
-    @property
-    def minor(self) -> npt.NDArray[np.floating[Any]]:
-        """Extent of a texel across its longest."""
-    @property
-    def perspective(self) -> npt.NDArray[np.floating[Any]]:
-        """Area of a texel by perspective alone."""
-    @property
-    def perspective_ts(self) -> npt.NDArray[np.floating[Any]]:
-        """Lengths of one texel along the map's x and y by perspective alone."""
-    @property
-    def projection(self) -> npt.NDArray[np.floating[Any]]:
-        """What the slope of the surface adds."""
-    @property
-    def jacobian(self) -> npt.NDArray[np.floating[Any]]:
-        """What a step of one texel along x and y does to the pixel."""
-    @property
-    def map(self) -> npt.NDArray[np.int16]:
-        """The map that serves each pixel; below 0 where none does."""
-    @property
-    def depth(self) -> npt.NDArray[np.floating[Any]]:
-        """Depth along the view."""
-    @property
-    def resolution(self) -> tuple[int, int]:
-        """Width and height of each map."""
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of the image."""
-    @property
-    def maps(self) -> int:
-        """How many maps there are."""
-    @property
-    def measured(self) -> npt.NDArray[np.bool_]:
-        """Where a texel is looked up."""
-    def summary(self, *, bands: int | npt.ArrayLike = 6) -> Any:
-        """The numbers of the whole image."""
-    def counts(self) -> dict[str, int]:
-        """Pixels by what is known of them."""
-
-@final
-class Mesh:
-    """A triangle mesh, stored once however often it is placed."""
-    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
-    @property
-    def triangle_count(self) -> int:
-        """Triangles."""
-    @property
-    def vertex_count(self) -> int:
-        """Vertices."""
-    @property
-    def dropped_faces(self) -> int:
-        """Faces left out because a vertex of theirs is not finite."""
-    @property
-    def memory(self) -> int:
-        """Bytes that the mesh takes."""
-    @property
-    def vertices(self) -> _Float:
-        """(V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent)."""
-    @property
-    def faces(self) -> npt.NDArray[np.int32]:
-        """(M, 3) int32."""
-
-@disjoint_base
-class Scene:
-    """Meshes and their instances; the package's `Scene` adds loading and joining."""
-    def __new__(cls, meshes: Sequence[Mesh], mesh_index: npt.ArrayLike, transforms: npt.ArrayLike) -> Scene: ...
-    @property
-    def meshes(self) -> list[Mesh]:
-        """The meshes, each once."""
-    @property
-    def mesh_index(self) -> npt.NDArray[np.int64]:
-        """(I,) int64: which mesh each instance places."""
-    @property
-    def transforms(self) -> _Float:
-        """(I, 4, 4) float64: world from mesh."""
-    @property
-    def bounds(self) -> _Float:
-        """(2, 3) float64: smallest and largest corner of the vertices that triangles use."""
-    @property
-    def origin(self) -> _Float:
-        """(3,) float64: the middle of the bounds, which single-precision positions are relative to."""
-    @property
-    def triangle_count(self) -> int:
-        """Triangles, instances counted each time."""
-    @property
-    def instance_count(self) -> int:
-        """Instances."""
-    @property
-    def mesh_count(self) -> int:
-        """Meshes."""
-    @property
-    def dropped_faces(self) -> int:
-        """Faces left out because a vertex of theirs is not finite."""
-    def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]:
-        """Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order."""
-
-@final
-class Camera:
-    """A perspective camera (right-handed, looking along -z of its view space, NDC z in [0, 1])."""
-    @staticmethod
-    def look_at(
-        eye: npt.ArrayLike,
-        target: npt.ArrayLike,
-        *,
-        up: npt.ArrayLike | None = None,
-        fov_y: float = ...,
-        aspect: float = ...,
-        near: float = 0.1,
-        far: float = 1000.0,
-    ) -> Camera:
-        """A camera at `eye` that looks at `target`.
-
-        Parameters
-        ----------
-        eye, target : (3,) array_like
-            Positions, world units.
-        up : (3,) array_like
-            Any vector not parallel to the view.
-        fov_y : float
-            Full vertical field of view, radians, in (0, pi).
-        aspect : float
-            Width by height.
-        near, far : float
-            Depths along the view direction, 0 < near < far, world units.
-
-        Raises
-        ------
-        ArgumentError
-            For anything not finite or outside its range, and for `up` parallel to the view.
-        """
-    @property
-    def eye(self) -> _Float:
-        """(3,) float64: position, world units."""
-    @property
-    def right(self) -> _Float:
-        """(3,) float64, unit: the picture's right."""
-    @property
-    def up(self) -> _Float:
-        """(3,) float64, unit: the picture's up, across the view."""
-    @property
-    def forward(self) -> _Float:
-        """(3,) float64, unit: the way the camera looks."""
-    @property
-    def fov_y(self) -> float:
-        """Full vertical field of view, radians."""
-    @property
-    def aspect(self) -> float:
-        """Width by height."""
-    @property
-    def near(self) -> float:
-        """Depth of the near plane along the view direction, world units."""
-    @property
-    def far(self) -> float:
-        """Depth of the far plane along the view direction, world units."""
-    @property
-    def view(self) -> _Float:
-        """(4, 4) float64: view from world."""
-    @property
-    def projection(self) -> _Float:
-        """(4, 4) float64: clip from view."""
-    @property
-    def clip_from_world(self) -> _Float:
-        """(4, 4) float64: clip from world."""
-    def depth(self, points: npt.ArrayLike) -> _Float:
-        """Depth along the view direction of world points: (N, 3) -> (N,)."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-
-@final
-class DirectionalLight:
-    """A light at infinity that travels along `direction` ((3,), any length above 0)."""
-    def __new__(cls, direction: npt.ArrayLike) -> DirectionalLight: ...
-    @property
-    def direction(self) -> _Float:
-        """(3,) float64, unit: the way the light travels."""
-    @property
-    def kind(self) -> Literal["directional"]:
-        """The word "directional"."""
-    @property
-    def point(self) -> _Float:
-        """(4,) float64: the centre of projection as a homogeneous point."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-
-@final
-class SpotLight:
-    """A light at a point that shines into a circular cone of full angle `cone_angle` (radians) as far as `range`."""
-    def __new__(
-        cls, position: npt.ArrayLike, direction: npt.ArrayLike, *, cone_angle: float, range: float
-    ) -> SpotLight: ...
-    @property
-    def position(self) -> _Float:
-        """(3,) float64: where the light is, world units."""
-    @property
-    def direction(self) -> _Float:
-        """(3,) float64, unit: the way along the middle of the cone."""
-    @property
-    def cone_angle(self) -> float:
-        """Full angle of the cone, radians."""
-    @property
-    def range(self) -> float:
-        """How far the light reaches, world units."""
-    @property
-    def kind(self) -> Literal["spot"]:
-        """The word "spot"."""
-    @property
-    def point(self) -> _Float:
-        """(4,) float64: the centre of projection as a homogeneous point."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-
-@final
-class PointLight:
-    """A light at a point that shines everywhere as far as `range`."""
-    def __new__(cls, position: npt.ArrayLike, *, range: float) -> PointLight: ...
-    @property
-    def position(self) -> _Float:
-        """(3,) float64: where the light is, world units."""
-    @property
-    def range(self) -> float:
-        """How far the light reaches, world units."""
-    @property
-    def kind(self) -> Literal["point"]:
-        """The word "point"."""
-    @property
-    def point(self) -> _Float:
-        """(4,) float64: the centre of projection as a homogeneous point."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-
-@final
-class Technique:
-    """A technique with its settings."""
-    def __new__(cls, name: str, **params: _Setting) -> Technique: ...
-    @property
-    def name(self) -> str:
-        """Name in the registry."""
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Every parameter with its value."""
-    @property
-    def needs_samples(self) -> bool:
-        """Whether it looks at what the camera sees; see `samples` of `parameterize`."""
-    def parameterize(
-        self, scene: Scene, camera: Camera, light: _Light, *, resolution: int = 1024, samples: GBuffer | None = None
-    ) -> Parameterization:
-        """The maps of this technique for a scene, camera and light.
-
-        Parameters
-        ----------
-        scene : Scene
-        camera : Camera
-        light : DirectionalLight, SpotLight or PointLight
-        resolution : int
-            Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
-        samples : GBuffer, optional
-            What the camera sees, for techniques that need it (`needs_samples`); they draw a small G-buffer of about 256 by 256
-            pixels where none is given. Others leave it unread.
-
-        Returns
-        -------
-        Parameterization
-
-        Raises
-        ------
-        UnsupportedError
-            The technique does not serve this kind of light, or this view.
-        ArgumentError
-            An argument of the wrong type or outside its range.
-        """
-
-@final
-class Note:
-    KINDS: dict[str, tuple[str, ...]]
-    def __new__(
-        cls,
-        kind: _NoteKind,
-        details: Sequence[str] | None = None,
-        values: dict[str, float] | dict[str, float | tuple[float, float]] | None = None,
-        maps: Sequence[int] | None = None,
-    ) -> Note: ...
-    @property
-    def kind(self) -> _NoteKind: ...
-    @property
-    def details(self) -> tuple[str, ...]: ...
-    @property
-    def reasons(self) -> tuple[str, ...]: ...
-    @property
-    def values(self) -> dict[str, float | tuple[float, float]]: ...
-    @property
-    def maps(self) -> tuple[int, ...] | None: ...
-    def about(self, maps: Sequence[int] | None) -> Note: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class Partition:
-    """One map of a parameterization."""
-    @property
-    def matrix(self) -> _Float:
-        """(4, 4) float64: shadow clip from world."""
-    @property
-    def eye_depth(self) -> tuple[float, float]:
-        """(near, far) camera depth this map serves, world units."""
-    @property
-    def post_warp(self) -> Literal["none", "log"]:
-        """What follows the projective part: "none", or "log" for `y = scale ln(w) + offset`."""
-    @property
-    def post_warp_terms(self) -> dict[str, float]:
-        """The terms of what follows the projective part: `scale` and `offset` of "log", nothing of "none"."""
-    @property
-    def region(self) -> _Float:
-        """(N, 4) float64: the rays this map serves, those of points p with `region @ (p, 1) >= 0`; all of them where N is 0."""
-    @property
-    def technique(self) -> str:
-        """Name of the technique that made this map."""
-    @property
-    def values(self) -> dict[str, float]:
-        """Intermediate numbers by name."""
-    @property
-    def notes(self) -> tuple[Note, ...]: ...
-    def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]:
-        """NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0."""
-
-@final
-class Parameterization:
-    """The maps of a technique for one scene, camera and light: plain data."""
-    @staticmethod
-    def from_matrix(
-        matrix: _Matrices,
-        *,
-        convention: _Convention | str | None = None,
-        resolution: int = 1024,
-        eye_depth: npt.ArrayLike | None = None,
-        selection: _Selection = "depth",
-        post_warp: Sequence[tuple[str, float, float] | None] | None = None,
-        regions: Sequence[npt.ArrayLike] | None = None,
-    ) -> Parameterization:
-        """Somebody else's matrices as a parameterization.
-
-        Parameters
-        ----------
-        matrix : (4, 4) or (K, 4, 4) array_like
-            Shadow clip from world: acts on column vectors; NDC x, y in [-1, 1] with y up, z in [0, 1] with 0 nearest the light;
-            or as the convention says.
-        convention : Convention or str, optional
-            How the matrices are written, "opengl" for example; as ours where none is given.
-        resolution : int
-            Texels along a side the matrix was made for.
-        eye_depth : (K, 2) array_like, optional
-            Near and far camera depth that each map serves, world units; all depths where none are given.
-        selection : str
-            How a receiver finds its map: "depth", by the camera depth, or "containment", the first that holds it.
-        post_warp : sequence, optional
-            What follows each matrix: None, or ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``.
-        regions : sequence of (N, 4) array_like, optional
-            The rays that each map serves, those of points p of our world with ``region @ (p, 1) >= 0``; all where N is 0.
-
-        Raises
-        ------
-        ArgumentError
-            For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, or a logarithm in a
-            convention that changes y.
-        UnknownNameError
-            For a convention or a selection that does not exist.
-        """
-    def to(self, convention: _Convention | str) -> _Float:
-        """The matrix, or the matrices where there are several maps, as a convention writes them.
-
-        Parameters
-        ----------
-        convention : Convention or str
-            "opengl" for example.
-
-        Returns
-        -------
-        (4, 4) or (K, 4, 4) float64
-
-        Raises
-        ------
-        ArgumentError
-            Where a convention changes y, which the logarithm behind a map's matrix replaces.
-        UnknownNameError
-            For a convention that does not exist.
-        """
-    @property
-    def selection(self) -> _Selection:
-        """How a receiver finds its map: "depth" or "containment"."""
-    @property
-    def technique(self) -> str:
-        """Name of the technique, "matrix" for somebody else's."""
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The technique's parameters as used."""
-    @property
-    def values(self) -> dict[str, float]:
-        """Intermediate numbers by name (warp distance, sine of the light angle...) of a single map; of several, each has its own."""
-    @property
-    def notes(self) -> tuple[Note, ...]: ...
-    @property
-    def resolution(self) -> int:
-        """Texels along a side it was fitted for."""
-    @property
-    def border_texels(self) -> int:
-        """Texels at each side that no receiver maps to."""
-    @property
-    def partitions(self) -> list[Partition]:
-        """The maps, nearest first."""
-    @property
-    def matrix(self) -> _Float:
-        """(4, 4) float64: shadow clip from world, when there is one map."""
-    @property
-    def matrices(self) -> _Float:
-        """(K, 4, 4) float64: shadow clip from world of every map."""
+_Maps: TypeAlias = "Parameterization | Matrices"
 
 @final
 class Bias:
@@ -543,35 +106,7 @@ class Bias:
     def slope_limit(self) -> float:
         """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
     def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-
-@final
-class GBuffer:
-    """What a camera sees, one record a pixel."""
-    @property
-    def size(self) -> tuple[int, int]:
-        """(width, height) in pixels."""
-    @property
-    def depth(self) -> npt.NDArray[np.float32]:
-        """(H, W) float32: NDC depth in [0, 1], 1 where nothing is."""
-    @property
-    def position(self) -> _Float:
-        """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""
-    @property
-    def position_relative(self) -> npt.NDArray[np.float32]:
-        """(H, W, 3) float32: world positions minus `origin`."""
-    @property
-    def origin(self) -> _Float:
-        """(3,) float64: the world point positions are stored relative to."""
-    @property
-    def normal(self) -> npt.NDArray[np.float32]:
-        """(H, W, 3) float32: unit geometric normals on the side of the eye; zero where nothing is."""
-    @property
-    def triangle(self) -> npt.NDArray[np.int32]:
-        """(H, W) int32: row of the face array the mesh was made from; -1 where nothing is."""
-    @property
-    def instance(self) -> npt.NDArray[np.int32]:
-        """(H, W) int32: index of the instance; -1 where nothing is."""
+    def __hash__(self) -> int: ...
 
 @final
 class Renderer:
@@ -692,7 +227,7 @@ class Renderer:
         *,
         size: _Size,
         resolution: _Size | None = None,
-    ) -> _Footprint:
+    ) -> FootprintLike:
         """What a texel of the shadow map looks like at each pixel, computed where this renderer draws.
 
         Parameters
@@ -704,6 +239,10 @@ class Renderer:
         -------
         shadowlab.aliasing.Footprint
         """
+    def __reduce__(self) -> NoReturn:
+        """Refused with a StateError: a device stays in its process."""
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: Any) -> Self: ...
 
 @final
 class Misclassified:
@@ -732,6 +271,8 @@ class Misclassified:
     @property
     def image(self) -> npt.NDArray[np.int8]:
         """(H, W) int8: 0 agree, 1 false shadow, 2 false light, -1 not compared."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified:
     """The pixels in which a shadow mask (H, W) float and the truth (H, W) int8 of the same view disagree."""
@@ -796,6 +337,12 @@ def causes(
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
     """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 the distance in pixels to the nearest pixel whose truth is
     what the map says; see `shadowlab.aliasing.causes`.
+    """
+
+def restore(*parts: Any) -> Any:
+    """The value that was pickled: what `__reduce__` of every class names, with its state as arguments.
+
+    Raises StateError for a state that is damaged, or that a newer version wrote.
     """
 
 def adapters() -> list[dict[str, str]]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from html import escape
 from importlib import metadata
 
+from .travel import Value
+
 # Optional programs by what they bring; all are in the extra "peers" or "notebook".
 EXTRAS = (
     ("moderngl", "peers", "tests against OpenGL"),
@@ -20,8 +22,8 @@ NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}
 
 
-@dataclass(frozen=True)
-class Finding:
+@dataclass(frozen=True, eq=False)
+class Finding(Value):
     """One thing that was looked at; `state` is "ok", "missing", "optional" (missing, but few need it) or "failed"."""
 
     name: str
@@ -30,8 +32,8 @@ class Finding:
     fix: str = ""
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, eq=False)
+class Report(Value):
     """What `report` found; prints as text, shows as a table in notebooks."""
 
     findings: tuple[Finding, ...]

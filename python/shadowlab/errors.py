@@ -48,6 +48,10 @@ class DeviceError(ShadowlabError, RuntimeError):
     """No graphics adapter, or one that failed."""
 
 
+class StateError(ShadowlabError, ValueError):
+    """A pickle that is damaged or was written by a newer version, or an object that cannot be pickled."""
+
+
 class InternalError(ShadowlabError, RuntimeError):
     """A defect in shadowlab itself."""
 

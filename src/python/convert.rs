@@ -40,7 +40,7 @@ pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
 }
 
 /// An exception of `shadowlab.errors` by the name of its class.
-fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
+pub fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
     match py.import("shadowlab.errors").and_then(|m| m.getattr(class)).and_then(|c| c.call1((message,))) {
         Ok(instance) => PyErr::from_value(instance),
         Err(e) => e,

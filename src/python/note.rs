@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::convert::{OrRaise, argument_error, number, shown};
+use super::state::{Fault, Reader, Reduced, State, Writer, reduce};
 use crate::error::Error;
 use crate::note::{Detail, Kind, Note, Span};
 
@@ -69,6 +70,40 @@ pub struct PyNote {
 impl From<Note> for PyNote {
     fn from(note: Note) -> Self {
         Self { note }
+    }
+}
+
+impl State for PyNote {
+    const NAME: &'static str = "Note";
+    fn write(&self, to: &mut Writer) {
+        let note = &self.note;
+        to.text(note.kind().name());
+        to.count(note.details().len() as u64);
+        note.details().iter().for_each(|detail| to.text(detail.name()));
+        // Their names follow from kind and details.
+        note.values().iter().for_each(|(_, span)| to.numbers(&[span.least, span.most]));
+        // One more than there are, so that 0 is "all maps".
+        to.count(note.maps().map_or(0, |maps| 1 + maps.len() as u64));
+        note.maps().into_iter().flatten().for_each(|&map| to.count(map as u64));
+    }
+    fn read(from: &mut Reader<'_>) -> Result<Self, Fault> {
+        let kind = from.text()?;
+        let kind = Kind::named(&kind).ok_or_else(|| format!("a note is of the kind {kind:?}"))?;
+        let details = from.list(|from| {
+            let detail = from.text()?;
+            Detail::named(kind, &detail).ok_or_else(|| format!("a note has the detail {detail:?}"))
+        })?;
+        let zeros: Vec<_> = Note::names(kind, &details).into_iter().map(|name| (name, 0.0)).collect();
+        let mut spans = Vec::new();
+        for _ in &zeros {
+            let [least, most] = from.numbers()?;
+            spans.push(Span { least, most });
+        }
+        let maps = match from.count::<u64>()? {
+            0 => None,
+            count => Some((1..count).map(|_| from.count()).collect::<Result<Vec<usize>, Fault>>()?),
+        };
+        Ok(Note::detailed(kind, &details, &zeros).spanning(spans).about(maps).into())
     }
 }
 
@@ -219,14 +254,7 @@ impl PyNote {
         }
         Ok(text + ")")
     }
-    #[allow(clippy::type_complexity)]
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, pyo3::types::PyType>,
-        (&'static str, Bound<'py, PyTuple>, Bound<'py, PyDict>, Option<Bound<'py, PyTuple>>),
-    )> {
-        let (py, note) = (slf.py(), slf.get());
-        Ok((slf.get_type(), (note.kind(), note.details(py)?, note.values(py)?, note.maps(py)?)))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
     }
 }

@@ -8,20 +8,23 @@ use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
+use super::state::{Reduced, by_state, reduce};
 use crate::error::Error;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
-#[pyclass(name = "Parameterization", frozen, module = "shadowlab")]
+#[pyclass(name = "Parameterization", frozen, eq, hash, module = "shadowlab")]
 pub struct PyParameterization {
     pub p: Parameterization,
 }
 
 /// One map of a parameterization.
-#[pyclass(name = "Partition", frozen, module = "shadowlab")]
+#[pyclass(name = "Partition", frozen, eq, hash, module = "shadowlab")]
 pub struct PyPartition {
-    partition: Partition,
+    pub partition: Partition,
 }
+
+by_state!(PyParameterization, PyPartition);
 
 impl From<Parameterization> for PyParameterization {
     fn from(p: Parameterization) -> Self {
@@ -38,10 +41,10 @@ fn values_dict<'py>(py: Python<'py>, partition: &Partition) -> PyResult<Bound<'p
 }
 
 /// How a receiver finds its map, with the names users know.
-const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
+pub const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
 
 /// The `shadowlab.Convention` that a convention or its name means.
-fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+pub fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     value.py().import("shadowlab.conventions.convention")?.getattr("Convention")?.call_method1("of", (value,))
 }
 
@@ -231,6 +234,9 @@ impl PyParameterization {
         let rows = |p: &Partition| p.shadow_clip_from_world.transpose().to_cols_array();
         image(py, self.p.partitions.iter().flat_map(rows).collect(), [self.p.partitions.len(), 4, 4])
     }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
+    }
     fn __repr__(&self) -> String {
         let settings: Vec<String> = self.p.settings.iter().map(|(k, v)| format!(", {k}={}", value_text(v))).collect();
         let notes: String = self.p.notes.iter().map(|note| format!("; {note}")).collect();
@@ -311,6 +317,9 @@ impl PyPartition {
             w.push(p_w);
         }
         Ok((image(py, ndc, [rows.len(), 3])?, image(py, w, [rows.len()])?))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
     }
     fn __repr__(&self) -> String {
         let [near, far] = self.partition.eye_depth;

@@ -16,6 +16,7 @@ use tokens::{imports, tokens_without_tests};
 /// For each module, the others that it may use.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
+    ("digest", &[]),
     ("progress", &["error"]),
     ("memory", &["error"]),
     ("simd", &[]),
@@ -24,7 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("image", &["error", "geometry"]),
     ("note", &[]),
     ("parameterization", &["error", "geometry", "note"]),
-    ("scene", &["error", "geometry", "progress"]),
+    ("scene", &["digest", "error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
     ("fit", &["error", "focus", "geometry", "parameterization", "rays", "scene"]),
@@ -45,6 +46,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "python",
         &[
             "aliasing",
+            "digest",
             "error",
             "focus",
             "geometry",

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..travel import Value
 from .footprint import as_maps, footprint_at, halfway_normals
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamTexels:
+class BeamTexels(Value):
     """Texels across the light's beam at points, in pixels at their depth; arrays (N,), NaN where no map holds a point.
 
     Attributes

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..checks import check_filter
 from ..errors import ArgumentError
+from ..travel import Value
 from .codes import Cause
 from .summary import band_index, checked_bands, even_limits
 
@@ -36,7 +37,7 @@ MEANINGS: dict[CauseName, str] = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Causes:
+class Causes(Value):
     """The wrong pixels of a view, each with one cause.
 
     Attributes

@@ -21,6 +21,7 @@ from ..checks import check_camera, check_light
 from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
+from ..travel import Value
 from .codes import NoTexel
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 from .summary import Summary
@@ -40,7 +41,7 @@ UNMEASURED = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Footprint:
+class Footprint(Value):
     """The footprint of a texel at each pixel: how large a texel of the shadow map is in the image.
 
     Arrays are NaN where `map` is negative: nothing is looked up there, so there is no texel. Shapes are (H, W) of an

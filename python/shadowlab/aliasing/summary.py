@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..travel import Value
 from ..types import FootprintLike
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 
@@ -32,7 +33,7 @@ HISTOGRAM_LIMITS_PX = 2.0 ** np.arange(-6.5, 7.51, 0.5)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Summary:
+class Summary(Value):
     """The errors of an image.
 
     Attributes

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import check_filter
+from ..travel import Value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Usage:
+class Usage(Value):
     """How often the pixels of an image read each texel.
 
     Attributes

@@ -27,7 +27,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
     from ..checks import picture_size
     from ..scene import library
     from ..scene.default_view import default_view
-    from ..scene.scenes import load_scene
+    from ..scene.files import load_scene
     from ..scene.source import Source
 
     given = given_vectors(options)
@@ -62,7 +62,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
 
 def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float64]]:
     """Eye, target and light as given, in the world's axes."""
-    from ..scene.scenes import turned
+    from ..scene.axes import turned
 
     names = [name for name in ("eye", "target", "light", "light_position") if getattr(options, name) is not None]
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}

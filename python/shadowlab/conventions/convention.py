@@ -24,6 +24,7 @@ import numpy.typing as npt
 from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
+from ..travel import Value
 from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ TEXTURE_RANGE = (0.0, 1.0)
 WHOLE_TILE: Tile = (0.0, 0.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Convention:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Convention(Value):
     """How a shadow matrix is written.
 
     Parameters

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..checks import whole
 from ..errors import ArgumentError
+from ..travel import Value
 from .convention import Convention
 from .fields import Tile, matrices_of, tiles_of
 from .lights import angle_between, same_light
@@ -37,8 +38,8 @@ DEPTH_MISTAKES = {
 }
 
 
-@dataclass(frozen=True, repr=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Value):
     """What sets a shadow matrix apart from another.
 
     Attributes

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from .._core import DirectionalLight, PointLight
 from ..checks import check_light
 from ..errors import ArgumentError
+from ..travel import Value
 from .frustum import frustum_edges
 
 if TYPE_CHECKING:
@@ -40,8 +41,8 @@ HORIZON = 1e-3
 NEAR_SHARE = 1e-3
 
 
-@dataclass(frozen=True)
-class LightPlane:
+@dataclass(frozen=True, eq=False)
+class LightPlane(Value):
     """A plane across the light with axes x, y.
 
     Attributes

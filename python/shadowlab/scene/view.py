@@ -154,7 +154,7 @@ class View:
 
     @property
     def _seen(self) -> tuple[Hashable, ...]:
-        return (getattr(self.scene, "content_hash", self.scene), repr(self.camera), self.size)
+        return (self.scene.content_hash, self.camera, self.size)
 
     def _traced(self) -> tuple[NDArray[np.int8], float]:
         def trace() -> tuple[NDArray[np.int8], float]:
@@ -163,7 +163,7 @@ class View:
             truth.flags.writeable = False
             return truth, 1e3 * (time.perf_counter() - start)
 
-        return KEPT_VIEWS.get(self._seen, ("truth", repr(self.light)), trace, lambda made: made[0].nbytes)
+        return KEPT_VIEWS.get(self._seen, ("truth", self.light), trace, lambda made: made[0].nbytes)
 
 
 def checked_light(light: object) -> Light | tuple[Light, ...]:

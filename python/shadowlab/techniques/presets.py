@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
 from ..errors import UnknownNameError, UnsupportedError
+from ..travel import Value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from ..types import Light
 
 
-@dataclass(frozen=True)
-class ReceiversBody:
+@dataclass(frozen=True, eq=False)
+class ReceiversBody(Value):
     """What the formulas look at: the receivers' body as eye and light see it.
 
     Attributes
@@ -52,8 +53,8 @@ class ReceiversBody:
 Choose: TypeAlias = "Callable[[_core.Scene, _core.Camera, Light], tuple[_core.Technique, _core.Camera]]"
 
 
-@dataclass(frozen=True)
-class Preset:
+@dataclass(frozen=True, eq=False)
+class Preset(Value):
     """An engine's shadows as a technique: `parameterize` works as a `Technique`'s does.
 
     Attributes
@@ -110,6 +111,10 @@ class Preset:
             raise UnsupportedError(f"preset {self.name!r} serves directional lights, got a {light.kind} light")
         technique, seen = self.choose(scene, camera, light)
         return technique.parameterize(scene, seen, light, resolution=resolution)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Those of the table are known by name wherever the package is; `choose` of another is a function of a module.
+        return (preset, (self.name,)) if any(entry is self for entry in PRESETS) else super().__reduce__()
 
     def __repr__(self) -> str:
         return f"Preset({self.name!r}: {self.engine})"
@@ -211,14 +216,6 @@ def _warped(near: Callable[[ReceiversBody], float]) -> Choose:
     return choose
 
 
-def _cut(camera: _core.Camera, near: float, far: float) -> _core.Camera:
-    """The camera with other clip planes."""
-    return _core.Camera.look_at(
-        camera.eye, camera.eye + camera.forward, up=camera.up,
-        fov_y=camera.fov_y, aspect=camera.aspect, near=near, far=far,
-    )  # fmt: skip
-
-
 def _cascades(
     splits: Callable[[float, float], list[float]],
     maximum: float,
@@ -236,7 +233,7 @@ def _cascades(
                 f"the engine draws shadows up to a depth of {maximum:g}, the camera sees nothing nearer than "
                 f"{camera.near:g}; move its near plane"
             )
-        seen = camera if (near, far) == (camera.near, camera.far) else _cut(camera, near, far)
+        seen = camera if (near, far) == (camera.near, camera.far) else camera.replace(near=near, far=far)
         return _core.Technique("z_partition", distances=splits(near, far), stable=True, range="camera"), seen
 
     return choose

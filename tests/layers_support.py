@@ -46,8 +46,12 @@ def modules_of(root: Path) -> dict[str, Path]:
 
 
 def room_of(module: str) -> str:
-    """The folder at the top of the package that a module stands in, or the file at the top that it is."""
-    return module.partition(".")[0]
+    """The folder at the top of the package that a module stands in, or the file at the top that it is.
+
+    The extension's stub is divided into several files, which are one room.
+    """
+    top = module.partition(".")[0]
+    return "_core" if top.startswith("_core") else top
 
 
 def imports_of(source: str, module: str, modules: Mapping[str, Path], package: str = "shadowlab") -> list[Import]:

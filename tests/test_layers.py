@@ -31,14 +31,14 @@ SOURCES = {module: path.read_text(encoding="utf-8") for module, path in MODULES.
 IMPORTS = {module: imports_of(source, module, MODULES) for module, source in SOURCES.items()}
 
 # What everybody stands on: the extension, errors, texts, types, and checks of single arguments.
-GROUND = ("_core", "errors", "text", "types", "checks")
+GROUND = ("_core", "errors", "text", "types", "travel")
 # For each room, what it may use beside itself: a room, or one module of it.
 MAY_USE = {
     "_core": (),
     "errors": (),
-    "text": ("errors",),
+    "text": ("_core", "errors", "types"),
     "types": ("_core",),
-    "checks": ("_core", "errors", "text", "types"),
+    "travel": ("errors",),
     "trace": GROUND,
     "scene": GROUND,
     "conventions": GROUND,
@@ -143,7 +143,7 @@ def names_twice(sources: dict[str, str]) -> list[str]:
     """Names that two modules define, private ones in one room; lists of packages define none of their own."""
     found = defaultdict(list)
     for module, source in sources.items():
-        if not is_list(module, MODULES) and module != "_core":
+        if not is_list(module, MODULES) and room_of(module) != "_core":
             for name in names_of(source):
                 found[room_of(module) if name.startswith("_") else "", name].append(module)
     return [f"{name}: {', '.join(of)}" for (_, name), of in found.items() if len(of) > 1 and name not in SAME_NAME]

@@ -21,11 +21,11 @@ from shadowlab import types
 from shadowlab._core import technique_specs
 from shadowlab.aliasing.causes import CAUSES, MEANINGS, CauseName
 from shadowlab.aliasing.codes import Cause
-from shadowlab.checks import BACKENDS, FILTERS, UP_AXES
 from shadowlab.conventions.files import FORMS, Form
 from shadowlab.experiments.measures import MEASURES, OVER, ErrorName, Over
 from shadowlab.experiments.run import KNOWN_METRICS, METRICS, Metric
 from shadowlab.plot.distributions import QUANTITIES, Quantity
+from shadowlab.text.checks import BACKENDS, FILTERS, UP_AXES
 
 TESTS = Path(__file__).resolve().parent
 RIGHT, WRONG = TESTS / "right_calls.py", TESTS / "wrong_calls.py"

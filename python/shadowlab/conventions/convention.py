@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
+from ..text.checks import whole
 from ..travel import Value
 from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
 

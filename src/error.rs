@@ -51,7 +51,7 @@ pub enum Error {
         reason: String,
     },
     /// A technique that cannot serve this kind of light.
-    #[error("technique {technique:?} does not support a {light} light; it supports {supported}")]
+    #[error("technique {technique:?} {}", refused_light(light, supported))]
     UnsupportedLight {
         /// The technique.
         technique: String,
@@ -61,7 +61,7 @@ pub enum Error {
         supported: Text,
     },
     /// A view that a technique cannot serve.
-    #[error("technique {technique:?} cannot serve this view: {reason}; {fix}")]
+    #[error("technique {technique:?} {}", refused_view(reason, fix))]
     UnsuitedView {
         /// The technique.
         technique: Text,
@@ -93,7 +93,37 @@ pub enum Error {
     Interrupted,
 }
 
+/// What a technique says to a light that it does not serve.
+fn refused_light(light: &str, supported: &str) -> String {
+    format!("does not support a {light} light; it supports {supported}")
+}
+
+/// What a technique says to a view that it does not serve.
+fn refused_view(reason: &str, fix: &str) -> String {
+    format!("cannot serve this view: {reason}; {fix}")
+}
+
 impl Error {
+    /// The technique that refuses a light or a view, and the message without its name; nothing of other errors.
+    pub fn refusal(&self) -> Option<(&str, String)> {
+        match self {
+            Self::UnsupportedLight { technique, light, supported } => {
+                Some((technique, refused_light(light, supported)))
+            }
+            Self::UnsuitedView { technique, reason, fix } => Some((technique, refused_view(reason, fix))),
+            _ => None,
+        }
+    }
+    /// What to do, where the error has a text for that alone.
+    pub fn fix(&self) -> Option<&str> {
+        match self {
+            Self::InvalidArgument { fix, .. }
+            | Self::UnsuitedView { fix, .. }
+            | Self::NoAdapter { fix, .. }
+            | Self::Device { fix, .. } => Some(fix),
+            _ => None,
+        }
+    }
     /// An [`Error::InvalidArgument`].
     pub fn argument(
         name: impl Into<Text>,

@@ -11,12 +11,15 @@
 //! - Angles in radians; lengths in world units unless the name says otherwise.
 
 pub mod aliasing;
+pub mod diagnose_pixels;
+pub mod digest;
 pub mod error;
 pub mod fit;
 pub mod focus;
 pub mod geometry;
 pub mod image;
 mod memory;
+pub mod note;
 pub mod parameterization;
 pub mod progress;
 #[cfg(feature = "python")]
@@ -25,12 +28,12 @@ pub mod rays;
 pub mod render;
 pub mod scene;
 mod simd;
-pub mod study;
 pub mod techniques;
 pub mod threads;
 pub mod trace;
 
 pub use error::{Error, Result};
+pub use note::Note;
 pub use parameterization::{Parameterization, Partition};
 pub use progress::Progress;
 pub use scene::{Camera, Light, Mesh, Scene};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::error::{Error, Result};
+use crate::note::Note;
 
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,6 +96,8 @@ pub struct Partition {
     pub technique: &'static str,
     /// Intermediate numbers by name (warp distance, lambda, sine of the light angle...), for tests and tables.
     pub values: Vec<(&'static str, f64)>,
+    /// What the user should know of this map.
+    pub notes: Vec<Note>,
 }
 
 /// A technique's settings turned into matrices for one scene, camera and light.
@@ -112,8 +115,8 @@ pub struct Parameterization {
     pub resolution: u32,
     /// Texels at each side that no receiver maps to.
     pub border_texels: u32,
-    /// What the user should know: no warp because the light is parallel to the view, nothing in view, and so on.
-    pub notes: Vec<String>,
+    /// What the user should know of all maps, or of some of them: those of the maps are gathered here.
+    pub notes: Vec<Note>,
 }
 
 impl Region {
@@ -203,6 +206,7 @@ impl Partition {
             region: Region::ALL,
             technique: "matrix",
             values: Vec::new(),
+            notes: Vec::new(),
         }
     }
     /// NDC of a world point, and its clip w. Meaningful where w > 0.

@@ -163,7 +163,7 @@ def _tell(work, sender):
 
 
 def answer_of(work, method="fork", limit=LIMIT):
-    """What work returns in another process, or its error as text; one that takes longer is killed and a failure."""
+    """What work returns in another process, or its error as text; one that takes too long is killed and a failure."""
     context = multiprocessing.get_context(method)
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_tell, args=(work, sender))

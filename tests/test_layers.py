@@ -21,6 +21,7 @@ from layers_support import (
     modules_of,
     names_of,
     room_of,
+    untyped,
 )
 
 PROJECT = Path(__file__).resolve().parents[1]
@@ -44,7 +45,7 @@ MAY_USE = {
     "techniques": (*GROUND, "conventions.files"),
     "aliasing": (*GROUND, "trace", "conventions.doubts"),
     "experiments": (*GROUND, "trace", "scene", "techniques", "aliasing", "conventions.doubts"),
-    "pictures": (*GROUND, "scene", "aliasing"),
+    "pictures": (*GROUND, "trace", "scene", "aliasing"),
     "plot": (*GROUND, "scene", "aliasing", "experiments", "pictures"),
     "reports": (*GROUND, "scene", "techniques", "aliasing", "experiments", "pictures", "conventions.doubts"),
     "doctor": (*GROUND, "trace", "scene", "techniques"),
@@ -54,7 +55,7 @@ MOST_ROOMS = 16
 
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
-    ("experiments.compare", "Study.verdict"): ("reports",),
+    ("experiments.compare", "Study.sentences"): ("reports",),
     ("experiments.compare", "Study.figure"): ("plot",),
     ("experiments.compare", "Study.save"): ("reports",),
     ("experiments.compare", "Study._repr_html_"): ("reports",),
@@ -70,6 +71,12 @@ UPWARD = {
 }
 # The lists that load by name.
 LOADING_LISTS = ("", "aliasing")
+
+# What shadows are made of: each has a type, wherever it is an argument, a field or a variable.
+TYPED = (
+    "scene", "camera", "cameras", "light", "lights", "renderer", "gbuffer", "technique", "techniques",
+    "parameterization",
+)  # fmt: skip
 
 # A name of two things that their rooms keep apart for whoever uses them.
 SAME_NAME = {
@@ -182,6 +189,11 @@ def test_every_exception_is_needed():
     assert used == {(*where, room) for where, rooms in UPWARD.items() for room in rooms}
 
 
+def test_scenes_lights_and_the_like_have_types():
+    complaints = [f"{module}, {line}" for module, source in SOURCES.items() for line in untyped(source, TYPED)]
+    assert not complaints, "without a type:\n" + "\n".join(complaints)
+
+
 @pytest.mark.parametrize("module", LOADING_LISTS)
 def test_what_lists_load_by_name_is_there(module):
     assert loads_by_name(SOURCES[module])
@@ -257,6 +269,40 @@ def test_a_forbidden_import_is_found_however_it_is_written(source):
 )
 def test_what_points_down_or_is_no_import_passes(source):
     assert forbidden("experiments.compare", source) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def f(scene: Any): ...",
+        "async def f(*, camera: Any = None): ...",
+        "def f(light: Any | None, /): ...",
+        "def f(*lights: typing.Any): ...",
+        "def f(cameras: Sequence[Any]): ...",
+        "def f(renderer: 'Renderer | Any'): ...",
+        "class A:\n    gbuffer: Any",
+        "class A:\n    def f(self):\n        self.technique: dict[str, Any] = {}",
+        "class A:\n    @property\n    def parameterization(self) -> Any: ...",
+        "f = lambda: 0\ntechniques: Any = f()",
+    ],
+)
+def test_a_name_without_a_type_is_found(source):
+    assert len(untyped(source, TYPED)) == 1
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def f(scene: Scene, *, camera: Camera | None = None): ...",
+        "def f(scene, camera): ...",
+        "def f(row: Mapping[str, Any], scenes: Any): ...",
+        "class A:\n    light: Light\n    numbers: dict[str, Any]",
+        "# scene: Any\nTEXT = 'scene: Any'",
+        "def f(light: 'AnyLight'): ...",
+    ],
+)
+def test_what_has_a_type_or_another_name_passes(source):
+    assert untyped(source, TYPED) == []
 
 
 def test_a_list_of_a_package_is_at_home_in_it():

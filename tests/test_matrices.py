@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.conventions.doubts import LARGEST_RESIDUAL, notes_on
+from shadowlab.conventions.doubts import LARGEST_RESIDUAL, doubt_about
 
 OPENGL_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, -1], [0, 0, 0, 1]])
 REVERSED_FROM_SHADOW = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1]])
@@ -41,12 +41,12 @@ def test_our_own_maps_are_maps(name, technique, offset):
     moved = sl.Scene(scene.meshes, scene.mesh_index, move @ scene.transforms)
     p = sl.technique(technique).parameterize(moved, camera, scene.light)
     gbuffer = sl.Renderer("cpu").gbuffer(moved, camera, size=(64, 36))
-    assert notes_on(p.matrices, scene.light, gbuffer) == []
+    assert doubt_about(p.matrices, scene.light, gbuffer) is None
 
 
 def test_single_precision_is_enough(case):
     scene, gbuffer, matrix = case
-    assert notes_on(matrix.astype(np.float32), scene.light, gbuffer) == []
+    assert doubt_about(matrix.astype(np.float32), scene.light, gbuffer) is None
 
 
 def test_a_spot_has_maps_too():
@@ -56,29 +56,32 @@ def test_a_spot_has_maps_too():
     light = sl.SpotLight(middle + np.array([0, size, 0.3 * size]), (0, -1, -0.3), cone_angle=1.4, range=4 * size)
     p = sl.technique("uniform").parameterize(scene, scene.camera, light)
     gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
-    assert notes_on(p.matrices, light, gbuffer) == []
-    assert "reversed z?" in notes_on(REVERSED_FROM_SHADOW @ p.matrix, light, gbuffer)[0]
+    assert doubt_about(p.matrices, light, gbuffer) is None
+    assert doubt_about(REVERSED_FROM_SHADOW @ p.matrix, light, gbuffer).details == ("depth_falls_away",)
     moved = sl.SpotLight(np.asarray(light.position) + 0.01 * size, light.direction, cone_angle=1.4, range=4 * size)
-    assert "not a map of this light" in notes_on(p.matrices, moved, gbuffer)[0]
+    assert "misses_light" in doubt_about(p.matrices, moved, gbuffer).details
 
 
 def test_a_transposed_matrix_is_named(case):
     scene, gbuffer, matrix = case
-    assert "its transpose is one: give row-major matrices" in notes_on(matrix.T, scene.light, gbuffer)[0]
+    doubt = doubt_about(matrix.T, scene.light, gbuffer)
+    assert doubt.details[:2] == ("misses_light", "transposed")
+    assert "its transpose is one: give row-major matrices" in str(doubt)
 
 
 def test_the_identity_is_no_map(case):
     scene, gbuffer, _ = case
-    note = notes_on(np.eye(4), scene.light, gbuffer)[0]
-    assert note.startswith("not a map of this light: its rows x, y, w miss the light by 0.")
-    assert "transpose" not in note
+    doubt = doubt_about(np.eye(4), scene.light, gbuffer)
+    assert doubt.kind == "check_matrix"
+    start = f"check the matrix: not a map of this light: its rows x, y, w miss the light by {doubt.values['miss']:.2g} "
+    assert str(doubt).startswith(start)
+    assert "transposed" not in doubt.details
 
 
 def test_depth_conventions_are_named(case):
     scene, gbuffer, matrix = case
-    assert notes_on(REVERSED_FROM_SHADOW @ matrix, scene.light, gbuffer) == [
-        "depth falls away from the light: reversed z?"
-    ]
+    told = str(doubt_about(REVERSED_FROM_SHADOW @ matrix, scene.light, gbuffer))
+    assert told == "check the matrix: depth falls away from the light: reversed z?"
 
 
 def test_opengl_depth_is_named_where_a_receiver_shows_it(case):
@@ -86,8 +89,10 @@ def test_opengl_depth_is_named_where_a_receiver_shows_it(case):
     points = np.asarray(gbuffer.position)[np.asarray(gbuffer.triangle) >= 0]
     clip = np.column_stack([points, np.ones(len(points))]) @ matrix.T
     nearer_half = clip[:, 2] / clip[:, 3] < 0.5  # these get depths below 0
-    notes = notes_on(OPENGL_FROM_SHADOW @ matrix, scene.light, gbuffer)
-    assert any("z in -1..1?" in note for note in notes) == nearer_half.any()
+    doubt = doubt_about(OPENGL_FROM_SHADOW @ matrix, scene.light, gbuffer)
+    assert (doubt is not None and "depth_below_zero" in doubt.details) == nearer_half.any()
+    if doubt is not None:
+        assert f"{doubt.values['share']:.2g} % of the visible surface has depths between -1 and 0" in str(doubt)
     assert nearer_half.any() or "robots" not in scene.source  # one scene at least shows it
 
 
@@ -97,22 +102,22 @@ def test_another_light_is_noticed(case, angle):
     d = np.asarray(scene.light.direction)
     side = np.cross(d, (0.2, 0.3, 0.9))
     other = sl.DirectionalLight(np.cos(angle) * d + np.sin(angle) * side / np.linalg.norm(side))
-    assert "not a map of this light" in notes_on(matrix, other, gbuffer)[0]
+    assert "misses_light" in doubt_about(matrix, other, gbuffer).details
 
 
 def test_a_map_of_another_place_is_told(case):
     scene, gbuffer, matrix = case
     shifted = np.eye(4)
     shifted[0, 3] = 3.0
-    assert notes_on(shifted @ matrix, scene.light, gbuffer) == ["no visible surface lies in the map"]
-    assert notes_on([matrix, shifted @ matrix], scene.light, gbuffer) == []
+    assert doubt_about(shifted @ matrix, scene.light, gbuffer) == sl.Note("check_matrix", ["nothing_in_map"])
+    assert doubt_about([matrix, shifted @ matrix], scene.light, gbuffer) is None
 
 
 def test_without_receivers_nothing_is_said():
     scene = sl.library.scene("robots")
     away = sl.Camera.look_at((0, 1e3, 0), (0, 2e3, 0), up=(0, 0, 1), far=10.0)
     gbuffer = sl.Renderer("cpu").gbuffer(scene, away, size=(8, 8))
-    assert notes_on(np.eye(4), scene.light, gbuffer) == []
+    assert doubt_about(np.eye(4), scene.light, gbuffer) is None
 
 
 def test_compare_notes_it_and_leaves_it_out_of_the_ranking(case):
@@ -134,6 +139,6 @@ def test_a_logarithm_behind_a_matrix_is_no_reason_for_doubt():
     gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
     p = sl.technique("log").parameterize(scene, scene.camera, scene.light, resolution=64)
     (part,) = p.partitions
-    assert notes_on(p.matrices, scene.light, gbuffer, [part.post_warp_terms]) == []
+    assert doubt_about(p.matrices, scene.light, gbuffer, [part.post_warp_terms]) is None
     far_off = {**part.post_warp_terms, "offset": part.post_warp_terms["offset"] + 5}
-    assert notes_on(p.matrices, scene.light, gbuffer, [far_off]) == ["no visible surface lies in the map"]
+    assert doubt_about(p.matrices, scene.light, gbuffer, [far_off]) == sl.Note("check_matrix", ["nothing_in_map"])

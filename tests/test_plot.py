@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from shadowlab import pictures, plot
+from shadowlab.pictures.eye import widened
+from shadowlab.pictures.frustum import clip_segment
 
 mpl.use("Agg")
 RNG = np.random.default_rng(7)
@@ -52,7 +54,7 @@ def test_the_frustum_never_leaves_the_image(seed):
 def test_every_drawn_point_is_on_an_edge_in_front_of_the_projection(seed):
     rng = np.random.default_rng(seed)
     a, b = rng.normal(size=4), rng.normal(size=4)
-    segment = pictures.clip_segment(a, b)
+    segment = clip_segment(a, b)
     t = np.linspace(0.0, 1.0, 20001)[:, None]
     points = a + t * (b - a)
     inside = (points[:, 3] > 0) & (np.abs(points[:, :2]) < points[:, 3:]).all(axis=1)
@@ -68,7 +70,7 @@ def test_every_drawn_point_is_on_an_edge_in_front_of_the_projection(seed):
 
 def test_an_edge_that_passes_behind_is_cut_where_it_leaves():
     # From the middle of the image to behind the projection: it may leave on one side only.
-    segment = pictures.clip_segment(np.array([0.0, 0, 0, 1]), np.array([1.0, 0, 0, -1]))
+    segment = clip_segment(np.array([0.0, 0, 0, 1]), np.array([1.0, 0, 0, -1]))
     np.testing.assert_allclose(segment, [[0, 0], [1, 0]])
 
 
@@ -83,11 +85,11 @@ def test_an_edge_that_passes_behind_is_cut_where_it_leaves():
     ],
 )
 def test_what_is_not_in_the_image_is_not_drawn(a, b):
-    assert pictures.clip_segment(np.array(a, float), np.array(b, float)) is None
+    assert clip_segment(np.array(a, float), np.array(b, float)) is None
 
 
 def test_an_inner_edge_is_drawn_as_it_is():
-    segment = pictures.clip_segment(np.array([-0.5, 0.25, 0, 1]), np.array([1.0, 0.5, 0, 2]))
+    segment = clip_segment(np.array([-0.5, 0.25, 0, 1]), np.array([1.0, 0.5, 0, 2]))
     np.testing.assert_allclose(segment, [[-0.5, 0.25], [0.5, 0.25]])
 
 
@@ -191,9 +193,9 @@ def test_axes_are_taken_and_returned():
 def test_marks_grow_and_hide_no_other():
     marked = np.zeros((5, 6), bool)
     marked[1, 2] = marked[4, 5] = True
-    grown = pictures.widened(marked, 2)
+    grown = widened(marked, 2)
     assert np.argwhere(grown).tolist() == [[1, 2], [1, 3], [2, 2], [2, 3], [4, 5]]
-    np.testing.assert_array_equal(pictures.widened(marked, 1), marked)
+    np.testing.assert_array_equal(widened(marked, 1), marked)
     g = view()
     image = np.zeros((6, 8), np.int8)
     image[2, 3], image[2, 4] = 1, 2

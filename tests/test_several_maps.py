@@ -14,7 +14,7 @@ import shadowlab as sl
 from shadowlab.pictures import frustum_segments
 from shadowlab.pictures.maps import MAP_RGB, even_in_log, framed, frustum_in, map_colour, mosaic
 from shadowlab.reports.reproduce import command_line, python_snippet
-from shadowlab.reports.study_verdict import verdict
+from shadowlab.reports.study_verdict import sentences
 from shadowlab.reports.words import size_text, texels
 
 mpl.use("Agg")
@@ -76,6 +76,10 @@ def test_the_verdict_tells_equal_resolution_from_equal_memory(study):
     wrong = study.table.set_index(["technique", "resolution"])["misclassified"]
     told = f"{wrong['uniform', 256]:,} wrong pixels against {wrong['two', 128]:,}"
     assert f"uniform at 256² has 2 times the texels of two at 2 × 128², and {told}." in text
+
+
+def verdict(table):
+    return " ".join(sentences(table))
 
 
 def rows(*given):

@@ -84,9 +84,9 @@ def test_a_wrong_citation_is_listed_with_file_and_line(name, tmp_path):
 
 def test_one_changed_number_is_found(cited, tmp_path):
     """A real file, one digit of it changed."""
-    of_warp = ROOT / "src" / "focus" / "warp.rs"
+    of_warp = ROOT / "src" / "techniques" / "kit" / "warp_space.rs"
     assert not unresolved(citations(of_warp), theory_of(ROOT))
-    changed = tmp_path / "warp.rs"
+    changed = tmp_path / "warp_space.rs"
     changed.write_text(of_warp.read_text("utf-8").replace("theory.md 5.4", "theory.md 5.7", 1), "utf-8")
     (wrong,) = unresolved(citations(changed), theory_of(ROOT))
     assert wrong.endswith("section 5.7")

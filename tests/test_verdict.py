@@ -8,10 +8,22 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
-from shadowlab.conventions.doubts import CHECK_MATRIX
-from shadowlab.reports.study_verdict import verdict
-from shadowlab.reports.words import NO_WARP, factor, times, unwarped_maps
+from shadowlab.reports.study_verdict import Remarks, sentences
+from shadowlab.reports.words import factor, times, unwarped_maps
 from shadowlab.text import share_text
+
+WHY = "the light runs along the view"
+NO_WARP = sl.Note("no_warp", ["light_along_axis"])
+OTHER = sl.Note("cover_unused")
+
+
+def verdict(*given, **known):
+    return " ".join(sentences(*given, **known))
+
+
+def noted(*notes_of_rows):
+    """Remarks of rows with these notes."""
+    return [Remarks(notes) for notes in notes_of_rows]
 
 
 def table(*rows):
@@ -43,7 +55,16 @@ def table(*rows):
 def test_the_note_of_a_technique_without_warp_is_the_one_the_verdict_looks_for():
     scene = sl.library.scene("robots")
     along = sl.DirectionalLight(scene.camera.forward)
-    assert any(NO_WARP in note for note in sl.technique("lispsm").parameterize(scene, scene.camera, along).notes)
+    assert sl.technique("lispsm").parameterize(scene, scene.camera, along).notes == (NO_WARP,)
+
+
+def test_the_texts_in_the_table_are_not_read():
+    rows = table(("uniform", 512, 300, 100), ("lispsm", 512, 100, 0))
+    plain = verdict(rows)
+    rows["notes"] = [str(sl.Note("check_matrix", ["nothing_in_map"])), str(NO_WARP)]
+    assert verdict(rows) == plain
+    with pytest.raises(ValueError, match="argument"):
+        verdict(rows, remarks=noted(()))
 
 
 def test_the_warp_that_pays():
@@ -143,12 +164,13 @@ def test_a_tie_tells_only_what_holds_for_all():
 
 def test_a_matrix_that_is_no_map_is_left_out_of_the_ranking():
     rows = table(("uniform", 512, 300, 100), ("engine", 512, 1, 0))
-    rows["notes"] = ["", f"{CHECK_MATRIX}not a map of this light"]
-    text = verdict(rows)
+    doubt = sl.Note("check_matrix", ["depth_falls_away", "nothing_in_map"])
+    text = verdict(rows, remarks=noted((OTHER,), (OTHER, doubt)))
     assert text.startswith("uniform at 512² gets 400 pixels wrong")
-    assert text.endswith("engine is left out of the ranking: not a map of this light.")
+    left_out = "engine is left out of the ranking: depth falls away from the light: reversed z?; no visible surface"
+    assert text.endswith(f"{left_out} lies in the map.")
     assert "worth" not in text
-    assert verdict(rows[1:]) == "Nothing is ranked. engine is left out of the ranking: not a map of this light."
+    assert verdict(rows[1:], remarks=noted((doubt,))) == f"Nothing is ranked. {left_out} lies in the map."
 
 
 def test_a_picture_of_almost_nothing_is_told():
@@ -196,10 +218,9 @@ def test_nothing_to_compare():
 
 def test_a_technique_that_did_not_warp_is_told_and_not_compared():
     rows = table(("uniform", 512, 30, 10), ("lispsm", 512, 30, 10))
-    rows["notes"] = ["", f"{NO_WARP}the light is parallel to the view"]
-    text = verdict(rows)
+    text = verdict(rows, remarks=noted((), (NO_WARP,)))
     assert text.startswith("uniform at 512² gets 40 pixels wrong")
-    assert text.endswith("lispsm does not warp here (the light is parallel to the view): its map is a uniform one.")
+    assert text.endswith(f"lispsm does not warp here ({WHY}): its map is a uniform one.")
     assert "worth it" not in text
     assert "difference" not in text
 
@@ -244,16 +265,16 @@ def test_slight_differences_are_called_slight():
 
 
 def test_several_maps_are_unwarped_only_together():
-    why = "the light is parallel to the view"
     rows = table(("uniform", 64, 3000, 0), ("split", 64, 900, 0))
     rows["maps"] = [1, 2]
-    rows["notes"] = ["", f"map 1: {NO_WARP}{why}"]
-    assert "does not warp here" not in verdict(rows)
-    for notes in (f"{NO_WARP}{why}", f"map 1: {NO_WARP}{why}; map 2: {NO_WARP}{why}", f"dark; {NO_WARP}{why}; slow"):
-        rows["notes"] = ["", notes]
-        assert f"split does not warp here ({why}): its map is a uniform one." in verdict(rows)
-    assert unwarped_maps(f"maps 1 to 3, 5: {NO_WARP}{why}", 6) == (4, why)
-    assert unwarped_maps("maps 1 to 3: dark", 6) == (0, "")
+    assert "does not warp here" not in verdict(rows, remarks=noted((), (NO_WARP.about([0]),)))
+    for notes in ((NO_WARP,), (NO_WARP.about([0]), NO_WARP.about([1])), (OTHER, NO_WARP, OTHER)):
+        told = verdict(rows, remarks=noted((), notes))
+        assert f"split does not warp here ({WHY}): its map is a uniform one." in told
+    flat = sl.Note("no_warp", ["flat_body"], maps=[5])
+    assert unwarped_maps([NO_WARP.about([0, 1, 2, 4])], 6) == (4, WHY)
+    assert unwarped_maps([NO_WARP.about([0, 1]), flat], 6) == (3, f"{WHY}; {flat.reasons[0]}")
+    assert unwarped_maps([OTHER.about([0, 1, 2])], 6) == (0, "")
 
 
 def test_numbers_are_written_as_people_do():
@@ -283,5 +304,12 @@ def test_more_maps_are_told_with_what_they_cost():
 def test_techniques_that_fail_for_one_reason_fail_in_one_sentence():
     reason = "does not support a point light; it supports directional"
     rows = table(*[(name, 64, None, None, f'technique "{name}" {reason}') for name in ("psm", "tsm", "log")])
-    assert verdict(rows) == f"No technique gave a result. psm, tsm and log failed: such a technique {reason}."
-    assert verdict(rows[:1]).endswith(f'psm failed: technique "psm" {reason}.')
+    remarks = [Remarks(refusal=reason)] * 3
+    told = verdict(rows, remarks=remarks)
+    assert told == f"No technique gave a result. psm, tsm and log failed: such a technique {reason}."
+    assert verdict(rows[:1], remarks=remarks[:1]).endswith(f'psm failed: technique "psm" {reason}.')
+    scene = sl.library.scene("robots")
+    light = sl.PointLight((0, 3, 0), range=20)
+    runs = [sl.evaluate(sl.View(scene, scene.camera, light, size=(8, 8)), name, 64) for name in ("psm", "tsm")]
+    assert {run.refusal for run in runs} == {reason}
+    assert all(run.failure == f'technique "{run.label}" {reason}' for run in runs)

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 
 from . import _core
 from .errors import ArgumentError, UnknownNameError
 from .text import shown
+from .types import Backend, Filter, Up
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy.typing as npt
+
     from .types import RendererLike
 
-FILTERS = ("nearest", "pcf2x2")
+FILTERS: tuple[Filter, ...] = get_args(Filter)
+BACKENDS: tuple[Backend, ...] = get_args(Backend)
+UP_AXES: tuple[Up, ...] = get_args(Up)
 # Pixels of a picture whose size nobody chose.
 PICTURE_PIXELS = 1024 * 1024
 # The largest denominator of an aspect that counts as a ratio of small whole numbers (16:9, 21:9, 64:27).
 LARGEST_RATIO_PART = 64
 
 
-def whole(name: str, value: Any) -> int:
+def whole(name: str, value: object) -> int:
     """The value as an int above 0.
 
     Raises
@@ -35,7 +42,7 @@ def whole(name: str, value: Any) -> int:
     return int(value)
 
 
-def check_filter(filter: Any) -> None:
+def check_filter(filter: object) -> None:
     """Raises for a filter that is none.
 
     Raises
@@ -51,7 +58,7 @@ def check_filter(filter: Any) -> None:
         raise UnknownNameError(f"filter: unknown filter {filter!r}; expected one of {', '.join(FILTERS)}")
 
 
-def check_scene(scene: Any) -> None:
+def check_scene(scene: object) -> None:
     """Raises unless it is a scene.
 
     Raises
@@ -63,7 +70,7 @@ def check_scene(scene: Any) -> None:
         raise ArgumentError(f"scene: expected a Scene, got {type(scene).__name__}; {scene_hint(scene)}")
 
 
-def scene_hint(value: Any) -> str:
+def scene_hint(value: object) -> str:
     """How to make a scene of this."""
     if type(value).__module__.partition(".")[0] == "trimesh":
         return "sl.Scene.from_trimesh(it) makes one"
@@ -72,7 +79,7 @@ def scene_hint(value: Any) -> str:
     return "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one"
 
 
-def check_camera(camera: Any) -> None:
+def check_camera(camera: object) -> None:
     """Raises unless it is a camera.
 
     Raises
@@ -84,7 +91,7 @@ def check_camera(camera: Any) -> None:
         raise ArgumentError(f"camera: expected a Camera, got {type(camera).__name__}; sl.Camera.look_at makes one")
 
 
-def check_light(light: Any) -> None:
+def check_light(light: object) -> None:
     """Raises unless it is a light.
 
     Raises
@@ -99,7 +106,7 @@ def check_light(light: Any) -> None:
         )
 
 
-def check_bias(bias: Any) -> None:
+def check_bias(bias: object) -> None:
     """Raises unless it is a bias or None.
 
     Raises
@@ -111,12 +118,12 @@ def check_bias(bias: Any) -> None:
         raise ArgumentError(f"bias: expected a Bias, got {type(bias).__name__}; try sl.Bias(world=0.01)")
 
 
-def renderer_of(value: Any) -> RendererLike:
+def renderer_of(value: object) -> RendererLike:
     """The renderer that is meant: one that is given, one by its name, or the best there is for None."""
     if value is None:
         return _core.Renderer()
     if isinstance(value, str):
-        return _core.Renderer(value)
+        return _core.Renderer(cast("Backend", value))
     if all(hasattr(value, name) for name in ("gbuffer", "shadow_map", "shadow_mask", "backend", "adapter")):
         return cast("RendererLike", value)
     raise ArgumentError(
@@ -125,10 +132,10 @@ def renderer_of(value: Any) -> RendererLike:
     )
 
 
-def pair(name: str, value: Any) -> tuple[Any, Any]:
+def pair(name: str, value: object) -> tuple[object, object]:
     """The value as two things."""
     try:
-        first, second = value
+        first, second = cast("Iterable[object]", value)
     except (TypeError, ValueError):
         raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)") from None
     return first, second
@@ -148,7 +155,7 @@ def picture_size(aspect: float, pixels: int = PICTURE_PIXELS) -> tuple[int, int]
     return max(1, round(math.sqrt(pixels * aspect))), max(1, round(math.sqrt(pixels / aspect)))
 
 
-def picture_of(value: Any, camera: _core.Camera) -> tuple[int, int]:
+def picture_of(value: object, camera: _core.Camera) -> tuple[int, int]:
     """Width and height of a picture: as given, of a side, or for None about 1024 * 1024 square pixels.
 
     Raises
@@ -158,7 +165,7 @@ def picture_of(value: Any, camera: _core.Camera) -> tuple[int, int]:
     """
     if value is None:
         return picture_size(camera.aspect)
-    if np.ndim(value) == 0 and not isinstance(value, str):
+    if np.ndim(cast("npt.ArrayLike", value)) == 0 and not isinstance(value, str):
         side = whole("size", value)
         return side, side
     width, height = pair("size", value)

@@ -7,7 +7,8 @@ import sys
 from dataclasses import dataclass
 from html import escape
 from importlib import metadata
-from typing import Any
+
+from .travel import Value
 
 # Optional programs by what they bring; all are in the extra "peers" or "notebook".
 EXTRAS = (
@@ -21,8 +22,8 @@ NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}
 
 
-@dataclass(frozen=True)
-class Finding:
+@dataclass(frozen=True, eq=False)
+class Finding(Value):
     """One thing that was looked at; `state` is "ok", "missing", "optional" (missing, but few need it) or "failed"."""
 
     name: str
@@ -31,8 +32,8 @@ class Finding:
     fix: str = ""
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, eq=False)
+class Report(Value):
     """What `report` found; prints as text, shows as a table in notebooks."""
 
     findings: tuple[Finding, ...]
@@ -153,7 +154,7 @@ def adapters() -> Finding:
         _core.Renderer("gpu")
     except DeviceError as error:
         # The core knows whether there is no driver here or no GPU renderer in this build, and what helps.
-        fix = str(error).rpartition("; ")[2]
+        fix = error.fix
     return Finding("graphics", "optional", "no adapter; the CPU renderer does everything", fix)
 
 
@@ -171,7 +172,7 @@ def extras() -> list[Finding]:
     return findings
 
 
-def version_of(package: str) -> Any:
+def version_of(package: str) -> str | None:
     """The installed version, or None."""
     try:
         return metadata.version(package)

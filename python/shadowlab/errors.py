@@ -2,7 +2,15 @@
 
 
 class ShadowlabError(Exception):
-    """Base of all errors of this package."""
+    """Base of all errors of this package.
+
+    Attributes
+    ----------
+    fix : str
+        What to do, where the message ends in that; else empty.
+    """
+
+    fix: str = ""
 
 
 class ArgumentError(ShadowlabError, ValueError):
@@ -22,11 +30,26 @@ class LoadError(ShadowlabError, OSError):
 
 
 class UnsupportedError(ShadowlabError, ValueError):
-    """A technique asked to serve what it cannot."""
+    """A technique asked to serve what it cannot.
+
+    Attributes
+    ----------
+    technique : str
+        The technique that refuses a light or a view; empty where there is none.
+    reason : str
+        The message without the technique's name; empty where `technique` is.
+    """
+
+    technique: str = ""
+    reason: str = ""
 
 
 class DeviceError(ShadowlabError, RuntimeError):
     """No graphics adapter, or one that failed."""
+
+
+class StateError(ShadowlabError, ValueError):
+    """A pickle that is damaged or was written by a newer version, or an object that cannot be pickled."""
 
 
 class InternalError(ShadowlabError, RuntimeError):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -18,14 +18,14 @@ from .errors import ArgumentError, UnknownNameError
 # The values of a bias, in the order in which they are told.
 BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
-Value = Any  # bool, int, float, str, or a tuple of numbers or of such tuples
-
+#: What a text can say: a flag, a number, a word, or a tuple of numbers or of such tuples.
+Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
 
 # Letters of a value that a message shows.
 LONGEST_SHOWN = 80
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value for messages: on one line, and no longer than one can read."""
     text = " ".join(repr(value).split())
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
@@ -100,7 +100,7 @@ def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
     return name.strip(), values
 
 
-def format_value(value: Any) -> str:
+def format_value(value: object) -> str:
     """The text that `parse_value` reads back as this value, to the last digit; a tuple of one number as the number."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -111,7 +111,7 @@ def format_value(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def format_spec(name: str, settings: Mapping[str, Any]) -> str:
+def format_spec(name: str, settings: Mapping[str, object]) -> str:
     """The text that `parse_spec` reads back."""
     parts = ",".join(f"{key}={format_value(value)}" for key, value in settings.items())
     return f"{name}:{parts}" if parts else name
@@ -180,18 +180,18 @@ def parse_bias(text: str) -> dict[str, float]:
     for name, value in values.items():
         if name not in BIAS:
             raise UnknownNameError(f"bias: unknown value {name!r}; expected some of {', '.join(BIAS)}")
-        if isinstance(value, (bool, str)):
+        if isinstance(value, (bool, str, tuple)):
             raise ArgumentError(f"bias: expected a number for {name}, got {value!r}; try --bias world=0.01")
         numbers[name] = float(value)
     return numbers
 
 
-def format_bias(bias: Any) -> str:
+def format_bias(bias: object) -> str:
     """The text that `parse_bias` reads back, every value spelled out."""
     return ",".join(f"{name}={format_value(float(getattr(bias, name)))}" for name in BIAS)
 
 
-def settings_text(settings: Mapping[str, Any]) -> str:
+def settings_text(settings: Mapping[str, object]) -> str:
     """Settings on one line."""
     return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
 
@@ -217,7 +217,7 @@ def listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """The value as JSON knows it: arrays become lists, NaN and missing become null, infinity the word "inf"."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}

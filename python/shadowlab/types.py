@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,29 +21,70 @@ from ._core import (
 
 __all__ = [
     "RGB",
+    "Backend",
+    "ConventionLike",
+    "Filter",
+    "Floats",
     "FootprintLike",
+    "Item",
+    "Labelled",
     "Light",
     "Maps",
     "Mask",
+    "Matrices",
+    "PerLight",
     "Picture",
+    "RendererArgument",
     "RendererLike",
+    "SceneLike",
+    "Setting",
+    "ShadowMaps",
     "Size",
+    "TechniqueArgument",
     "TechniqueLike",
+    "Techniques",
     "TruthImage",
+    "Up",
 ]
 
-Light: TypeAlias = DirectionalLight | SpotLight | PointLight
-#: A parameterization, or somebody's own matrices (4, 4) or (K, 4, 4).
-Maps: TypeAlias = "Parameterization | npt.ArrayLike"
-#: A side, or width and height.
-Size: TypeAlias = "int | tuple[int, int] | Sequence[int]"
+T = TypeVar("T")
 
+#: What a renderer or technique takes for a scene: that of the core, of which `sl.Scene` is one.
+SceneLike: TypeAlias = Scene
+Light: TypeAlias = DirectionalLight | SpotLight | PointLight
+#: Somebody's own matrices (4, 4) or (K, 4, 4); `npt.ArrayLike` would take texts, too.
+Matrices: TypeAlias = (
+    npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+)
+#: A parameterization, or such matrices.
+Maps: TypeAlias = Parameterization | Matrices
+#: A side, or width and height.
+Size: TypeAlias = int | tuple[int, int] | Sequence[int]
+
+#: How many texels of a map a pixel reads: the nearest, or the four nearest, weighted.
+Filter: TypeAlias = Literal["nearest", "pcf2x2"]
+#: The axis of a file that points up.
+Up: TypeAlias = Literal["y", "z"]
+#: A renderer by its name; "auto" takes a graphics adapter where there is one.
+Backend: TypeAlias = Literal["cpu", "gpu", "auto"]
+
+#: Of a view with one light this, of a view with several a tuple of them. `Any` stands for the tuple, so that nobody
+#: has to rule out several lights where there is one.
+PerLight: TypeAlias = "T | Any"
+
+#: One, several, or several by their labels.
+Labelled: TypeAlias = "T | Sequence[T] | Mapping[str, T]"
+
+#: Numbers of an image in float32, of points in float64.
+Floats: TypeAlias = npt.NDArray[np.floating[Any]]
 #: A colour in sRGB bytes.
 RGB: TypeAlias = tuple[int, int, int]
 #: (H, W, 3) of such colours.
 Picture: TypeAlias = npt.NDArray[np.uint8]
 #: (H, W) share of the light that arrives: 1 lit, 0 in shadow, NaN where nothing is seen.
 Mask: TypeAlias = npt.NDArray[np.float32]
+#: (H, W) or (K, H, W) depths in [0, 1], 1 where empty.
+ShadowMaps: TypeAlias = npt.NDArray[np.float32]
 #: (H, W) traced truth: 1 lit, 0 in shadow, -1 undecided, -2 nothing.
 TruthImage: TypeAlias = npt.NDArray[np.int8]
 
@@ -64,7 +105,7 @@ class TechniqueLike(Protocol):
         """Whether it looks at the receivers that the camera sees."""
 
     def parameterize(
-        self, scene: Scene, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
+        self, scene: SceneLike, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
     ) -> Parameterization:
         """The maps for a scene, camera and light."""
 
@@ -80,17 +121,15 @@ class RendererLike(Protocol):
     def adapter(self) -> str:
         """The device behind it."""
 
-    def gbuffer(self, scene: Scene, camera: Camera, *, size: Size) -> GBuffer:
+    def gbuffer(self, scene: SceneLike, camera: Camera, *, size: Size) -> GBuffer:
         """What the camera sees."""
 
-    def shadow_map(
-        self, scene: Scene, parameterization: Maps, *, resolution: Size | None = None
-    ) -> npt.NDArray[np.float32]:
+    def shadow_map(self, scene: SceneLike, parameterization: Maps, *, resolution: Size | None = None) -> ShadowMaps:
         """The maps (H, W) or (K, H, W): depths in [0, 1], 1 where empty."""
 
     def shadow_mask(
         self,
-        scene: Scene,
+        scene: SceneLike,
         camera: Camera,
         light: Light,
         parameterization: Maps,
@@ -98,28 +137,50 @@ class RendererLike(Protocol):
         size: Size,
         resolution: Size | None = None,
         bias: Bias | None = None,
-        filter: str = "nearest",
+        filter: Filter = "nearest",
     ) -> Mask:
         """The light that arrives at each pixel."""
+
+
+class ConventionLike(Protocol):
+    """How somebody writes a shadow matrix: a `Convention`, or anything that turns matrices both ways."""
+
+    def from_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The matrix (4, 4) or matrices (K, 4, 4) as the convention writes them."""
+
+    def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The way back."""
+
+
+#: What an experiment evaluates: something that makes maps, or maps that are there.
+Item: TypeAlias = TechniqueLike | Parameterization
+#: The same, or the text that names it.
+TechniqueArgument: TypeAlias = Item | str
+#: One, several, or several by their labels.
+Techniques: TypeAlias = "Labelled[TechniqueArgument]"
+#: The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
+Setting: TypeAlias = bool | float | str | TechniqueLike | Sequence[float | str | TechniqueLike] | npt.NDArray[Any]
+#: A renderer, one by its name, or None for the best there is.
+RendererArgument: TypeAlias = RendererLike | Backend | None
 
 
 class FootprintLike(Protocol):
     """The arrays of an `aliasing.Footprint` of which its summary is made; shapes and units are documented there."""
 
     @property
-    def major(self) -> npt.NDArray[Any]:
+    def major(self) -> Floats:
         """Longest extent of a texel."""
 
     @property
-    def perspective(self) -> npt.NDArray[Any]:
+    def perspective(self) -> Floats:
         """Area of a texel by perspective alone."""
 
     @property
-    def perspective_ts(self) -> npt.NDArray[Any]:
+    def perspective_ts(self) -> Floats:
         """Lengths of one texel along the map's x and y by perspective alone."""
 
     @property
-    def projection(self) -> npt.NDArray[Any]:
+    def projection(self) -> Floats:
         """What the slope of the surface adds."""
 
     @property
@@ -127,7 +188,7 @@ class FootprintLike(Protocol):
         """The map that serves each pixel; below 0 where none does."""
 
     @property
-    def depth(self) -> npt.NDArray[Any]:
+    def depth(self) -> Floats:
         """Depth along the view."""
 
     @property

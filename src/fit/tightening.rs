@@ -21,12 +21,11 @@ use crate::rays::LightFrame;
 use crate::scene::Scene;
 
 /// How closely a map is cut to receivers and casters.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tightening {
     /// x, y and the far plane: the instances' boxes inside K. The near plane: the boxes cut by the sides of the map. Every
     /// receiver is in the map, and no smaller one holds the same boxes. Costs a support function for each box, and a cut for
     /// those that can change a bound.
-    #[default]
     Exact,
     /// As [`Tightening::Exact`], but the near plane holds the casters' boxes whole, not only what of them lies above the map:
     /// the article's extents of all casters. As it clips them by the near plane, they are cut where w falls below its least on
@@ -46,19 +45,6 @@ pub enum Tightening {
         /// Smallest w of a corner that counts, in units of the provisional map's w.
         least_w: f64,
     },
-}
-
-impl Tightening {
-    /// By the word of the parameter `fit`, with the least w of XPSM's published step.
-    pub fn named(word: &str, least_w: f64) -> Self {
-        match word {
-            "receivers" => Self::Receivers,
-            "intersection" => Self::Intersection,
-            "none" => Self::None,
-            "published" => Self::Ignoring { least_w },
-            _ => Self::Exact,
-        }
-    }
 }
 
 /// The boxes of all instances, local.

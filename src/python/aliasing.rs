@@ -1,16 +1,53 @@
 //! Errors as numbers.
 
-use numpy::{PyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
+use super::arrays::{equal_lists, stored};
 use super::convert::{OrRaise, argument_error, array, image};
+use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
 use crate::aliasing::against_truth::{Misclassified, misclassified as core_misclassified};
+use crate::digest::{Digest, Numbers};
 
 /// Where a shadow mask and the truth disagree.
 #[pyclass(name = "Misclassified", frozen, module = "shadowlab.aliasing")]
 pub struct PyMisclassified {
     m: Misclassified,
     image: Py<PyArray2<i8>>,
+}
+
+/// Its state.
+const NAME: &str = "Misclassified";
+const VERSION: u32 = 1;
+
+impl PyMisclassified {
+    fn head(&self) -> Writer {
+        let (m, mut head) = (&self.m, Writer::new(Numbers::Exact));
+        [m.false_shadow, m.false_light, m.compared, m.undecided, m.unmatched].iter().for_each(|&n| head.count(n));
+        head
+    }
+    fn add_image(&self, py: Python<'_>, digest: &mut Digest) -> PyResult<()> {
+        let image = self.image.bind(py);
+        image.shape().iter().for_each(|&n| digest.count(n));
+        digest.list(image.readonly().as_slice()?);
+        Ok(())
+    }
+    /// The one of a state; it keeps the image that came.
+    pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Self> {
+        parts.check(py, VERSION, 1)?;
+        let m = parts.read(py, |from| {
+            Ok(Misclassified {
+                false_shadow: from.count()?,
+                false_light: from.count()?,
+                compared: from.count()?,
+                undecided: from.count()?,
+                unmatched: from.count()?,
+            })
+        })?;
+        let image = stored::<i8>(py, parts, 0, &[None, None])?.into_any().cast_into::<PyArray2<i8>>()?.unbind();
+        let (found, mut added) = (Self { m, image }, Ok(()));
+        parts.check_seal(py, |digest| added = found.add_image(py, digest)).and(added).map(|()| found)
+    }
 }
 
 #[pymethods]
@@ -54,6 +91,23 @@ impl PyMisclassified {
     #[getter]
     fn image(&self, py: Python<'_>) -> Py<PyArray2<i8>> {
         self.image.clone_ref(py)
+    }
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        let (a, b) = (self.image.bind(py), other.image.bind(py));
+        let same = self.m == other.m && a.shape() == b.shape();
+        Ok(same && equal_lists(a.readonly().as_slice()?, b.readonly().as_slice()?))
+    }
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        let mut digest = Digest::new(NAME, Numbers::Equal);
+        digest.list(self.head().bytes());
+        self.add_image(py, &mut digest)?;
+        Ok(first_eight(&digest.finish()))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let (head, mut added) = (self.head(), Ok(()));
+        let seal = seal(NAME, VERSION, head.bytes(), |digest| added = self.add_image(py, digest));
+        added?;
+        reduced(py, NAME, VERSION, head.bytes(), &seal, vec![self.image.bind(py).clone().into_any()])
     }
     fn __repr__(&self) -> String {
         let m = &self.m;

@@ -10,10 +10,10 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::{bias, filter_of};
 use super::scene::{PyScene, scene};
+use crate::diagnose_pixels::{Wrong, causes as core_causes};
 use crate::render::cpu::look_up as core_look_up;
 use crate::render::{Bias, MaskSettings};
 use crate::scene::Light;
-use crate::study::{Wrong, causes as core_causes};
 
 /// The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16.
 #[pyfunction]

@@ -19,9 +19,9 @@ use crate::threads;
 /// Between two looks at pending signals: short enough for a person, long enough to cost nothing.
 const SIGNAL_POLL: Duration = Duration::from_millis(50);
 
-/// The exception for a core error.
+/// The exception for a core error; what the message is made of is in its attributes.
 pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
-    let class = match error {
+    let class = match &error {
         Error::InvalidArgument { .. } => "ArgumentError",
         Error::UnknownName { .. } => "UnknownNameError",
         Error::FaceIndex { .. } | Error::EmptyScene { .. } => "SceneError",
@@ -29,11 +29,18 @@ pub fn to_exception(py: Python<'_>, error: Error) -> PyErr {
         Error::NoAdapter { .. } | Error::Device { .. } => "DeviceError",
         Error::Interrupted => return pyo3::exceptions::PyKeyboardInterrupt::new_err(()),
     };
-    exception(py, class, error.to_string())
+    let exception = exception(py, class, error.to_string());
+    let (technique, reason) = error.refusal().unzip();
+    for (name, text) in [("fix", error.fix()), ("technique", technique), ("reason", reason.as_deref())] {
+        if let Some(Err(e)) = text.map(|text| exception.value(py).setattr(name, text)) {
+            return e;
+        }
+    }
+    exception
 }
 
 /// An exception of `shadowlab.errors` by the name of its class.
-fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
+pub fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
     match py.import("shadowlab.errors").and_then(|m| m.getattr(class)).and_then(|c| c.call1((message,))) {
         Ok(instance) => PyErr::from_value(instance),
         Err(e) => e,

@@ -4,7 +4,10 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
+use super::arrays::{equal_lists, stored};
 use super::convert::{image, instance_of, vec3_to_array};
+use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
+use crate::digest::{Digest, Numbers};
 use crate::focus::ReceiverSamples;
 use crate::image::{GBuffer, Surfaces};
 use crate::progress::Progress;
@@ -25,6 +28,10 @@ pub struct PyGBuffer {
     instance: Py<PyArray2<i32>>,
     samples: PyOnceLock<ReceiverSamples>,
 }
+
+/// Its state.
+const NAME: &str = "GBuffer";
+const VERSION: u32 = 1;
 
 /// Pixels of the G-buffer that techniques look at where none is given: a share of the receivers is then known to 1 / 256 of
 /// the view along each side, and drawing it takes no longer than a small shadow map.
@@ -83,6 +90,55 @@ impl PyGBuffer {
             triangle: triangle.as_slice()?,
             instance: instance.as_slice()?,
         })
+    }
+
+    /// The scalars of its state.
+    fn head(&self, numbers: Numbers) -> Writer {
+        let mut head = Writer::new(numbers);
+        self.size.iter().for_each(|&n| head.count(u64::from(n)));
+        head.vector(self.origin);
+        head
+    }
+
+    /// Adds its arrays to a digest.
+    fn add_arrays(&self, py: Python<'_>, digest: &mut Digest) -> PyResult<()> {
+        let depth = self.depth.bind(py).readonly();
+        let depth = depth.as_slice()?;
+        self.with_surfaces(py, |s| {
+            py.detach(|| {
+                digest.list(depth);
+                digest.list(s.position.as_flattened());
+                digest.list(s.normal.as_flattened());
+                digest.list(s.triangle);
+                digest.list(s.instance);
+            });
+            Ok(())
+        })
+    }
+
+    /// The one of a state; it keeps the arrays that came.
+    pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Self> {
+        parts.check(py, VERSION, 5)?;
+        let (size, origin) = parts.read(py, |from| Ok(([from.count()?, from.count()?], from.vector()?)))?;
+        if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) || !origin.is_finite() {
+            return Err(parts.error(py, format!("it has {size:?} pixels around {origin}")));
+        }
+        let [w, h] = size.map(|n: u32| Some(n as usize));
+        let vectors = |i| stored::<f32>(py, parts, i, &[h, w, Some(3)]);
+        let indices = |i| stored::<i32>(py, parts, i, &[h, w]);
+        let found = Self {
+            size,
+            origin,
+            depth: stored::<f32>(py, parts, 0, &[h, w])?.into_any().cast_into::<PyArray2<f32>>()?.unbind(),
+            relative: vectors(1)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
+            position: PyOnceLock::new(),
+            normal: vectors(2)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
+            triangle: indices(3)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
+            instance: indices(4)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
+            samples: PyOnceLock::new(),
+        };
+        let mut arrays = Ok(());
+        parts.check_seal(py, |digest| arrays = found.add_arrays(py, digest)).and(arrays).map(|()| found)
     }
 
     /// One that takes over the core's arrays.
@@ -151,6 +207,45 @@ impl PyGBuffer {
     #[getter]
     fn instance(&self, py: Python<'_>) -> Py<PyArray2<i32>> {
         self.instance.clone_ref(py)
+    }
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        if std::ptr::eq(self, &*other) {
+            return Ok(true);
+        }
+        if self.head(Numbers::Equal).bytes() != other.head(Numbers::Equal).bytes() {
+            return Ok(false);
+        }
+        let (a, b) = (self.depth.bind(py).readonly(), other.depth.bind(py).readonly());
+        let same_depth = equal_lists(a.as_slice()?, b.as_slice()?);
+        let same = self.with_surfaces(py, |a| {
+            other.with_surfaces(py, |b| {
+                Ok(equal_lists(a.position.as_flattened(), b.position.as_flattened())
+                    && equal_lists(a.normal.as_flattened(), b.normal.as_flattened())
+                    && equal_lists(a.triangle, b.triangle)
+                    && equal_lists(a.instance, b.instance))
+            })
+        })?;
+        Ok(same_depth && same)
+    }
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        let mut digest = Digest::new("GBuffer", Numbers::Equal);
+        digest.list(self.head(Numbers::Equal).bytes());
+        self.add_arrays(py, &mut digest)?;
+        Ok(first_eight(&digest.finish()))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let head = self.head(Numbers::Exact);
+        let mut added = Ok(());
+        let seal = seal(NAME, VERSION, head.bytes(), |digest| added = self.add_arrays(py, digest));
+        added?;
+        let arrays = vec![
+            self.depth.bind(py).clone().into_any(),
+            self.relative.bind(py).clone().into_any(),
+            self.normal.bind(py).clone().into_any(),
+            self.triangle.bind(py).clone().into_any(),
+            self.instance.bind(py).clone().into_any(),
+        ];
+        reduced(py, NAME, VERSION, head.bytes(), &seal, arrays)
     }
     fn __repr__(&self) -> String {
         format!("GBuffer({} x {} pixels)", self.size[0], self.size[1])

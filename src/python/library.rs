@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyList};
 use super::camera::PyCamera;
 use super::convert::{OrRaise, image};
 use super::light::light_to_object;
-use super::scene::PyMesh;
+use super::mesh::PyMesh;
 use crate::scene::library;
 use crate::threads;
 

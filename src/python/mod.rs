@@ -1,7 +1,9 @@
 //! The Python extension module: thin wrappers with the same stems as the core.
 
 mod aliasing;
+mod arrays;
 mod camera;
+mod camera_matrices;
 mod causes;
 mod convert;
 mod drivers;
@@ -10,13 +12,19 @@ mod gbuffer;
 mod library;
 mod light;
 mod map_fields;
+mod map_states;
+mod mesh;
+mod note;
 mod parameterization;
 mod render;
 mod scene;
+mod scene_states;
 mod settings;
+mod state;
 mod technique;
 mod threads;
 mod trace;
+mod travel;
 mod usage;
 
 /// The private extension module behind the package.
@@ -39,17 +47,23 @@ mod _core {
     #[pymodule_export]
     use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
     #[pymodule_export]
+    use super::note::PyNote;
+    #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
-    use super::scene::{PyMesh, PyScene};
+    use super::mesh::PyMesh;
+    #[pymodule_export]
+    use super::scene::PyScene;
     #[pymodule_export]
     use super::technique::{PyTechnique, technique_specs};
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]
     use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+    #[pymodule_export]
+    use super::travel::restore;
     #[pymodule_export]
     use super::usage::{reads, texel_coordinates};
 

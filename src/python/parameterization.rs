@@ -2,25 +2,29 @@
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
+use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
+use super::state::{Reduced, by_state, reduce};
 use crate::error::Error;
 use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
-#[pyclass(name = "Parameterization", frozen, module = "shadowlab")]
+#[pyclass(name = "Parameterization", frozen, eq, hash, module = "shadowlab")]
 pub struct PyParameterization {
     pub p: Parameterization,
 }
 
 /// One map of a parameterization.
-#[pyclass(name = "Partition", frozen, module = "shadowlab")]
+#[pyclass(name = "Partition", frozen, eq, hash, module = "shadowlab")]
 pub struct PyPartition {
-    partition: Partition,
+    pub partition: Partition,
 }
+
+by_state!(PyParameterization, PyPartition);
 
 impl From<Parameterization> for PyParameterization {
     fn from(p: Parameterization) -> Self {
@@ -37,10 +41,10 @@ fn values_dict<'py>(py: Python<'py>, partition: &Partition) -> PyResult<Bound<'p
 }
 
 /// How a receiver finds its map, with the names users know.
-const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
+pub const SELECTIONS: [(&str, Selection); 2] = [("depth", Selection::Depth), ("containment", Selection::Containment)];
 
 /// The `shadowlab.Convention` that a convention or its name means.
-fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+pub fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     value.py().import("shadowlab.conventions.convention")?.getattr("Convention")?.call_method1("of", (value,))
 }
 
@@ -193,10 +197,10 @@ impl PyParameterization {
             _ => Ok(PyDict::new(py)),
         }
     }
-    /// What to know about this result, in words.
+    /// What to know about this result; `str` of a note is its text. Equal notes of several maps are one.
     #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.p.notes.clone()
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        notes_tuple(py, &self.p.notes)
     }
     /// Texels along a side it was fitted for.
     #[getter]
@@ -230,9 +234,12 @@ impl PyParameterization {
         let rows = |p: &Partition| p.shadow_clip_from_world.transpose().to_cols_array();
         image(py, self.p.partitions.iter().flat_map(rows).collect(), [self.p.partitions.len(), 4, 4])
     }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
+    }
     fn __repr__(&self) -> String {
         let settings: Vec<String> = self.p.settings.iter().map(|(k, v)| format!(", {k}={}", value_text(v))).collect();
-        let notes = if self.p.notes.is_empty() { String::new() } else { format!("; {}", self.p.notes.join("; ")) };
+        let notes: String = self.p.notes.iter().map(|note| format!("; {note}")).collect();
         format!(
             "Parameterization({:?}{}, maps={}, resolution={}{notes})",
             self.p.technique,
@@ -289,6 +296,11 @@ impl PyPartition {
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         values_dict(py, &self.partition)
     }
+    /// What to know about this map; `str` of a note is its text. What concerns all maps alike is in `Parameterization.notes`.
+    #[getter]
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        notes_tuple(py, &self.partition.notes)
+    }
     /// NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0.
     #[allow(clippy::type_complexity)]
     fn project<'py>(
@@ -305,6 +317,9 @@ impl PyPartition {
             w.push(p_w);
         }
         Ok((image(py, ndc, [rows.len(), 3])?, image(py, w, [rows.len()])?))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
     }
     fn __repr__(&self) -> String {
         let [near, far] = self.partition.eye_depth;

@@ -8,13 +8,14 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, image, instance_of, run_watched, size2, to_exception};
+use super::convert::{OrRaise, exception, image, instance_of, run_watched, size2, to_exception};
 use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
 use super::footprint::footprint_arrays;
 use super::gbuffer::PyGBuffer;
 use super::light::light;
 use super::parameterization::{PyParameterization, as_parameterization};
 use super::scene::{PyScene, scene};
+use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::error::Error;
 use crate::image::ShadowMask;
 use crate::progress::Progress;
@@ -36,10 +37,25 @@ use crate::threads;
 ///     Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
 /// slope_limit : float
 ///     Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
-#[pyclass(name = "Bias", frozen, eq, module = "shadowlab")]
-#[derive(PartialEq, Clone)]
+#[pyclass(name = "Bias", frozen, eq, hash, module = "shadowlab")]
+#[derive(Clone)]
 pub struct PyBias {
     bias: Bias,
+}
+
+by_state!(PyBias);
+
+impl State for PyBias {
+    const NAME: &'static str = "Bias";
+    fn write(&self, to: &mut Writer) {
+        let b = &self.bias;
+        to.numbers(&[b.world, b.texels, b.ndc, b.slope, b.slope_limit]);
+    }
+    fn read(from: &mut Reader<'_>) -> Result<Self, Fault> {
+        let [world, texels, ndc, slope, slope_limit] = from.numbers()?;
+        let bias = Bias { world, texels, ndc, slope, slope_limit };
+        Ok(Self { bias: bias.checked().map_err(|e| e.to_string())? })
+    }
 }
 
 #[pymethods]
@@ -69,25 +85,33 @@ impl PyBias {
     fn none() -> Self {
         Self { bias: Bias::NONE }
     }
+    /// World units along the light ray.
     #[getter]
     fn world(&self) -> f64 {
         self.bias.world
     }
+    /// World sizes of a shadow texel at the receiver, across the light ray.
     #[getter]
     fn texels(&self) -> f64 {
         self.bias.texels
     }
+    /// NDC depth.
     #[getter]
     fn ndc(&self) -> f64 {
         self.bias.ndc
     }
+    /// Times the depth that the receiver's own plane gains over the filter's reach.
     #[getter]
     fn slope(&self) -> f64 {
         self.bias.slope
     }
+    /// Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
     #[getter]
     fn slope_limit(&self) -> f64 {
         self.bias.slope_limit
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
     }
     fn __repr__(&self) -> String {
         let b = &self.bias;
@@ -168,7 +192,7 @@ impl PyRenderer {
         let renderer = ManuallyDrop::new(made.or_raise(py)?);
         Ok(Self { renderer, process: std::process::id(), turn: Mutex::new(()) })
     }
-    /// "cpu" or "gpu".
+    /// Kind of renderer: "cpu" or "gpu".
     #[getter]
     fn backend(&self) -> &'static str {
         self.renderer.backend()
@@ -344,6 +368,20 @@ impl PyRenderer {
             self.run(py, |renderer, progress| renderer.footprint(scene, eye, &light, own, resolution, size, progress))?;
         let class = py.import("shadowlab.aliasing.footprint")?.getattr("Footprint")?;
         class.call_method1("of_arrays", (footprint_arrays(py, found)?, p, resolution))
+    }
+    /// Refused: a device stays in its process.
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<()> {
+        let message = format!(
+            "Renderer: it holds a device, which cannot be pickled; make one in the other process: sl.Renderer({:?})",
+            self.backend()
+        );
+        Err(exception(py, "StateError", message))
+    }
+    fn __copy__<'py>(slf: &Bound<'py, Self>) -> Bound<'py, Self> {
+        slf.clone()
+    }
+    fn __deepcopy__<'py>(slf: &Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf.clone()
     }
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter(py)?))

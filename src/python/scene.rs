@@ -1,4 +1,4 @@
-//! `_core.Mesh` and `_core.Scene`.
+//! `_core.Scene`.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
@@ -10,88 +10,52 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::convert::{
-    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, rows3, run_watched, vec3_to_array,
+    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, run_watched, shown, vec3_to_array,
 };
-use crate::scene::{Instance, Mesh, Scene};
+use super::mesh::PyMesh;
+use super::scene_states::reduce_scene;
+use super::state::{Reduced, first_eight};
+use crate::digest::hex;
+use crate::scene::{Instance, Scene};
 use crate::threads;
 use crate::trace::Tracer;
 
 /// Between two looks at whether another thread has built the acceleration structure.
 const BUILD_POLL: Duration = Duration::from_millis(1);
 
-/// A triangle mesh, stored once however often it is placed.
-#[pyclass(name = "Mesh", frozen, module = "shadowlab._core")]
-pub struct PyMesh {
-    pub mesh: Arc<Mesh>,
-}
-
-#[pymethods]
-impl PyMesh {
-    #[new]
-    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let py = vertices.py();
-        let vertices = array::<f64>(vertices, "vertices", &[None, Some(3)])?;
-        let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
-        let (vertices, faces) = (rows3(&vertices)?, rows3(&faces)?);
-        let mesh = py.detach(|| Mesh::new(vertices, faces)).or_raise(py)?;
-        Ok(Self { mesh: Arc::new(mesh) })
-    }
-    #[getter]
-    fn triangle_count(&self) -> usize {
-        self.mesh.triangles().len()
-    }
-    #[getter]
-    fn vertex_count(&self) -> usize {
-        self.mesh.positions_local().len()
-    }
-    #[getter]
-    fn dropped_faces(&self) -> usize {
-        self.mesh.dropped_faces()
-    }
-    #[getter]
-    fn memory(&self) -> usize {
-        self.mesh.memory()
-    }
-    /// (V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent).
-    #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let to_mesh = self.mesh.mesh_from_local();
-        let points = self.mesh.positions_local();
-        let flat: Vec<f64> = points.iter().flat_map(|p| to_mesh.transform_point3(p.as_dvec3()).to_array()).collect();
-        image(py, flat, [points.len(), 3])
-    }
-    /// (M, 3) int32.
-    #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        let triangles = self.mesh.triangles();
-        let flat: Vec<i32> = triangles.iter().flatten().map(|&i| i as i32).collect();
-        image(py, flat, [triangles.len(), 3])
-    }
-    fn __repr__(&self) -> String {
-        format!("Mesh({} vertices, {} triangles)", self.vertex_count(), self.triangle_count())
-    }
-}
-
 /// Meshes and their instances; the package's `Scene` adds loading and joining.
 #[pyclass(name = "Scene", subclass, frozen, module = "shadowlab._core")]
 pub struct PyScene {
     pub scene: Scene,
+    /// Shared by copies.
+    traced: Arc<Traced>,
+}
+
+/// The acceleration structure of a scene, once there is one.
+struct Traced {
     tracer: ArcSwapOption<Tracer>,
     /// The process in which a thread builds the tracer, 0 for none. After a fork no other process builds for this one.
     builder: AtomicU32,
+}
+
+impl From<Scene> for PyScene {
+    fn from(scene: Scene) -> Self {
+        let traced = Traced { tracer: ArcSwapOption::empty(), builder: AtomicU32::new(0) };
+        Self { scene, traced: Arc::new(traced) }
+    }
 }
 
 impl PyScene {
     /// The acceleration structure, built at the first call; threads that ask at once wait for one of them to build it.
     pub fn tracer(&self, py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<Arc<Tracer>> {
         loop {
-            if let Some(tracer) = self.tracer.load_full() {
+            if let Some(tracer) = self.traced.tracer.load_full() {
                 return Ok(tracer);
             }
-            if let Some(_building) = Building::begin(&self.builder) {
+            if let Some(_building) = Building::begin(&self.traced.builder) {
                 let report = report.map(|r| r.clone_ref(py));
                 let tracer = run_watched(py, report, |progress| Tracer::new(&self.scene, progress))?;
-                self.tracer.store(Some(Arc::new(tracer)));
+                self.traced.tracer.store(Some(Arc::new(tracer)));
                 continue;
             }
             py.detach(|| std::thread::sleep(BUILD_POLL));
@@ -127,12 +91,23 @@ pub fn scene<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyScene>> {
 #[pymethods]
 impl PyScene {
     #[new]
+    #[pyo3(signature = (meshes, mesh_index=None, transforms=None))]
     fn new(
-        py: Python<'_>,
-        meshes: Vec<PyRef<'_, PyMesh>>,
-        mesh_index: &Bound<'_, PyAny>,
-        transforms: &Bound<'_, PyAny>,
+        meshes: &Bound<'_, PyAny>,
+        mesh_index: Option<&Bound<'_, PyAny>>,
+        transforms: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let py = meshes.py();
+        let (Some(mesh_index), Some(transforms)) = (mesh_index, transforms) else {
+            // Another scene: its geometry, which both share from then on.
+            let other = scene(meshes)?;
+            let other = other.get();
+            return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
+        };
+        let Ok(meshes) = meshes.extract::<Vec<PyRef<'_, PyMesh>>>() else {
+            let fix = "make them with shadowlab._core.Mesh, or use Scene.from_arrays";
+            return Err(argument_error(py, "meshes", "a sequence of Mesh", shown(meshes), fix));
+        };
         let mesh_index = array::<i64>(mesh_index, "mesh_index", &[None])?;
         let transforms = array::<f64>(transforms, "transforms", &[None, Some(4), Some(4)])?;
         let (mesh_index, transforms) = (mesh_index.as_slice()?, transforms.as_slice()?.as_chunks::<16>().0);
@@ -153,7 +128,35 @@ impl PyScene {
         }
         let meshes: Vec<_> = meshes.iter().map(|m| m.mesh.clone()).collect();
         let scene = py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?;
-        Ok(Self { scene, tracer: ArcSwapOption::empty(), builder: AtomicU32::new(0) })
+        Ok(scene.into())
+    }
+    /// Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for
+    /// every version of Python. Equal scenes have equal hashes.
+    ///
+    /// Meshes (vertices as stored, faces, and the rows that these had before faces were dropped), their order, and the
+    /// instances with their order and transforms count. Names, `source`, `recipe`, cameras and lights do not. Computed at
+    /// the first use and kept.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import shadowlab as sl
+    /// >>> a, b = (sl.library.scene("robots") for _ in range(2))
+    /// >>> a.content_hash == b.content_hash, a == b, a is b
+    /// (True, True, False)
+    #[getter]
+    fn content_hash(&self, py: Python<'_>) -> String {
+        hex(&py.detach(|| self.scene.content_hash()))
+    }
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
+        let (a, b) = (&self.scene, &other.scene);
+        let counts = |s: &Scene| (s.meshes().len(), s.instances().len(), s.triangle_count());
+        a.is(b) || (counts(a) == counts(b) && py.detach(|| a.content_hash() == b.content_hash()))
+    }
+    fn __hash__(&self, py: Python<'_>) -> u64 {
+        first_eight(&py.detach(|| self.scene.content_hash()))
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce_scene(py, &self.scene)
     }
     /// The meshes, each once.
     #[getter]
@@ -188,10 +191,12 @@ impl PyScene {
     fn triangle_count(&self) -> u64 {
         self.scene.triangle_count()
     }
+    /// Instances.
     #[getter]
     fn instance_count(&self) -> usize {
         self.scene.instances().len()
     }
+    /// Meshes.
     #[getter]
     fn mesh_count(&self) -> usize {
         self.scene.meshes().len()

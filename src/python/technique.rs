@@ -7,16 +7,33 @@ use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, resolution, run_watched};
 use super::gbuffer::{PyGBuffer, receiver_samples, samples};
 use super::light::light;
+use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
 use super::scene::{PyScene, scene};
 use super::settings::{settings_dict, value_text};
+use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::parameterization::Value;
 use crate::techniques::{self, Default, Technique};
 
 /// A technique with its settings.
-#[pyclass(name = "Technique", frozen, module = "shadowlab")]
+#[pyclass(name = "Technique", frozen, eq, hash, module = "shadowlab")]
 pub struct PyTechnique {
     technique: Box<dyn Technique>,
+}
+
+by_state!(PyTechnique);
+
+impl State for PyTechnique {
+    const NAME: &'static str = "Technique";
+    fn write(&self, to: &mut Writer) {
+        to.text(self.technique.spec().name);
+        write_settings(&self.technique.settings(), to);
+    }
+    fn read(from: &mut Reader<'_>) -> Result<Self, Fault> {
+        let (name, settings) = (from.text()?, read_settings(from)?);
+        let given: Vec<_> = settings.into_iter().map(|(name, value)| (name.to_string(), value)).collect();
+        Ok(Self { technique: techniques::technique(&name, &given).map_err(|e| e.to_string())? })
+    }
 }
 
 #[pymethods]
@@ -95,6 +112,9 @@ impl PyTechnique {
             }
         })?;
         Ok(p.into())
+    }
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduce(py, self)
     }
     fn __repr__(&self) -> String {
         let settings = self.technique.settings();

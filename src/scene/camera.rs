@@ -33,12 +33,52 @@ impl Camera {
         let forward = unit(target - eye).ok_or_else(|| {
             Error::argument("target", "a point away from the eye", target, "move the eye or the target")
         })?;
+        Self::look_along(eye, forward, up, fov_y, aspect, near, far)
+    }
+    /// A camera at `eye` that looks along `forward`, a vector of any length above 0.
+    ///
+    /// # Errors
+    /// As [`Camera::look_at`].
+    #[allow(clippy::too_many_arguments)]
+    pub fn look_along(
+        eye: DVec3,
+        forward: DVec3,
+        up: DVec3,
+        fov_y: f64,
+        aspect: f64,
+        near: f64,
+        far: f64,
+    ) -> Result<Self> {
+        let fix = "give the way the camera looks";
+        let forward = unit(forward).ok_or_else(|| Error::argument("forward", "a non-zero vector", forward, fix))?;
         let up_unit = unit(up).ok_or_else(|| Error::argument("up", "a non-zero vector", up, "give an up vector"))?;
         // Derived from f64: below 1e-9 the cross product has lost half of its digits.
         let right =
             unit(forward.cross(up_unit)).filter(|_| forward.cross(up_unit).length() > 1e-9).ok_or_else(|| {
                 Error::argument("up", "a vector not parallel to the view direction", up, "give another up vector")
             })?;
+        Self::from_axes(eye, [right, right.cross(forward), forward], fov_y, aspect, near, far)
+    }
+    /// A camera at `eye` with these axes, kept as they are: right, up and forward, orthonormal.
+    ///
+    /// # Errors
+    /// As [`Camera::look_at`], and for axes that are not orthonormal and right-handed up to rounding.
+    pub fn from_axes(eye: DVec3, axes: [DVec3; 3], fov_y: f64, aspect: f64, near: f64, far: f64) -> Result<Self> {
+        let [right, up, forward] = axes;
+        if !eye.is_finite() {
+            return Err(Error::argument("eye", "three finite numbers", eye, "check where it comes from"));
+        }
+        // Derived from f64: the roundings of a cross product whose length is 1e-9, the least that `look_along` takes, are
+        // some 1e-7 of it. A NaN is no such number.
+        let rounding = 1e-6;
+        let products = [right.dot(up), up.dot(forward), forward.dot(right)];
+        let orthonormal = axes.iter().all(|a| (a.length_squared() - 1.0).abs() <= rounding)
+            && products.iter().all(|p| p.abs() <= rounding)
+            && right.cross(up).dot(forward) < 0.0;
+        if !orthonormal {
+            let got = format!("right {right}, up {up}, forward {forward}");
+            return Err(Error::argument("axes", "orthonormal axes, right-handed", got, "use look_at"));
+        }
         if !(fov_y > 0.0 && fov_y < std::f64::consts::PI) {
             let fix = "give radians (np.radians turns degrees into them)";
             return Err(Error::argument("fov_y", "an angle in (0, pi) radians", fov_y, fix));
@@ -46,7 +86,7 @@ impl Camera {
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(Error::argument("aspect", "a finite number above 0", aspect, "give width / height"));
         }
-        Self { eye, right, up: right.cross(forward), forward, fov_y, aspect, near, far }.with_depths(near, far)
+        Self { eye, right, up, forward, fov_y, aspect, near, far }.with_depths(near, far)
     }
     /// The same camera with other near and far planes.
     ///

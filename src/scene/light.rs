@@ -48,6 +48,29 @@ impl DirectionalLight {
     pub fn new(direction: DVec3) -> Result<Self> {
         Ok(Self { direction: unit_direction(direction)? })
     }
+    /// A light that travels along a unit vector, which is kept as it is.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for another length.
+    pub fn of_unit(direction: DVec3) -> Result<Self> {
+        Ok(Self { direction: of_unit_length(direction)? })
+    }
+    /// The light that stands at an elevation above the horizon (y points up), in the direction of an azimuth: a turn about
+    /// the y axis, from +z towards +x. Radians.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for an angle that is not finite, or an elevation outside of [-pi/2, pi/2].
+    pub fn from_angles(azimuth: f64, elevation: f64) -> Result<Self> {
+        if !azimuth.is_finite() {
+            return Err(Error::argument("azimuth", "a finite angle in radians", azimuth, "0 is along +z"));
+        }
+        if !(elevation.abs() <= std::f64::consts::FRAC_PI_2) {
+            let fix = "give radians (np.radians turns degrees into them)";
+            return Err(Error::argument("elevation", "an angle in [-pi/2, pi/2] radians", elevation, fix));
+        }
+        let level = elevation.cos();
+        Self::new(-DVec3::new(azimuth.sin() * level, elevation.sin(), azimuth.cos() * level))
+    }
     /// Unit vector, the way the light travels.
     pub fn direction(&self) -> DVec3 {
         self.direction
@@ -64,6 +87,13 @@ impl SpotLight {
         }
         let (position, range) = placed(position, range)?;
         Ok(Self { position, direction: unit_direction(direction)?, cone_angle, range })
+    }
+    /// The same light along a unit vector, which is kept as it is.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for another length.
+    pub fn with_unit(self, direction: DVec3) -> Result<Self> {
+        Ok(Self { direction: of_unit_length(direction)?, ..self })
     }
     /// Where it is.
     pub fn position(&self) -> DVec3 {
@@ -152,6 +182,14 @@ fn unit_direction(direction: DVec3) -> Result<DVec3> {
     unit(direction).filter(|_| direction.is_finite()).ok_or_else(|| {
         Error::argument("direction", "three finite numbers, not all zero", direction, "give the way the light travels")
     })
+}
+
+fn of_unit_length(direction: DVec3) -> Result<DVec3> {
+    // The roundings of a normalised vector's components and of its square; a NaN is no length.
+    if (direction.length_squared() - 1.0).abs() <= 8.0 * f64::EPSILON {
+        return Ok(direction);
+    }
+    Err(Error::argument("direction", "a unit vector", direction, "normalise it"))
 }
 
 fn placed(position: DVec3, range: f64) -> Result<(DVec3, f64)> {

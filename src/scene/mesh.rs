@@ -5,12 +5,17 @@
 //! beyond the rounding to 24 bits of the mesh's own extent, and every consumer (both renderers, truth, bounds)
 //! sees exactly the same geometry.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+
+/// What the hash of a mesh begins with; the number changes with what goes in.
+const CONTENT: &str = "shadowlab mesh 1";
 
 /// An indexed triangle mesh. Immutable; shared between instances through `Arc`.
 #[derive(Debug)]
@@ -18,10 +23,28 @@ pub struct Mesh {
     id: u64,
     positions_local: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    source_faces: Option<Vec<u32>>,
+    source_faces: Vec<u32>,
     mesh_from_local: DAffine3,
     bounds_local: Aabb,
     dropped_faces: usize,
+    content_hash: OnceLock<[u8; 32]>,
+}
+
+/// What a mesh is stored as.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stored {
+    /// [`Mesh::positions_local`].
+    pub positions_local: Vec<Vec3>,
+    /// [`Mesh::triangles`].
+    pub triangles: Vec<[u32; 3]>,
+    /// Rows of the caller's face array that triangles come from; empty where no face was dropped.
+    pub source_faces: Vec<u32>,
+    /// [`Mesh::dropped_faces`].
+    pub dropped_faces: usize,
+    /// Power of two: length of the local unit in the mesh's own frame.
+    pub scale: f64,
+    /// The local origin in the mesh's own frame.
+    pub center: DVec3,
 }
 
 impl Mesh {
@@ -79,16 +102,74 @@ impl Mesh {
         let half = (0.5 * bounds.max - 0.5 * bounds.min).max_element();
         let scale = power_of_two_at_least(half);
         let positions_local: Vec<Vec3> = order.iter().map(|&i| ((source(i) - center) / scale).as_vec3()).collect();
+        let source_faces = if dropped_faces > 0 { kept } else { Vec::new() };
+        Ok(Self::assembled(Stored { positions_local, triangles, source_faces, dropped_faces, scale, center }))
+    }
+    /// The mesh that is stored so, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for what no mesh is stored as, [`Error::EmptyScene`] without a triangle.
+    pub fn from_stored(stored: Stored) -> Result<Self> {
+        let refused = |name: &'static str, expected: &'static str, got: String| {
+            Err(Error::argument(name, expected, got, "take all of them from one mesh"))
+        };
+        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center } = &stored;
+        let count = positions_local.len();
+        if triangles.is_empty() {
+            return Err(Error::EmptyScene { reason: format!("{count} vertices and no face") });
+        }
+        let mut used = 0;
+        for (face, triangle) in triangles.iter().enumerate() {
+            for index in triangle.map(|i| i as usize) {
+                if index >= count {
+                    return Err(Error::FaceIndex { face, index: index as i64, count });
+                }
+                if index > used {
+                    let got = format!("vertex {index} before vertex {used}");
+                    return refused("faces", "vertices in the order in which faces first use them", got);
+                }
+                used = used.max(index + 1);
+            }
+        }
+        if used < count {
+            return refused("positions", "vertices that faces use", format!("{} others", count - used));
+        }
+        if let Some(p) = positions_local.iter().find(|p| !p.is_finite()) {
+            return refused("positions", "finite numbers", p.to_string());
+        }
+        // No sign, no fraction, an exponent of a normal number.
+        let fraction = scale.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1);
+        if !(scale.is_normal() && *scale > 0.0 && fraction == 0) {
+            return refused("scale", "a power of two", scale.to_string());
+        }
+        if !center.is_finite() {
+            return refused("center", "finite numbers", center.to_string());
+        }
+        let faces = triangles.len().saturating_add(*dropped_faces);
+        if faces > i32::MAX as usize {
+            return refused("dropped_faces", "fewer than 2^31 faces", faces.to_string());
+        }
+        let expected = if *dropped_faces > 0 { triangles.len() } else { 0 };
+        let rising = source_faces.is_sorted_by(|a, b| a < b) && source_faces.last().is_none_or(|&f| (f as usize) < faces);
+        if source_faces.len() != expected || !rising {
+            let got = format!("{} rows for {} triangles", source_faces.len(), triangles.len());
+            return refused("source_faces", "a rising row for each triangle where faces were dropped, else none", got);
+        }
+        Ok(Self::assembled(stored))
+    }
+    fn assembled(stored: Stored) -> Self {
+        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center } = stored;
         let bounds_local = Aabb::from_points(positions_local.iter().map(|p| p.as_dvec3()));
-        Ok(Self {
+        Self {
             id: next_id(),
             positions_local,
             triangles,
-            source_faces: (dropped_faces > 0).then_some(kept),
+            source_faces,
             mesh_from_local: DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(scale)), center),
             bounds_local,
             dropped_faces,
-        })
+            content_hash: OnceLock::new(),
+        }
     }
     /// A number no other mesh of this process has; caches key on it.
     pub fn id(&self) -> u64 {
@@ -104,7 +185,22 @@ impl Mesh {
     }
     /// The row of the caller's face array a triangle came from.
     pub fn source_face(&self, triangle: usize) -> u32 {
-        self.source_faces.as_ref().map_or(triangle as u32, |faces| faces[triangle])
+        if self.source_faces.is_empty() { triangle as u32 } else { self.source_faces[triangle] }
+    }
+    /// The rows of the caller's face array that all triangles came from; empty where no face was dropped.
+    pub fn source_faces(&self) -> &[u32] {
+        &self.source_faces
+    }
+    /// A hash of all that pictures depend on, the same in every process; found at the first call. Numbers count by their
+    /// value, so 0 and -0 are one.
+    pub fn content_hash(&self) -> [u8; 32] {
+        // Not `get_or_init`: a process that is forked while another thread hashes would wait for that thread for ever.
+        let kept = &self.content_hash;
+        kept.get().copied().unwrap_or_else(|| {
+            let hash = self.hashed();
+            let _ = kept.set(hash); // by another thread it is the same
+            hash
+        })
     }
     /// Uniform power-of-two scale and translation from the local frame to the mesh's own.
     pub fn mesh_from_local(&self) -> &DAffine3 {
@@ -118,11 +214,20 @@ impl Mesh {
     pub fn dropped_faces(&self) -> usize {
         self.dropped_faces
     }
+    fn hashed(&self) -> [u8; 32] {
+        let mut digest = Digest::new(CONTENT, Numbers::Equal);
+        digest.list(&self.mesh_from_local.to_cols_array());
+        digest.list(bytemuck::cast_slice::<_, f32>(&self.positions_local));
+        digest.list(self.triangles.as_flattened());
+        digest.count(self.dropped_faces);
+        digest.list(&self.source_faces);
+        digest.finish()
+    }
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
         self.positions_local.capacity() * size_of::<Vec3>()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
-            + self.source_faces.as_ref().map_or(0, |f| f.capacity() * 4)
+            + self.source_faces.capacity() * 4
     }
 }
 
@@ -156,6 +261,48 @@ mod tests {
             assert_eq!(near.positions_local(), far.positions_local());
             let back = far.mesh_from_local().transform_point3(far.positions_local()[2].as_dvec3());
             assert_eq!(back.to_array(), moved[2]);
+        }
+    }
+
+    #[test]
+    fn what_was_stored_comes_back_and_nothing_else() {
+        let broken = [TRIANGLE[0], TRIANGLE[1], [1e9, 0.1, -0.0], [f64::NAN; 3]];
+        let mesh = Mesh::new(&broken, &[[0, 1, 3], [0, 1, 2]]).unwrap();
+        let scale = mesh.mesh_from_local().matrix3.x_axis.x;
+        let stored = Stored {
+            positions_local: mesh.positions_local().to_vec(),
+            triangles: mesh.triangles().to_vec(),
+            source_faces: mesh.source_faces().to_vec(),
+            dropped_faces: 1,
+            scale,
+            center: mesh.mesh_from_local().translation,
+        };
+        let back = Mesh::from_stored(stored.clone()).unwrap();
+        assert_eq!(back.content_hash(), mesh.content_hash());
+        assert_eq!(back.bounds_local(), mesh.bounds_local());
+        let refused = |change: fn(&mut Stored)| {
+            let mut changed = stored.clone();
+            change(&mut changed);
+            Mesh::from_stored(changed).unwrap_err()
+        };
+        assert!(matches!(refused(|s| s.triangles[0][1] = 3), Error::FaceIndex { face: 0, index: 3, count: 3 }));
+        assert!(matches!(refused(|s| s.triangles.clear()), Error::EmptyScene { .. }));
+        let invalid: [fn(&mut Stored); 12] = [
+            |s| s.triangles[0] = [1, 0, 2],
+            |s| s.positions_local.push(Vec3::ZERO),
+            |s| s.positions_local[0].x = f32::NAN,
+            |s| s.scale = 3.0,
+            |s| s.scale = -2.0,
+            |s| s.scale = f64::INFINITY,
+            |s| s.scale = 0.0,
+            |s| s.center.y = f64::NAN,
+            |s| s.source_faces.clear(),
+            |s| s.source_faces = vec![2],
+            |s| s.dropped_faces = 0,
+            |s| s.dropped_faces = usize::MAX,
+        ];
+        for change in invalid {
+            assert!(matches!(refused(change), Error::InvalidArgument { .. }));
         }
     }
 

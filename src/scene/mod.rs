@@ -1,6 +1,7 @@
 //! What is rendered, who looks at it, and what lights it.
 
 mod camera;
+mod camera_matrices;
 pub mod library;
 mod light;
 mod mesh;
@@ -10,5 +11,5 @@ mod scene;
 pub use camera::Camera;
 pub(crate) use camera::unit;
 pub use light::{DirectionalLight, EDGE_ON, Light, PointLight, SpotLight};
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Stored};
 pub use scene::{Instance, Scene};

@@ -1,14 +1,18 @@
 //! Meshes placed by instances.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat4, DVec3};
 use rayon::prelude::*;
 
 use super::Mesh;
 use super::mesh::next_id;
+use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+
+/// What the hash of a scene begins with; the number changes with what goes in.
+const CONTENT: &str = "shadowlab scene 1";
 
 /// One placement of a mesh. Any invertible or flattening affine map: mirrored, sheared, scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +37,7 @@ struct Inner {
     world_from_local: Vec<DAffine3>,
     bounds: Aabb,
     triangle_count: u64,
+    content_hash: OnceLock<[u8; 32]>,
 }
 
 impl Scene {
@@ -85,7 +90,15 @@ impl Scene {
         }
         let triangle_count = instances.iter().map(|i| meshes[i.mesh as usize].triangles().len() as u64).sum();
         Ok(Self {
-            inner: Arc::new(Inner { id: next_id(), meshes, instances, world_from_local, bounds, triangle_count }),
+            inner: Arc::new(Inner {
+                id: next_id(),
+                meshes,
+                instances,
+                world_from_local,
+                bounds,
+                triangle_count,
+                content_hash: OnceLock::new(),
+            }),
         })
     }
     /// A scene of one mesh at its own place.
@@ -107,6 +120,31 @@ impl Scene {
     /// A number no other scene of this process has; caches key on it.
     pub fn id(&self) -> u64 {
         self.inner.id
+    }
+    /// A hash of all that pictures depend on, the same in every process; found at the first call: of the meshes, their
+    /// order, and the instances with their order. Numbers count by their value, so 0 and -0 are one.
+    pub fn content_hash(&self) -> [u8; 32] {
+        // Not `get_or_init`: a process that is forked while another thread hashes would wait for that thread for ever.
+        let kept = &self.inner.content_hash;
+        kept.get().copied().unwrap_or_else(|| {
+            let hash = self.hashed();
+            let _ = kept.set(hash); // by another thread it is the same
+            hash
+        })
+    }
+    fn hashed(&self) -> [u8; 32] {
+        let mut digest = Digest::new(CONTENT, Numbers::Equal);
+        digest.count(self.meshes().len());
+        for mesh in self.meshes() {
+            digest.list(&mesh.content_hash());
+        }
+        digest.list(&self.instances().iter().map(|i| i.mesh).collect::<Vec<_>>());
+        digest.list(&self.instances().iter().flat_map(|i| i.world_from_mesh.to_cols_array()).collect::<Vec<_>>());
+        digest.finish()
+    }
+    /// Whether both are one object.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.inner, &other.inner)
     }
     /// The meshes, each stored once.
     pub fn meshes(&self) -> &[Arc<Mesh>] {
@@ -140,5 +178,65 @@ impl Scene {
     /// translation cancels before anything is rounded.
     pub fn clip_from_local(&self, clip_from_world: &DMat4, instance: usize) -> DMat4 {
         *clip_from_world * DMat4::from(self.inner.world_from_local[instance])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+    const FACES: [[i64; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+    fn mesh(points: &[[f64; 3]], faces: &[[i64; 3]]) -> Arc<Mesh> {
+        Arc::new(Mesh::new(points, faces).unwrap())
+    }
+    fn scene(meshes: &[&Arc<Mesh>], places: &[(u32, f64)]) -> Scene {
+        let place = |&(mesh, x): &(u32, f64)| Instance {
+            mesh,
+            world_from_mesh: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
+        };
+        Scene::new(meshes.iter().map(|m| Arc::clone(m)).collect(), places.iter().map(place).collect()).unwrap()
+    }
+
+    #[test]
+    fn equal_content_has_one_hash() {
+        let (a, b) = (mesh(&POINTS, &FACES), mesh(&POINTS, &FACES));
+        assert_ne!(a.id(), b.id());
+        assert_eq!(a.content_hash(), b.content_hash());
+        let one = scene(&[&a], &[(0, 0.0), (0, 1.0)]);
+        assert_eq!(one.content_hash(), scene(&[&b], &[(0, -0.0), (0, 1.0)]).content_hash());
+        assert_eq!(one.content_hash(), one.clone().content_hash());
+    }
+
+    #[test]
+    fn every_change_of_content_changes_the_hash() {
+        let a = mesh(&POINTS, &FACES);
+        let mut moved = POINTS;
+        moved[1][0] = 1.5;
+        let b = mesh(&moved, &FACES);
+        let turned = mesh(&POINTS, &[[0, 2, 1], [0, 2, 3]]);
+        let mut broken = POINTS.to_vec();
+        broken.push([f64::NAN; 3]);
+        let dropped = mesh(&broken, &[[0, 1, 2], [0, 1, 4], [0, 2, 3]]);
+        let dropped_later = mesh(&broken, &[[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
+        let variants = [
+            scene(&[&a], &[(0, 0.0)]),
+            scene(&[&a], &[(0, 1.0)]),
+            scene(&[&a], &[(0, 0.0), (0, 1.0)]),
+            scene(&[&a], &[(0, 1.0), (0, 0.0)]),
+            scene(&[&a, &a], &[(0, 0.0), (1, 1.0)]),
+            scene(&[&a, &b], &[(0, 0.0), (1, 1.0)]),
+            scene(&[&b, &a], &[(0, 0.0), (1, 1.0)]),
+            scene(&[&b, &a], &[(1, 0.0), (0, 1.0)]),
+            scene(&[&turned], &[(0, 0.0)]),
+            scene(&[&dropped], &[(0, 0.0)]),
+            scene(&[&dropped_later], &[(0, 0.0)]),
+        ];
+        for (i, one) in variants.iter().enumerate() {
+            for other in &variants[..i] {
+                assert_ne!(one.content_hash(), other.content_hash(), "{i}");
+            }
+        }
     }
 }

@@ -27,6 +27,7 @@ use super::techniques_of;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Frustum;
+use crate::note::{self, Detail, Note};
 use crate::parameterization::{Region, Value};
 use crate::rays::LightRays;
 use crate::scene::Light;
@@ -50,8 +51,8 @@ pub static SPEC: Spec = Spec {
 /// the light sees none of its texels; the rays beyond the border of its neighbours are theirs then.
 const LEAST_SINE: f64 = 1.0 / (1 << 26) as f64;
 
-/// Names of the faces, in the order of [`Frustum::planes`].
-const FACES: [&str; 6] = ["left", "right", "bottom", "top", "near", "far"];
+/// The faces in the order of [`Frustum::planes`].
+const FACES: [Detail; 6] = [Detail::Left, Detail::Right, Detail::Bottom, Detail::Top, Detail::Near, Detail::Far];
 const NEAR: usize = 4;
 const FAR: usize = 5;
 
@@ -104,7 +105,7 @@ impl Technique for FacePartition {
                 continue;
             }
             let mut maps = self.technique_of(face).maps(&Part { region, ..*part })?;
-            maps.maps.iter_mut().for_each(|map| map.partition.values.push(("face", face as f64)));
+            maps.maps.iter_mut().for_each(|map| map.values.push(("face", face as f64)));
             parts.push(maps);
         }
         // Only where all of what is seen lies within rounding of the borders.
@@ -113,7 +114,7 @@ impl Technique for FacePartition {
         }
         let mut all = side_by_side(parts);
         if !without.is_empty() {
-            all.notes.push(format!("nothing is seen on the way to the {} face: no map", without.join(" or the ")));
+            all.notes.push(Note::detailed(note::Kind::FaceUnseen, &without, &[]));
         }
         Ok(all)
     }

@@ -43,7 +43,7 @@ struct Glpr {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    Ok(Box::new(Glpr { floor: settings.number("lambda_floor").unwrap_or(LEAST_SHARE) }))
+    Ok(Box::new(Glpr { floor: settings.declared_number("lambda_floor")? }))
 }
 
 impl Warp for Glpr {

@@ -67,13 +67,12 @@ struct Gmnpr {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let lambda = match (settings.number("lambda"), settings.word("lambda")) {
-        (Some(number), _) => Lambda::Number(number),
-        (None, "lispsm") => Lambda::Lispsm,
-        (None, "lispsm-delta-z") => Lambda::LispsmDeltaZ,
-        _ => Lambda::Gmnpr,
+    let words = [("gmnpr", Lambda::Gmnpr), ("lispsm", Lambda::Lispsm), ("lispsm-delta-z", Lambda::LispsmDeltaZ)];
+    let lambda = match settings.number("lambda") {
+        Some(number) => Lambda::Number(number),
+        None => settings.meaning("lambda", &words)?,
     };
-    let body = if settings.word("body") == "frustum" { Body::Frustum } else { Body::Clipped };
+    let body = settings.meaning("body", &[("clipped", Body::Clipped), ("frustum", Body::Frustum)])?;
     Ok(Box::new(Gmnpr { lambda, body }))
 }
 

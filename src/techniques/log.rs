@@ -15,11 +15,10 @@
 //! ```
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{
-    FIT, LEAST_LAMBDA, LightSupport, NoWarp, Part, Provisional, Settings, Spacing, Spec, Warp, WarpSpace,
-};
+use super::kit::{FIT, LEAST_LAMBDA, LightSupport, Part, Provisional, Settings, Spacing, Spec, Warp, WarpSpace};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
+use crate::note::{Detail, Note};
 use crate::scene::Light;
 
 /// What the technique says of itself.
@@ -56,7 +55,7 @@ fn check(view: &FocusedView) -> Result<()> {
         Ok(space) if space.y[0] - space.rows.y.dot(view.eye.extend(1.0)) < LEAST_LAMBDA * space.extent() => {
             Err(unsuited("the eye does not lie before all of what is seen as the light sees it"))
         }
-        Err(NoWarp::LightAlongAxis) => Err(unsuited(NoWarp::LightAlongAxis.reason())),
+        Err(why @ Detail::LightAlongAxis) => Err(unsuited(&Note::no_warp(&[why], &[]).reason())),
         _ => Ok(()),
     }
 }

@@ -53,11 +53,10 @@ struct LogPsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let perspective = match settings.word("warp") {
-        "gmnpr" => Perspective::Gmnpr,
-        "lispsm" => Perspective::Lispsm,
-        _ => Perspective::Glpr,
-    };
+    let perspective = settings.meaning(
+        "warp",
+        &[("glpr", Perspective::Glpr), ("gmnpr", Perspective::Gmnpr), ("lispsm", Perspective::Lispsm)],
+    )?;
     Ok(Box::new(LogPsm { perspective }))
 }
 

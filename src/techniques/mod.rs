@@ -22,7 +22,7 @@ mod z_partition;
 
 pub use crate::parameterization::Value;
 pub use kit::{
-    Default, FIT, Fitting, Kind, LightSupport, Map, Maps, Named, ParamSpec, Part, Provisional, Settings, Spacing, Spec,
+    Default, FIT, Fitting, Kind, LightSupport, Maps, Named, ParamSpec, Part, Provisional, Settings, Spacing, Spec,
     Technique, Warp,
 };
 pub use registry::{Entry, Make, specs, technique};

@@ -26,6 +26,7 @@ use super::kit::{
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
+use crate::note::{self, Detail, Note};
 use crate::rays::LightFrame;
 use crate::scene::Light;
 
@@ -89,9 +90,9 @@ struct Psm {
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     let slide = match settings.number("slide") {
         Some(length) => Slide::Length(length),
-        None => Slide::Infinity(settings.number("infinity").unwrap_or(1.0)),
+        None => Slide::Infinity(settings.declared_number("infinity")?),
     };
-    let range = if settings.word("range") == "camera" { Range::Camera } else { Range::Receivers };
+    let range = settings.meaning("range", &[("receivers", Range::Receivers), ("camera", Range::Camera)])?;
     Ok(Box::new(Psm { slide, range }))
 }
 
@@ -121,8 +122,7 @@ impl Warp for Psm {
             None => None,
         };
         let clip_from_local = clip_from_local.unwrap_or_else(|| {
-            let far = "the virtual camera sees everything from the same distance, as the light does";
-            notes.push(format!("no warp, a uniform map: {far}"));
+            notes.push(Note::no_warp(&[Detail::EqualDistances], &[]));
             uniform_rows(view, part.scene, &mut notes)
         });
         Ok(Provisional { clip_from_local, values, notes })
@@ -148,7 +148,7 @@ struct VirtualCamera {
 }
 
 impl VirtualCamera {
-    fn new([near, far]: [f64; 2], slide: Slide, notes: &mut Vec<String>) -> Self {
+    fn new([near, far]: [f64; 2], slide: Slide, notes: &mut Vec<Note>) -> Self {
         let asked = match slide {
             Slide::Length(length) => length,
             // (3.1), Kozlov: z_inf = f' / (f' - n') with n' = n + slide, f' = f + slide.
@@ -158,7 +158,8 @@ impl VirtualCamera {
         let share = 2.0 * LEAST_LAMBDA;
         let least = ((share * far - near) / (1.0 - share)).max(0.0);
         if asked < least {
-            notes.push(format!("slide {asked:e} raised to {least:e}, the least for depths from {near:e} to {far:e}"));
+            let values = [("given", asked), ("least", least), ("near", near), ("far", far)];
+            notes.push(Note::new(note::Kind::SlideRaised, &values));
         }
         // Beyond the largest the map is uniform to the last bit.
         let slide = asked.clamp(least, far / f64::EPSILON);

@@ -4,7 +4,6 @@ use super::TECHNIQUES;
 use super::kit::focused::Focused;
 use super::kit::{Settings, Spec, Technique, Warp};
 use crate::error::{Error, Result};
-use crate::fit::Tightening;
 use crate::parameterization::Value;
 
 /// A line of [`TECHNIQUES`].
@@ -53,9 +52,7 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
     match entry.make {
         Make::Warp(make) => {
             let warp = make(&settings)?;
-            // The least w of XPSM's published step; the other fits need none.
-            let least_w = settings.number("epsilon_w").unwrap_or(0.0);
-            let tightening = Tightening::named(settings.word("fit"), least_w);
+            let tightening = settings.tightening()?;
             Ok(Box::new(Focused { spec: entry.spec, settings, tightening, warp }))
         }
         Make::Scheme(make) => make(settings),

@@ -25,6 +25,7 @@ use super::kit::along_view::{AlongView, warped_along_view};
 use super::kit::{Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
+use crate::note::{Detail, Note};
 use crate::scene::Light;
 
 /// What the technique says of itself.
@@ -62,7 +63,7 @@ struct Tsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let share = settings.number("share").unwrap_or(0.8);
+    let share = settings.declared_number("share")?;
     Ok(Box::new(Tsm { focus_depth: settings.number("focus_depth"), share }))
 }
 
@@ -74,8 +75,8 @@ impl Warp for Tsm {
             let delta = (along.space.rate * depth).min(f64::MAX) - (along.space.y[0] - along.eye_y);
             let eta = eta(along.space.extent(), delta, self.share);
             if eta == f64::INFINITY {
-                let why = if delta > 0.0 { "has its share without one" } else { "lies before what is seen" };
-                notes.push(format!("no warp, a uniform map: the focus depth {depth:.4} {why}"));
+                let why = if delta > 0.0 { Detail::FocusHasShare } else { Detail::FocusBeforeBody };
+                notes.push(Note::no_warp(&[why], &[("focus_depth", depth)]));
             }
             values.extend([("focus_depth", depth), ("delta", delta), ("xi", 2.0 * self.share - 1.0)]);
             let eta = along.space.limited(eta, notes);

@@ -48,11 +48,8 @@ struct Uniform {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let focus = match settings.word("focus") {
-        "none" => Focus::Scene,
-        "frustum" => Focus::Frustum,
-        _ => Focus::SceneFit,
-    };
+    let focus = settings
+        .meaning("focus", &[("none", Focus::Scene), ("frustum", Focus::Frustum), ("scene-fit", Focus::SceneFit)])?;
     let fitting = if settings.flag("stable") { Fitting::StableGrid } else { Fitting::UnitCube };
     Ok(Box::new(Uniform { focus, fitting }))
 }

@@ -17,6 +17,7 @@ use super::kit::{
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
+use crate::note::{self, Detail, Note};
 use crate::scene::Light;
 
 /// What the technique says of itself.
@@ -71,8 +72,8 @@ struct Xpsm {
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
     Ok(Box::new(Xpsm {
         coefficient: settings.number("coefficient"),
-        epsilon_w: settings.number("epsilon_w").unwrap_or(0.1),
-        min_sin: settings.number("min_sin").unwrap_or(0.1),
+        epsilon_w: settings.declared_number("epsilon_w")?,
+        min_sin: settings.declared_number("min_sin")?,
     }))
 }
 
@@ -90,12 +91,11 @@ impl Warp for Xpsm {
         let space = match space {
             Ok(space) if space.rate >= self.min_sin => space,
             other => {
-                let reason = match other {
-                    Ok(space) => format!("the sine between light and view, {:.3e}, is below min_sin", space.rate),
-                    Err(reason) => reason.reason().to_string(),
-                };
+                notes.push(match other {
+                    Ok(space) => Note::no_warp(&[Detail::BelowMinSine], &[("sine", space.rate)]),
+                    Err(reason) => Note::no_warp(&[reason], &[]),
+                });
                 values.push(("kappa", other.map_or(0.0, |space| space.rate)));
-                notes.push(format!("no warp, a uniform map: {reason}"));
                 return Ok(Provisional { clip_from_local: uniform_rows(view, part.scene, &mut notes), values, notes });
             }
         };
@@ -117,7 +117,7 @@ impl Warp for Xpsm {
 impl Xpsm {
     /// The paper's p (8.1), so that w = 1 + p Y with Y from the eye: the coefficient over the sine, as far as w stays
     /// above its least at the near end.
-    fn strength(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
+    fn strength(&self, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<Note>) -> f64 {
         let [near, far] = view.eye_depth;
         let coefficient = self.coefficient.unwrap_or_else(|| 1.0 / (near.sqrt() * far.sqrt()));
         let p = coefficient / space.rate;
@@ -127,7 +127,7 @@ impl Xpsm {
         let apart = (LEAST_LAMBDA * y_near.abs().max(y_far.abs())).recip();
         let most = focused.min(apart);
         if p > most {
-            notes.push(format!("warp weakened from p = {p:.4e} to {most:.4e}, where w comes down to its least"));
+            notes.push(Note::new(note::Kind::WarpWeakened, &[("given", p), ("most", most)]));
         }
         p.min(most)
     }

@@ -16,16 +16,23 @@ lengths towards its corners, by 1 / cos of the angle at most: `Footprint` counts
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..travel import Value
 from .footprint import as_maps, footprint_at, halfway_normals
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera
+    from ..types import Floats, Light, Maps, Size
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamTexels:
+class BeamTexels(Value):
     """Texels across the light's beam at points, in pixels at their depth; arrays (N,), NaN where no map holds a point.
 
     Attributes
@@ -87,7 +94,13 @@ class BeamTexels:
 
 
 def beam_texels(
-    points: Any, camera: Any, light: Any, parameterization: Any, *, size: Any, resolution: Any = None
+    points: npt.ArrayLike,
+    camera: Camera,
+    light: Light,
+    parameterization: Maps,
+    *,
+    size: Size,
+    resolution: Size | None = None,
 ) -> BeamTexels:
     """The size of texels across the light's beam at points, in pixels at their depth.
 
@@ -144,9 +157,9 @@ def beam_texels(
 def _beam_from_texel(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    pixels_from_texel: NDArray[np.float64],
-    camera: Any,
-    light: Any,
+    pixels_from_texel: Floats,
+    camera: Camera,
+    light: Light,
     size: tuple[int, int],
 ) -> NDArray[np.float64]:
     """What one texel along the map's x and y is across the ray (N, 2, 2), in pixels at the points' depth."""
@@ -174,7 +187,7 @@ def _across(ray: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([first, np.cross(ray, first)], axis=1)
 
 
-def _pixels_from_world(points: NDArray[np.float64], camera: Any, size: tuple[int, int]) -> NDArray[np.float64]:
+def _pixels_from_world(points: NDArray[np.float64], camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
     """What a step in the world does to pixel x (right) and y (down), (N, 2, 3)."""
     seen = points - np.asarray(camera.eye)
     tangent = np.tan(0.5 * camera.fov_y)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,21 @@ from numpy.typing import NDArray
 from .. import _core
 from ..checks import check_filter
 from ..errors import ArgumentError
+from ..travel import Value
 from .codes import Cause
 from .summary import band_index, checked_bands, even_limits
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
 
+    from ..types import Filter, Light, Maps
+
+#: Why a pixel is wrong, by its name in tables.
+CauseName = Literal["acne", "edge", "leak", "missing", "other"]
 # The causes by their codes in `Causes.image`, and what they mean.
-CAUSES = {code: code.name.lower() for code in Cause if code > Cause.RIGHT}
-MEANINGS = {
+CAUSES: dict[Cause, CauseName] = {Cause[name.upper()]: name for name in get_args(CauseName)}
+MEANINGS: dict[CauseName, str] = {
     "acne": "a surface shadows itself, or in a crease a lit one its neighbour",
     "edge": "a silhouette is drawn where it is not",
     "leak": "without bias it would be dark: peter-panning, light through thin walls",
@@ -31,7 +37,7 @@ MEANINGS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Causes:
+class Causes(Value):
     """The wrong pixels of a view, each with one cause.
 
     Attributes
@@ -58,7 +64,7 @@ class Causes:
         return int(np.count_nonzero(self.image > Cause.RIGHT))
 
     @property
-    def counts(self) -> dict[str, int]:
+    def counts(self) -> dict[CauseName, int]:
         """Wrong pixels by cause."""
         return {name: int(np.count_nonzero(self.image == code)) for code, name in CAUSES.items()}
 
@@ -95,7 +101,7 @@ class Causes:
             return None
         return {"mean": float(moved.mean()), "p95": float(np.percentile(moved, 95)), "max": float(moved.max())}
 
-    def by_depth(self, bands: Any = 6) -> pd.DataFrame:
+    def by_depth(self, bands: int | npt.ArrayLike = 6) -> pd.DataFrame:
         """One row a band of camera depth: near, far (world units), compared, wrong, and the causes (pixels).
 
         Parameters
@@ -115,12 +121,12 @@ class Causes:
         columns = ["near", "far", "compared", "wrong", *CAUSES.values()]
         if not compared.any():
             return pd.DataFrame([], columns=columns)
-        limits = even_limits(self.depth[compared], int(bands)) if limits is None else limits
+        limits = even_limits(self.depth[compared], cast("int", bands)) if limits is None else limits
         index = band_index(self.depth, limits)
         rows = []
         for b, (near, far) in enumerate(pairwise(limits)):
             inside = self.image[(index == b) & compared]
-            named = {name: int(np.count_nonzero(inside == code)) for code, name in CAUSES.items()}
+            named: dict[str, int] = {name: int(np.count_nonzero(inside == code)) for code, name in CAUSES.items()}
             whole = {"compared": int(inside.size), "wrong": int(np.count_nonzero(inside > Cause.RIGHT))}
             rows.append({"near": float(near), "far": float(far), **whole, **named})
         return pd.DataFrame(rows, columns=columns)
@@ -136,17 +142,17 @@ class Causes:
 
 
 def causes(
-    scene: Any,
-    camera: Any,
-    light: Any,
-    parameterization: Any,
-    mask: Any,
-    truth: Any,
+    scene: _core.Scene,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
+    mask: npt.ArrayLike,
+    truth: npt.ArrayLike,
     *,
-    gbuffer: Any,
-    maps: Any,
-    bias: Any = None,
-    filter: str = "nearest",
+    gbuffer: _core.GBuffer,
+    maps: npt.ArrayLike,
+    bias: _core.Bias | None = None,
+    filter: Filter = "nearest",
 ) -> Causes:
     """Why the pixels of a shadow mask are wrong.
 
@@ -199,15 +205,16 @@ def causes(
     return causes_of(scene, camera, light, parameterization, errors, truth, gbuffer, maps, bias, filter, depth)
 
 
-def depths_of(gbuffer: Any, camera: Any) -> NDArray[np.float64]:
+def depths_of(gbuffer: _core.GBuffer, camera: _core.Camera) -> NDArray[np.float64]:
     """Depths along the view (H, W) of what a G-buffer shows, world units."""
     depth: NDArray[np.float64] = (np.asarray(gbuffer.position) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
     return depth
 
 
 def causes_of(
-    scene: Any, camera: Any, light: Any, parameterization: Any, errors: Any, truth: Any, gbuffer: Any, maps: Any,
-    bias: Any, filter: str, depth: NDArray[np.float64],
+    scene: _core.Scene, camera: _core.Camera, light: Light, parameterization: Maps, errors: _core.Misclassified,
+    truth: npt.ArrayLike, gbuffer: _core.GBuffer, maps: npt.ArrayLike, bias: _core.Bias | None, filter: Filter,
+    depth: NDArray[np.float64],
 ) -> Causes:  # fmt: skip
     """The causes of errors that are known; see `causes`."""
     image, distance = _core.causes(

@@ -7,23 +7,29 @@ Source: theory.md E.2, (E.5) and (E.6); after the error m of Lloyd, Govindaraju,
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import check_camera, check_light
-from ..conventions.doubts import CHECK_MATRIX, notes_on
+from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
+from ..travel import Value
 from .codes import NoTexel
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 from .summary import Summary
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from ..types import Floats, Light, Maps, Size
 
 # Codes of `Footprint.map` below 0, and what they mean.
 NO_MAP, AVERTED, NOTHING = NoTexel
@@ -35,7 +41,7 @@ UNMEASURED = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Footprint:
+class Footprint(Value):
     """The footprint of a texel at each pixel: how large a texel of the shadow map is in the image.
 
     Arrays are NaN where `map` is negative: nothing is looked up there, so there is no texel. Shapes are (H, W) of an
@@ -74,13 +80,13 @@ class Footprint:
     Chong, Gortler 2007 [chong2007] (the Jacobian of a map and a camera on a surface).
     """
 
-    jacobian: NDArray[Any]
-    major: NDArray[Any]
-    perspective: NDArray[Any]
-    perspective_ts: NDArray[Any]
-    projection: NDArray[Any]
+    jacobian: Floats
+    major: Floats
+    perspective: Floats
+    perspective_ts: Floats
+    projection: Floats
     map: NDArray[np.int16]
-    depth: NDArray[Any]
+    depth: Floats
     resolution: tuple[int, int]
     size: tuple[int, int]
     maps: int
@@ -89,10 +95,10 @@ class Footprint:
     def of_arrays(
         cls,
         arrays: Mapping[str, NDArray[Any]],
-        parameterization: Any,
-        resolution: Any,
-        depth: Any = None,
-        size: Any = None,
+        parameterization: _core.Parameterization,
+        resolution: tuple[int, int],
+        depth: Floats | None = None,
+        size: tuple[int, int] | None = None,
     ) -> Footprint:
         """One of the core's arrays; the depth comes with those of images."""
         planes, which = arrays["planes"], arrays["map"]
@@ -111,63 +117,63 @@ class Footprint:
         )
 
     @property
-    def measured(self) -> Any:
+    def measured(self) -> NDArray[np.bool_]:
         """(H, W) bool: where a texel is looked up."""
         return np.greater_equal(self.map, 0)
 
     @property
-    def undersampled(self) -> Any:
+    def undersampled(self) -> NDArray[np.bool_]:
         """(H, W) bool: where a texel is longer than a pixel."""
         return np.greater(self.major, UNDERSAMPLED_FROM_PX)  # NaN is not greater
 
     @cached_property
-    def area(self) -> Any:
+    def area(self) -> Floats:
         """(H, W): area of a texel in the image, square pixels: perspective times projection."""
         return np.multiply(self.perspective, self.projection)
 
     @cached_property
-    def minor(self) -> Any:
+    def minor(self) -> Floats:
         """(H, W): extent of a texel across its longest, pixels: the smaller singular value of the Jacobian."""
         return np.divide(self.area, self.major)
 
     @cached_property
-    def perspective_major(self) -> NDArray[Any]:
+    def perspective_major(self) -> Floats:
         """(H, W): `major` by perspective alone, pixels."""
         return largest_extent(self.perspective_ts, self.perspective)
 
     @cached_property
-    def texels_per_pixel(self) -> Any:
+    def texels_per_pixel(self) -> Floats:
         """(H, W): texels in the area of a pixel; many are waste, less than one too few. Infinite seen edge on."""
         with np.errstate(divide="ignore"):
             return np.reciprocal(self.area)
 
     @cached_property
-    def m_s(self) -> Any:
+    def m_s(self) -> Floats:
         """(H, W): length in the image of one texel along the map's y, the axis of warps; pixels."""
         return np.hypot(self.jacobian[..., 0, 1], self.jacobian[..., 1, 1])
 
     @cached_property
-    def m_t(self) -> Any:
+    def m_t(self) -> Floats:
         """(H, W): length in the image of one texel along the map's x, across the axis of warps; pixels."""
         return np.hypot(self.jacobian[..., 0, 0], self.jacobian[..., 1, 0])
 
     @cached_property
-    def direction(self) -> NDArray[Any]:
+    def direction(self) -> Floats:
         """(H, W, 2): unit direction in the image (x right, y down) in which a texel is longest; either sign."""
         return self._principal(np.matmul(self.jacobian, np.swapaxes(self.jacobian, -1, -2)))
 
     @cached_property
-    def texel_direction(self) -> NDArray[Any]:
+    def texel_direction(self) -> Floats:
         """(H, W, 2): unit direction in the map (x right, y down) that becomes the longest; either sign."""
         return self._principal(np.matmul(np.swapaxes(self.jacobian, -1, -2), self.jacobian))
 
     @staticmethod
-    def _principal(squares: NDArray[Any]) -> NDArray[Any]:
+    def _principal(squares: Floats) -> Floats:
         """The eigenvector of the larger eigenvalue of symmetric 2 x 2 matrices."""
         angle = 0.5 * np.arctan2(2 * squares[..., 0, 1], squares[..., 0, 0] - squares[..., 1, 1])
         return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
-    def summary(self, *, bands: int | Any = 6) -> Summary:
+    def summary(self, *, bands: int | npt.ArrayLike = 6) -> Summary:
         """The numbers of the whole image, and of bands of camera depth.
 
         Parameters
@@ -213,7 +219,14 @@ class Footprint:
         return f"<p>{escape(repr(self))}</p>{self.summary()._repr_html_()}"
 
 
-def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, resolution: Any = None) -> Footprint:
+def footprint(
+    gbuffer: _core.GBuffer,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
+    *,
+    resolution: Size | None = None,
+) -> Footprint:
     """The size of a shadow texel in the image, at every pixel that looks one up.
 
     Parameters
@@ -255,13 +268,15 @@ def footprint(gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, r
     found = footprint_of(gbuffer, camera, light, parameterization, resolution)
     p, _ = as_maps(parameterization, resolution)
     if p.technique == "matrix":
-        notes = notes_on(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
-        if notes:
-            warnings.warn(f"{CHECK_MATRIX}{'; '.join(notes)}", ShadowlabWarning, stacklevel=2)
+        doubt = doubt_about(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
+        if doubt is not None:
+            warnings.warn(str(doubt), ShadowlabWarning, stacklevel=2)
     return found
 
 
-def footprint_of(gbuffer: Any, camera: Any, light: Any, parameterization: Any, resolution: Any = None) -> Footprint:
+def footprint_of(
+    gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, parameterization: Maps, resolution: Size | None = None
+) -> Footprint:
     """The same without a word about matrices, for those who have said it."""
     arrays = _core.footprint(gbuffer, camera, light, parameterization, resolution=resolution)
     p, texels = as_maps(parameterization, resolution)
@@ -269,7 +284,14 @@ def footprint_of(gbuffer: Any, camera: Any, light: Any, parameterization: Any, r
 
 
 def footprint_at(
-    points: Any, normals: Any, camera: Any, light: Any, parameterization: Any, *, size: Any, resolution: Any = None
+    points: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
+    *,
+    size: Size,
+    resolution: Size | None = None,
 ) -> Footprint:
     """The size of a shadow texel in the image at points of surfaces, in double precision.
 
@@ -301,7 +323,7 @@ def footprint_at(
     return Footprint.of_arrays(arrays, p, texels, depth, sides_of(size))
 
 
-def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]:
+def halfway_normals(points: npt.ArrayLike, camera: _core.Camera, light: Light) -> NDArray[np.float64]:
     """Unit normals (N, 3) that halve the angle between the ways to eye and light: R(N) of (E.6) is an isometry there.
 
     Parameters
@@ -339,7 +361,7 @@ def halfway_normals(points: Any, camera: Any, light: Any) -> NDArray[np.float64]
     return normals
 
 
-def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int]]:
+def as_maps(parameterization: Maps, resolution: Size | None) -> tuple[_core.Parameterization, tuple[int, int]]:
     """The parameterization that is meant, and width and height of its maps."""
     p = parameterization
     if not isinstance(p, _core.Parameterization):
@@ -347,7 +369,7 @@ def as_maps(parameterization: Any, resolution: Any) -> tuple[Any, tuple[int, int
     return p, sides_of(p.resolution if resolution is None else resolution)
 
 
-def sides_of(sides: Any) -> tuple[int, int]:
+def sides_of(sides: Size) -> tuple[int, int]:
     """Width and height of what the core has taken for a side or a pair."""
-    width, height = sides if np.ndim(sides) else (sides, sides)
+    width, height = cast("Sequence[int]", sides if np.ndim(sides) else (sides, sides))
     return int(width), int(height)

@@ -12,7 +12,7 @@ Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4; Lloyd, Tuft,
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,15 @@ from ..checks import check_camera, whole
 from ..errors import ArgumentError
 from ..text import shown
 
+if TYPE_CHECKING:
+    from .._core import Camera
+
 # Chosen so that the points fit in memory.
 MOST_STEPS = 1_000_000
 
 
 def outline(
-    camera: Any, *, near: float | None = None, far: float | None = None, steps: int = 16
+    camera: Camera, *, near: float | None = None, far: float | None = None, steps: int = 16
 ) -> NDArray[np.float64]:
     """The corners of a camera's frustum, and points along its edges.
 
@@ -72,7 +75,7 @@ def outline(
     return np.concatenate([*ends, *along, *across])
 
 
-def corners_at(camera: Any, depth: float) -> NDArray[np.float64]:
+def corners_at(camera: Camera, depth: float) -> NDArray[np.float64]:
     """The corners (4, 3) of a camera's picture at a depth, in turn around it."""
     height = depth * np.tan(0.5 * camera.fov_y)
     around = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * [height * camera.aspect, height]

@@ -7,18 +7,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..travel import Value
 from ..types import FootprintLike
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
+
+    from ..types import Floats
 
 PERCENTILES = (5, 25, 50, 75, 95, 99)
 # More bands than rows of a picture tell nothing.
@@ -29,7 +33,7 @@ HISTOGRAM_LIMITS_PX = 2.0 ** np.arange(-6.5, 7.51, 0.5)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Summary:
+class Summary(Value):
     """The errors of an image.
 
     Attributes
@@ -76,7 +80,7 @@ class Summary:
     _bands: tuple[Mapping[str, Any], ...] = ()
 
     @classmethod
-    def of(cls, footprint: FootprintLike, bands: Any = 6) -> Summary:
+    def of(cls, footprint: FootprintLike, bands: int | npt.ArrayLike = 6) -> Summary:
         """The summary of a footprint; see `Footprint.summary`.
 
         Raises
@@ -106,7 +110,7 @@ class Summary:
         ]
         texels_by_pixels = footprint.resolution[0] * footprint.resolution[1] / (footprint.size[0] * footprint.size[1])
         edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
-        limits = even_limits(depth, int(bands)) if limits is None else limits
+        limits = even_limits(depth, cast("int", bands)) if limits is None else limits
         return cls(
             measured, pixels, footprint.counts(),
             max=float(major.max()),
@@ -168,7 +172,7 @@ class Summary:
         return f"<p>{escape(repr(self))}</p>{table}"
 
 
-def checked_bands(bands: Any) -> NDArray[np.float64] | None:
+def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:
     """Limits of bands as given; None for a number of them.
 
     Raises
@@ -191,7 +195,7 @@ def checked_bands(bands: Any) -> NDArray[np.float64] | None:
     return limits
 
 
-def even_limits(depth: NDArray[Any], bands: int) -> NDArray[np.float64]:
+def even_limits(depth: Floats, bands: int) -> NDArray[np.float64]:
     """Limits (B + 1,) of bands that are even in the logarithm of depth; one band where all depths are one."""
     near, far = float(depth.min()), float(depth.max())
     # The last digit of a 32-bit depth does not make a band.
@@ -202,7 +206,7 @@ def even_limits(depth: NDArray[Any], bands: int) -> NDArray[np.float64]:
     return limits
 
 
-def band_rows(values: NDArray[Any], depth: NDArray[Any], limits: NDArray[np.float64]) -> list[dict[str, Any]]:
+def band_rows(values: Floats, depth: Floats, limits: NDArray[np.float64]) -> list[dict[str, Any]]:
     """One row a band of depth."""
     rows = []
     index = band_index(depth, limits)
@@ -218,7 +222,7 @@ def band_rows(values: NDArray[Any], depth: NDArray[Any], limits: NDArray[np.floa
     return rows
 
 
-def band_index(depth: NDArray[Any], limits: NDArray[np.float64]) -> NDArray[np.int64]:
+def band_index(depth: Floats, limits: NDArray[np.float64]) -> NDArray[np.int64]:
     """The band (N,) of each depth; the last limit belongs to the last band, what is outside to none (-1 or B)."""
     index = np.searchsorted(limits, depth, side="right") - 1
     return np.where(depth == limits[-1], len(limits) - 2, index)

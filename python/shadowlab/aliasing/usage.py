@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from ..checks import check_filter
+from ..travel import Value
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
+
+    from ..types import Filter, Light, Maps, Size
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Usage:
+class Usage(Value):
     """How often the pixels of an image read each texel.
 
     Attributes
@@ -76,7 +80,13 @@ def octaves(reads: NDArray[np.uint32]) -> NDArray[np.int64]:
 
 
 def usage(
-    gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, resolution: Any = None, filter: str = "nearest"
+    gbuffer: _core.GBuffer,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
+    *,
+    resolution: Size | None = None,
+    filter: Filter = "nearest",
 ) -> Usage:
     """How often the pixels of an image read each texel of the maps.
 
@@ -105,7 +115,12 @@ def usage(
 
 
 def texel_coordinates(
-    gbuffer: Any, camera: Any, light: Any, parameterization: Any, *, resolution: Any = None
+    gbuffer: _core.GBuffer,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
+    *,
+    resolution: Size | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
     """Where the receiver of each pixel lies in its map.
 
@@ -133,14 +148,14 @@ def texel_coordinates(
 
 
 def look_up(
-    maps: Any,
-    gbuffer: Any,
-    camera: Any,
-    light: Any,
-    parameterization: Any,
+    maps: npt.ArrayLike,
+    gbuffer: _core.GBuffer,
+    camera: _core.Camera,
+    light: Light,
+    parameterization: Maps,
     *,
-    bias: Any = None,
-    filter: str = "nearest",
+    bias: _core.Bias | None = None,
+    filter: Filter = "nearest",
 ) -> NDArray[np.float32]:
     """The shadow mask of an image through maps that are there: of a renderer of ours, or of somebody's engine.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from .options import (
@@ -20,8 +20,14 @@ from .options import (
 )
 from .view import chosen_light, given_vectors, load_view
 
+if TYPE_CHECKING:
+    from .._core import Camera, DirectionalLight, Scene
+    from ..scene.source import Source
+    from ..types import Light
+    from .options import Commands
 
-def advise_options(commands: Any, shared: ArgumentParser) -> None:
+
+def advise_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     # --light is there once for a single view, and may be repeated here: the later one of that name counts.
     advise = commands.add_parser(
@@ -118,7 +124,9 @@ def advise_command(options: Namespace) -> int:
     return 0
 
 
-def load_views(options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None) -> tuple[Any, ...]:
+def load_views(
+    options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None
+) -> tuple[Scene, Camera, list[Light], Source]:
     """Scene, camera, lights and where the scene came from."""
     directions = options.light or []
     if elevations is not None and (directions or options.light_position is not None):
@@ -155,7 +163,7 @@ def parse_elevations(text: str) -> list[float]:
     return [math.radians(angle) for angle in angles]
 
 
-def elevated(light: Any, camera: Any, elevation: float) -> Any:
+def elevated(light: Light, camera: Camera, elevation: float) -> DirectionalLight:
     """A directional light of this elevation in radians, and the azimuth of another; from the side of one overhead."""
     import numpy as np
 

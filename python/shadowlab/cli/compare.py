@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from .options import (
@@ -22,10 +22,15 @@ from .options import (
 )
 from .view import load_view
 
+if TYPE_CHECKING:
+    from .._core import Note
+    from ..experiments.run import Run
+    from .options import Commands
+
 DEFAULT_TECHNIQUES = ("uniform", "lispsm")
 
 
-def compare_options(commands: Any, shared: ArgumentParser) -> None:
+def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     compare = commands.add_parser(
         "compare",
@@ -55,7 +60,7 @@ def compare_command(options: Namespace) -> int:
     from ..techniques.registry import technique_of, with_all
 
     resolutions = resolutions_given(options)
-    asked = options.technique or list(DEFAULT_TECHNIQUES)
+    asked: list[str] = options.technique or list(DEFAULT_TECHNIQUES)
     named = with_all(asked)
     techniques = {spec: technique_of(spec) for spec in named}
     check_once("technique", named)
@@ -90,12 +95,11 @@ def compare_command(options: Namespace) -> int:
     return 0
 
 
-def notes_of(runs: Sequence[Any]) -> list[str]:
+def notes_of(runs: Sequence[Run]) -> list[str]:
     """At most a line for each technique: its first note, and how many others there are."""
-    notes: dict[str, list[str]] = {}
+    notes: dict[str, list[Note]] = {}
     for run in runs:
-        for note in run.notes:
-            if note not in notes.setdefault(run.label, []):
-                notes[run.label].append(note)
+        of = notes.setdefault(run.label, [])
+        of += [note for note in run.notes if note not in of]
     more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
-    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items()]
+    return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items() if of]

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .options import one_resolution, resolution_option, size_given, view_options
 from .view import load_view
 
+if TYPE_CHECKING:
+    from .options import Commands
 
-def diagnose_options(commands: Any, shared: ArgumentParser) -> None:
+
+def diagnose_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     diagnose = commands.add_parser(
         "diagnose",

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .options import Commands
 
 
-def doctor_options(commands: Any, shared: ArgumentParser) -> None:
+def doctor_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command to the others."""
     doctor = commands.add_parser(
         "doctor",

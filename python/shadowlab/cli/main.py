@@ -24,6 +24,7 @@ from .compare import compare_options
 from .diagnose import diagnose_options
 from .doctor import doctor_options
 from .matrix import matrix_options
+from .options import Commands
 from .techniques import techniques_options
 
 USAGE_ERROR = 2
@@ -134,7 +135,7 @@ def parser() -> Parser:
     shared = Parser(add_help=False)
     for one in (top, shared):
         one.add_argument("--debug", action="store_true", help="show where an error comes from")
-    commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+    commands: Commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for add in (
         compare_options, advise_options, matrix_options, diagnose_options, techniques_options, doctor_options,
     ):  # fmt: skip

@@ -5,14 +5,18 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
+from ..conventions.files import FORMS
 from ..errors import ArgumentError
 from .options import one_resolution, resolution_option, size_given, technique_option, view_options
 from .view import load_view
 
+if TYPE_CHECKING:
+    from .options import Commands
 
-def matrix_options(commands: Any, shared: ArgumentParser) -> None:
+
+def matrix_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command with its options to the others."""
     matrix = commands.add_parser(
         "matrix",
@@ -29,7 +33,7 @@ def matrix_options(commands: Any, shared: ArgumentParser) -> None:
         metavar="NAME[:field=value,...]",
         help="how the matrix is written: opengl, direct3d, vulkan... (default: webgpu, column vectors and z in 0..1)",
     )
-    matrix.add_argument("--format", default="text", choices=("npy", "json", "text"), help="(default: text)")
+    matrix.add_argument("--format", default="text", choices=FORMS, help="(default: text)")
     matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
     matrix.set_defaults(run=matrix_command)
 
@@ -38,6 +42,7 @@ def matrix_command(options: Namespace) -> int:
     """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
     from ..conventions.convention import Convention
     from ..conventions.files import details, written
+    from ..techniques.labels import is_parameterization
     from ..techniques.registry import technique_of
 
     resolution = one_resolution(options)
@@ -50,8 +55,11 @@ def matrix_command(options: Namespace) -> int:
     technique = technique_of(specs[0])
     scene, camera, light, _ = load_view(options, size_given(options))
     # Somebody else's matrices are what they are, whatever the view.
-    fitting = getattr(technique, "parameterize", None)
-    p = technique if fitting is None else fitting(scene, camera, light, resolution=resolution)
+    p = (
+        technique
+        if is_parameterization(technique)
+        else technique.parameterize(scene, camera, light, resolution=resolution)
+    )
     content = written(p, options.format, convention)
     if options.format != "json":
         for line in details(p, convention):

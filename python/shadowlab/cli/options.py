@@ -5,13 +5,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+from ..checks import BACKENDS, FILTERS, UP_AXES
 from ..errors import ArgumentError
 from ..text import parse_bias, parse_resolutions, parse_size
 
 if TYPE_CHECKING:
     from .._core import Bias
+
+#: What a command adds itself to.
+Commands: TypeAlias = "argparse._SubParsersAction[Any]"
 
 
 def view_options(options: argparse.ArgumentParser, optional: bool = False) -> None:
@@ -23,7 +27,7 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
         help="a mesh file, or a scene of the library such as @forest:trees=500",
     )
     view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
-    view.add_argument("--up", default="y", choices=("y", "z"), help="the file's up axis (default: y)")
+    view.add_argument("--up", default="y", choices=UP_AXES, help="the file's up axis (default: y)")
     view.add_argument("--ground", action="store_true", help="add a floor under the scene")
     view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
     view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
@@ -55,12 +59,8 @@ def resolution_option(
 
 def lookup_options(options: argparse.ArgumentParser) -> None:
     """Adds who draws the maps and how they are read: renderer, filter and bias."""
-    options.add_argument(
-        "--backend", default="auto", choices=("cpu", "gpu", "auto"), help="the renderer (default: auto)"
-    )
-    options.add_argument(
-        "--filter", default="nearest", choices=("nearest", "pcf2x2"), help="how maps are read (default: nearest)"
-    )
+    options.add_argument("--backend", default="auto", choices=BACKENDS, help="the renderer (default: auto)")
+    options.add_argument("--filter", default="nearest", choices=FILTERS, help="how maps are read (default: nearest)")
     options.add_argument(
         "--bias",
         metavar="NAME=VALUE,...",

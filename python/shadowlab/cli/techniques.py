@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .options import Commands
 
 
-def techniques_options(commands: Any, shared: ArgumentParser) -> None:
+def techniques_options(commands: Commands, shared: ArgumentParser) -> None:
     """Adds the command to the others."""
     techniques = commands.add_parser(
         "techniques",

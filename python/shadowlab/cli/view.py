@@ -7,18 +7,27 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import ArgumentError
 from ..text import parse_spec, parse_vector
 
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
-def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Any, Any, Any, Any]:
+    from .._core import Camera
+    from ..scene.scenes import Scene
+    from ..scene.source import Source
+    from ..types import Light
+
+
+def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
     """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
     from ..checks import picture_size
     from ..scene import library
     from ..scene.default_view import default_view
-    from ..scene.scenes import load_scene
+    from ..scene.files import load_scene
     from ..scene.source import Source
 
     given = given_vectors(options)
@@ -27,12 +36,12 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         if options.up != "y":
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
-        scene: Any = library.scene(name, **params)
-        camera, light = scene.camera, scene.light
+        built = library.scene(name, **cast("dict[str, Any]", params))
+        camera, light = built.camera, built.light
         if size is None:
             width, height = picture_size(camera.aspect)
             aspect = width / height  # that of the picture, so that its pixels are square
-        whole = scene.with_ground() if options.ground else scene
+        whole: Scene = built.with_ground() if options.ground else built
     else:
         scene = load_scene(options.scene, up=options.up)
         whole = scene.with_ground() if options.ground else scene
@@ -51,16 +60,18 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
     )
 
 
-def given_vectors(options: argparse.Namespace) -> dict[str, Any]:
+def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float64]]:
     """Eye, target and light as given, in the world's axes."""
-    from ..scene.scenes import turned
+    from ..scene.axes import turned
 
     names = [name for name in ("eye", "target", "light", "light_position") if getattr(options, name) is not None]
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
     return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
 
 
-def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any, aspect: float) -> Any:
+def chosen_camera(
+    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Camera, scene: Scene, aspect: float
+) -> Camera:
     """The fitting camera with everything that was given in its place."""
     import numpy as np
 
@@ -90,7 +101,9 @@ def chosen_camera(options: argparse.Namespace, given: dict[str, Any], fitting: A
     )
 
 
-def chosen_light(options: argparse.Namespace, given: dict[str, Any], fitting: Any, scene: Any) -> Any:
+def chosen_light(
+    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Light, scene: Scene
+) -> Light:
     """The light that was given, or the fitting one: a point light at a position, a spot with a cone."""
     import numpy as np
 

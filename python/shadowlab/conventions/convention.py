@@ -16,22 +16,27 @@ Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
-from .fields import AXES, LEFT_HANDED_AXES, Tile, axes_of, check_word, matrices_of, range_of, tiles_of
+from ..travel import Value
+from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
-WHOLE_TILE = (0.0, 0.0, 1.0, 1.0)
+WHOLE_TILE: Tile = (0.0, 0.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Convention:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Convention(Value):
     """How a shadow matrix is written.
 
     Parameters
@@ -76,14 +81,30 @@ class Convention:
     y: Literal["up", "down"] = "up"
     axes: tuple[str, str, str] = None  # type: ignore[assignment]  # filled in from the handedness
     handedness: Literal["right", "left"] = None  # type: ignore[assignment]  # filled in from the axes
-    tile: Tile | tuple[Tile, ...] = WHOLE_TILE
+    tile: Tiles = WHOLE_TILE
+
+    if TYPE_CHECKING:
+        # What may be given is more than what is kept.
+        def __init__(
+            self,
+            *,
+            vectors: Literal["column", "row"] = "column",
+            z_range: Sequence[float] = TEXTURE_RANGE,
+            reversed_z: bool = False,
+            xy_range: Sequence[float] = NDC_RANGE,
+            x: Literal["right", "left"] = "right",
+            y: Literal["up", "down"] = "up",
+            axes: Sequence[str] | None = None,
+            handedness: Literal["right", "left"] | None = None,
+            tile: Tile | Sequence[Tile] = WHOLE_TILE,
+        ) -> None: ...
 
     PRESETS: ClassVar[tuple[str, ...]] = (
         "webgpu", "metal", "opengl", "opengl_bias", "direct3d", "direct3d_texture", "vulkan", "reversed_z", "unity",
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        def settle(name: str, value: Any) -> None:
+        def settle(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
         check_word("vectors", self.vectors, ("column", "row"))
@@ -153,7 +174,7 @@ class Convention:
         return cls(handedness="left", xy_range=TEXTURE_RANGE, reversed_z=True)
 
     @classmethod
-    def of(cls, value: Any) -> Convention:
+    def of(cls, value: object) -> Convention:
         """The convention that a text or a convention means.
 
         Parameters
@@ -225,7 +246,7 @@ class Convention:
         return bool(np.array_equal(self.map_from_ndc[:, 1], np.tile(np.eye(4)[1], (len(self.tiles), 1))))
 
     @property
-    def map_from_ndc(self) -> np.ndarray:
+    def map_from_ndc(self) -> npt.NDArray[np.float64]:
         """(T, 4, 4) float64: their map coordinates from our NDC, one a tile."""
         made = np.tile(np.eye(4), (len(self.tiles), 1, 1))
         low, high = self.xy_range
@@ -239,7 +260,7 @@ class Convention:
         return made
 
     @property
-    def world_from_their_world(self) -> np.ndarray:
+    def world_from_their_world(self) -> npt.NDArray[np.float64]:
         """(4, 4) float64: our world coordinates from theirs."""
         made = np.eye(4)
         # Row i of the inverse says which of our axes their axis i is; the inverse of such a matrix is its transpose.
@@ -248,7 +269,7 @@ class Convention:
             made[AXES.index(name[-1]), column] = -1.0 if name[0] == "-" else 1.0
         return made
 
-    def from_ours(self, matrix: Any) -> np.ndarray:
+    def from_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The matrix or matrices as this convention writes them.
 
         Parameters
@@ -266,11 +287,11 @@ class Convention:
             For another shape, numbers that are not finite, or another number of maps than of tiles.
         """
         ours = self._checked(matrix)
-        theirs: np.ndarray = self.map_from_ndc @ ours.reshape(-1, 4, 4) @ self.world_from_their_world
+        theirs: npt.NDArray[np.float64] = self.map_from_ndc @ ours.reshape(-1, 4, 4) @ self.world_from_their_world
         theirs = theirs.transpose(0, 2, 1).copy() if self.vectors == "row" else theirs
         return theirs.reshape(ours.shape)
 
-    def to_ours(self, matrix: Any) -> np.ndarray:
+    def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The matrix or matrices of this convention as ours; what `from_ours` takes back.
 
         Parameters
@@ -290,7 +311,7 @@ class Convention:
         stack = theirs.reshape(-1, 4, 4)
         clip = stack.transpose(0, 2, 1) if self.vectors == "row" else stack
         moved = self.map_from_ndc
-        ours: np.ndarray = clip @ self.world_from_their_world.T
+        ours: npt.NDArray[np.float64] = clip @ self.world_from_their_world.T
         # The inverse of a scale and an offset an axis, without the rounding of a general one.
         for axis in range(3):
             ours[:, axis] = (ours[:, axis] - moved[:, axis, 3, None] * ours[:, 3]) / moved[:, axis, axis, None]
@@ -310,7 +331,7 @@ class Convention:
         # The nearest preset, the first of those that are as near.
         return min(texts, key=lambda text: text[0])[1]
 
-    def _checked(self, matrix: Any) -> np.ndarray:
+    def _checked(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         found = matrices_of("matrix", matrix)
         maps = 1 if found.ndim == 2 else len(found)
         if len(self.tiles) not in (1, maps):

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, Convention
+from .fields import Tiles
 from .pair import SAME_TEXELS, Explanation, Pair, Seen, affine_fit, undone, with_texture_range, words_of
 
 # An atlas of shadow maps has at most this many tiles along a side, and tiles at most this border, in whole texels:
@@ -47,7 +47,7 @@ def tiles(pair: Pair, seen: Seen, maps: np.ndarray, offsets: np.ndarray) -> Iter
         size = 2.0 * np.abs(scales) / (high - low)
         # As near as a texel's part of the atlas is known.
         known = SAME_TEXELS / (2.0 * pair.half) * size.max()
-        tile: Any = pair.tile
+        tile: Tiles | None = pair.tile
         if tile is None:
             tile = regular_tiles(start, size, round(2.0 * pair.half), float(known))
             if tile is None or twice_biased(scales, offsets, pair.half):
@@ -61,7 +61,7 @@ def tiles(pair: Pair, seen: Seen, maps: np.ndarray, offsets: np.ndarray) -> Iter
         yield Explanation(convention, words_of(convention), left, 0.0, True, cost=cost)
 
 
-def regular_tiles(start: np.ndarray, size: np.ndarray, texels: int, known: float) -> Any:
+def regular_tiles(start: np.ndarray, size: np.ndarray, texels: int, known: float) -> Tiles | None:
     """The tile or tiles of an atlas of equal tiles; None where some map is nowhere in one, or fills it."""
     found = []
     for (u, v), (width, height) in zip(start, size, strict=True):

@@ -7,19 +7,26 @@ of all that leave nothing over, the simplest is told. What no convention explain
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..checks import whole
 from ..errors import ArgumentError
+from ..travel import Value
 from .convention import Convention
-from .fields import matrices_of, tiles_of
+from .fields import Tile, matrices_of, tiles_of
 from .lights import angle_between, same_light
 from .mistakes import mistake
 from .pair import SAME_DEPTH, Explanation, Pair
 from .points import points_of_map
 from .search import NO_PLACES, OPPOSITE, explain
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .._core import Camera, Scene
+    from ..types import Maps
 
 # Entries of single precision, multiplied a few times, stand a few 2^-24 apart.
 SAME_SCALE = 1e-6
@@ -31,8 +38,8 @@ DEPTH_MISTAKES = {
 }
 
 
-@dataclass(frozen=True, repr=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Value):
     """What sets a shadow matrix apart from another.
 
     Attributes
@@ -67,7 +74,13 @@ class Diagnosis:
 
 
 def diagnose(
-    mine: Any, theirs: Any, *, camera: Any = None, scene: Any = None, resolution: int = 1024, tile: Any = None
+    mine: Maps,
+    theirs: Maps,
+    *,
+    camera: Camera | None = None,
+    scene: Scene | None = None,
+    resolution: int = 1024,
+    tile: Tile | Sequence[Tile] | None = None,
 ) -> Diagnosis:
     """What sets somebody's shadow matrix apart from one of ours: its convention, or a difference of so many texels.
 
@@ -172,7 +185,7 @@ def texels_text(texels: float) -> str:
     return f"{texels:,.0f} texels" if texels >= 100 else f"{texels:.3g} texels"
 
 
-def stack_of(name: str, value: Any) -> tuple[np.ndarray, list[tuple[float, float]]]:
+def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """(K, 4, 4) matrices and the camera depths of each."""
     if hasattr(value, "matrices") and hasattr(value, "partitions"):
         if any(part.post_warp != "none" for part in value.partitions):
@@ -191,7 +204,7 @@ def stack_of(name: str, value: Any) -> tuple[np.ndarray, list[tuple[float, float
     return stack, [(0.0, np.inf)] * len(stack)
 
 
-def check_view(camera: Any, scene: Any) -> None:
+def check_view(camera: object, scene: object) -> None:
     """Raises for a camera or scene that is none."""
     from .. import _core
 

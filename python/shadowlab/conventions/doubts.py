@@ -8,19 +8,27 @@ rows x, y and w vanish on the light's homogeneous point. Other conventions break
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from .._core import Note
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Light
 
 # How far the rows may miss the light, relative to their norms on the visible scene: a tenth of a texel of the largest
 # map (16384 texels over 2 units), and above what products of single-precision matrices leave (a few 2^-24).
 LARGEST_RESIDUAL = 1e-5
-# How the note on a row of the study begins; the verdict leaves rows with it out of its ranking.
-CHECK_MATRIX = "check the matrix: "
 
 
-def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[str, float]] = ()) -> list[str]:
-    """What speaks against these matrices as maps of this light on what the camera sees; nothing where all is well.
+def doubt_about(
+    matrices: npt.ArrayLike, light: Light, gbuffer: GBuffer, warps: Sequence[Mapping[str, float]] = ()
+) -> Note | None:
+    """What speaks against these matrices as maps of this light on what the camera sees; None where all is well.
 
     Parameters
     ----------
@@ -34,12 +42,13 @@ def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[st
 
     Returns
     -------
-    list of str
+    Note or None
+        Of the kind "check_matrix".
     """
     stack = np.asarray(matrices, dtype=np.float64).reshape(-1, 4, 4)
     seen = np.asarray(gbuffer.triangle) >= 0
     if not seen.any():
-        return []  # without receivers there is nothing that a map could miss
+        return None  # without receivers there is nothing that a map could miss
     points = np.asarray(gbuffer.position, dtype=np.float64)[seen]
     center = points.mean(axis=0)
     radius = float(np.linalg.norm(points - center, axis=1).max()) or 1.0
@@ -50,16 +59,17 @@ def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[st
     source = np.linalg.solve(world_from_local, np.asarray(light.point, dtype=np.float64))
     source /= np.linalg.norm(source)
     maps = stack @ world_from_local
-    notes = []
+    details: list[str] = []
+    values: dict[str, float] = {}
     missed = max(residual(m, source) for m in maps)
     if not missed <= LARGEST_RESIDUAL:
-        text = f"not a map of this light: its rows x, y, w miss the light by {missed:.2g} (0 expected)"
+        details.append("misses_light")
+        values["miss"] = missed
         turned = stack.transpose(0, 2, 1) @ world_from_local
         if max(residual(m, source) for m in turned) <= LARGEST_RESIDUAL:
-            text += "; its transpose is one: give row-major matrices that act on columns"
-        notes.append(text)
+            details.append("transposed")
     elif falls_away(maps, source, local):
-        notes.append("depth falls away from the light: reversed z?")
+        details.append("depth_falls_away")
     clips = [local @ m.T for m in maps]
     for clip, terms in zip(clips, warps, strict=False):
         if terms:
@@ -68,11 +78,11 @@ def notes_on(matrices: Any, light: Any, gbuffer: Any, warps: Sequence[Mapping[st
     inside = np.any([covered(clip) for clip in clips], axis=0)
     below = np.any([covered(clip, lowest=-1.0) for clip in clips], axis=0) & ~inside
     if below.any():
-        share = 100.0 * below.mean()
-        notes.append(f"{share:.2g} % of the visible surface has depths between -1 and 0: z in -1..1?")
+        details.append("depth_below_zero")
+        values["share"] = 100.0 * float(below.mean())
     if not inside.any():
-        notes.append("no visible surface lies in the map")
-    return notes
+        details.append("nothing_in_map")
+    return Note("check_matrix", details, values) if details else None
 
 
 def residual(shadow_clip_from_local: np.ndarray, source: np.ndarray) -> float:

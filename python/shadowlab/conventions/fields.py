@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import Any, cast
+from collections.abc import Iterable, Sequence
+from typing import cast
 
 import numpy as np
 
 from ..errors import ArgumentError
 
 Tile = tuple[float, float, float, float]
+#: One tile for all maps, or one for each.
+Tiles = Tile | tuple[Tile, ...]
 
 AXES = ("x", "y", "z")
 LEFT_HANDED_AXES = ("x", "y", "-z")
 
 
-def check_word(name: str, value: Any, words: Sequence[str]) -> None:
+def check_word(name: str, value: object, words: Sequence[str]) -> None:
     """Raises unless the value is one of the words."""
     if not isinstance(value, str) or value not in words:
         raise ArgumentError(f"{name}: expected {' or '.join(map(repr, words))}, got {value!r}; try {words[0]!r}")
 
 
-def finite_numbers(name: str, value: Any, count: int, example: str) -> tuple[float, ...]:
+def finite_numbers(name: str, value: object, count: int, example: str) -> tuple[float, ...]:
     """So many finite numbers."""
     try:
-        found = tuple(float(v) for v in value)
+        found = tuple(float(v) for v in cast("Iterable[float]", value))
     except (TypeError, ValueError):
         found = ()
     if len(found) != count or not np.all(np.isfinite(found)) or isinstance(value, str):
@@ -33,7 +35,7 @@ def finite_numbers(name: str, value: Any, count: int, example: str) -> tuple[flo
     return found
 
 
-def range_of(name: str, value: Any) -> tuple[float, float]:
+def range_of(name: str, value: object) -> tuple[float, float]:
     """Two numbers, the lower first."""
     low, high = finite_numbers(name, value, 2, "(-1, 1)")
     if not low < high:
@@ -42,11 +44,11 @@ def range_of(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
-def axes_of(value: Any) -> tuple[str, str, str]:
+def axes_of(value: object) -> tuple[str, str, str]:
     """Three of our axes with their signs, each axis once."""
     parts = value.strip("() ").split(",") if isinstance(value, str) else value
     try:
-        found = tuple(str(part).strip().lower().removeprefix("+") for part in parts)
+        found = tuple(str(part).strip().lower().removeprefix("+") for part in cast("Iterable[object]", parts))
     except TypeError:
         found = ()
     if len(found) != 3 or sorted(name.removeprefix("-") for name in found) != list(AXES):
@@ -57,11 +59,13 @@ def axes_of(value: Any) -> tuple[str, str, str]:
     return found
 
 
-def tiles_of(value: Any) -> Tile | tuple[Tile, ...]:
+def tiles_of(value: object) -> Tiles:
     """One tile, or several, each with a positive size and a place inside the atlas."""
     several = isinstance(value, (Sequence, np.ndarray)) and len(value) > 0 and np.ndim(value[0]) > 0
     example = "(0, 0.5, 0.5, 0.5)"
-    made = [finite_numbers("tile", tile, 4, example) for tile in (value if several else [value])]
+    made = [
+        finite_numbers("tile", tile, 4, example) for tile in (cast("Iterable[object]", value) if several else [value])
+    ]
     # Thirds and the like do not add up exactly.
     most = 1.0 + 4.0 * np.finfo(np.float64).eps
     for tile in made:
@@ -71,10 +75,10 @@ def tiles_of(value: Any) -> Tile | tuple[Tile, ...]:
                 "tile: expected (u, v, width, height) inside the atlas, which spans 0 to 1, "
                 f"got {tile!r}; try {example}"
             )
-    return cast("Tile | tuple[Tile, ...]", tuple(made) if several else made[0])
+    return cast("Tiles", tuple(made) if several else made[0])
 
 
-def matrices_of(name: str, value: Any) -> np.ndarray:
+def matrices_of(name: str, value: object) -> np.ndarray:
     """A (4, 4) or (K, 4, 4) array of finite float64, K at least 1."""
     try:
         found = np.asarray(value)

@@ -9,7 +9,7 @@ import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -18,11 +18,15 @@ from ..errors import ArgumentError, LoadError, UnknownNameError
 from ..text import plain
 from .convention import Convention
 
+#: How matrices are written into a file.
+Form = Literal["npy", "json", "text"]
+FORMS: tuple[Form, ...] = get_args(Form)
+
 # What may stand beside the file in the text of such a technique, as `Parameterization.from_matrix` takes it.
 FIELDS = ("file", "convention", "resolution", "eye_depth", "selection")
 
 
-def written(p: Any, form: str, convention: Convention) -> bytes:
+def written(p: _core.Parameterization, form: Form, convention: Convention) -> bytes:
     """The matrices of a parameterization in a convention as the bytes of a file: "npy", "json" or "text"."""
     found = np.asarray(p.to(convention))
     if form == "npy":
@@ -37,7 +41,7 @@ def written(p: Any, form: str, convention: Convention) -> bytes:
     return ("\n\n".join(blocks) + "\n").encode()
 
 
-def record_of(p: Any, convention: Convention, stack: np.ndarray) -> dict[str, Any]:
+def record_of(p: _core.Parameterization, convention: Convention, stack: np.ndarray) -> dict[str, Any]:
     """The matrices and what one needs beside them."""
     parts = p.partitions
     return {
@@ -54,13 +58,13 @@ def record_of(p: Any, convention: Convention, stack: np.ndarray) -> dict[str, An
         "regions": [part.region for part in parts],
         "values": dict(p.values),
         "values_of_maps": [dict(part.values) for part in parts],
-        "notes": list(p.notes),
+        "notes": [str(note) for note in p.notes],
     }
 
 
-def details(p: Any, convention: Convention) -> list[str]:
+def details(p: _core.Parameterization, convention: Convention) -> list[str]:
     """What one needs beside numbers alone, a line each; nothing for one matrix of ours without a word to say."""
-    lines = list(p.notes)
+    lines = [str(note) for note in p.notes]
     if convention != Convention():
         lines.append(f"written for {convention}")
     lost = []
@@ -79,7 +83,7 @@ def details(p: Any, convention: Convention) -> list[str]:
     return lines
 
 
-def matrix_technique(text: str, values: Mapping[str, Any]) -> Any:
+def matrix_technique(text: str, values: Mapping[str, object]) -> _core.Parameterization:
     """The parameterization of `matrix:file=F,convention=C`.
 
     Raises

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +19,14 @@ from .fields import AXES
 from .pair import SAME_DEPTH, SAME_TEXELS, Explanation, Pair, words_of
 from .search import USUAL_AXES, explain, measured
 
+if TYPE_CHECKING:
+    from .._core import Camera
+
 # A world scaled by less is a matter of rounding: what is left of single precision after a few products.
 SAME_UNITS = 1e-5
 
 
-def mistake(pair: Pair, found: Explanation, camera: Any) -> Explanation | None:
+def mistake(pair: Pair, found: Explanation, camera: Camera | None) -> Explanation | None:
     """The first mistake after which the maps are the same, in place of what was found without."""
     for words, convention in mistakes(pair, found, camera):
         own = [*words_of(convention), *depth_words(convention)]
@@ -32,7 +35,7 @@ def mistake(pair: Pair, found: Explanation, camera: Any) -> Explanation | None:
     return None
 
 
-def mistakes(pair: Pair, found: Explanation, camera: Any) -> Iterator[tuple[str, Convention]]:
+def mistakes(pair: Pair, found: Explanation, camera: Camera | None) -> Iterator[tuple[str, Convention]]:
     """Mistakes that explain everything, each with the convention of the rest."""
     yield from another_order(pair)
     yield from after(pair, np.linalg.inv(pair.theirs), "the inverse matrix: it takes the map to the world")
@@ -75,7 +78,7 @@ def is_map(pair: Pair, matrix: np.ndarray, k: int) -> bool:
     return bool(left[:, :2].max() * pair.half <= SAME_TEXELS and left[:, 2].max() <= SAME_DEPTH)
 
 
-def of_camera(pair: Pair, camera: Any) -> Iterator[tuple[str, Convention]]:
+def of_camera(pair: Pair, camera: Camera) -> Iterator[tuple[str, Convention]]:
     """Points that are given relative to the camera, turned with it or not."""
     view = np.asarray(camera.view)
     apart = np.eye(4)

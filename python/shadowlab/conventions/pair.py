@@ -6,12 +6,12 @@ import itertools
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, WHOLE_TILE, Convention
-from .fields import AXES
+from .fields import AXES, Tiles
 
 # The grid on which hardware rasterises, in texels: a smaller difference moves no triangle.
 SAME_TEXELS = 1.0 / 256.0
@@ -41,7 +41,12 @@ class Pair:
     """Two stacks of matrices and the points at which they are compared: (K, 4, 4), and (N, 4) a map."""
 
     def __init__(
-        self, ours: np.ndarray, theirs: np.ndarray, points: Sequence[np.ndarray], resolution: int, tile: Any = None
+        self,
+        ours: np.ndarray,
+        theirs: np.ndarray,
+        points: Sequence[np.ndarray],
+        resolution: int,
+        tile: Tiles | None = None,
     ):
         self.ours, self.theirs, self.half, self.tile = ours, theirs, 0.5 * resolution, tile
         self.map_of = np.repeat(np.arange(len(points)), [len(p) for p in points])
@@ -95,7 +100,7 @@ def plain_places(pair: Pair, seen: Seen) -> Iterator[Explanation]:
         yield Explanation(convention, words, float(np.abs(left).max()) * pair.half, 0.0, True, cost=cost)
 
 
-def undone(convention: Convention, q: np.ndarray, map_of: Any = None) -> np.ndarray:
+def undone(convention: Convention, q: np.ndarray, map_of: npt.NDArray[np.int64] | None = None) -> np.ndarray:
     """(N, 2) places in our NDC of their coordinates."""
     moved = convention.map_from_ndc
     moved = moved[np.zeros(len(q), int) if len(moved) == 1 else map_of]

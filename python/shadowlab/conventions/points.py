@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera, Scene
 
 # Corners of a box by the low or high end of each axis, and its edges by the corners they join.
 CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 EDGES = [(i, j) for i, j in itertools.combinations(range(8), 2) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1]
 
 
-def frustum_corners(camera: Any, near: float, far: float) -> np.ndarray:
+def frustum_corners(camera: Camera, near: float, far: float) -> np.ndarray:
     """(8, 3) corners of the part of a camera's frustum between two depths."""
     tan_y = np.tan(0.5 * camera.fov_y)
     depth = np.array([near, far])[CORNERS[:, 2]]
@@ -23,7 +28,7 @@ def frustum_corners(camera: Any, near: float, far: float) -> np.ndarray:
     return corners
 
 
-def box_corners(bounds: Any) -> np.ndarray:
+def box_corners(bounds: npt.ArrayLike) -> np.ndarray:
     """(8, 3) corners of a box of (2, 3) bounds."""
     low, high = np.asarray(bounds, dtype=np.float64)
     corners: np.ndarray = np.where(CORNERS == 0, low, high)
@@ -67,7 +72,9 @@ def unit_cube_corners(shadow_clip_from_world: np.ndarray) -> np.ndarray:
     return corners
 
 
-def points_of_map(matrix: np.ndarray, texel: float, depths: tuple[float, float], camera: Any, scene: Any) -> np.ndarray:
+def points_of_map(
+    matrix: np.ndarray, texel: float, depths: tuple[float, float], camera: Camera | None, scene: Scene | None
+) -> np.ndarray:
     """(N, 4) homogeneous world points of a map: corners of what the camera sees that lie in it, else of its unit cube.
 
     Parameters

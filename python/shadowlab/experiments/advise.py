@@ -8,7 +8,7 @@ truth, and measured by the footprint of its texels. The numbers of every run are
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from ..text import shown
 from .arguments import check_types, size_of
 from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of
 from .columns import table
-from .measures import Measure, measure_of, over_of
+from .measures import ErrorName, Measure, Over, measure_of, over_of
 from .memory import budgets_of, bytes_of, memory_text
 from .progress import Steps
 from .ranking import Standing, counted_views, standings, switches
@@ -28,6 +28,10 @@ from .views import LabelledView, views_of
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
+
+    from .._core import Bias, Camera, Scene
+    from ..types import Filter, Item, Labelled, Light, RendererArgument, Techniques
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class Choice:
     """
 
     candidate: str
-    technique: Any = field(repr=False)
+    technique: Item = field(repr=False)
     maps: int
     resolution: int
     bytes: int
@@ -92,14 +96,14 @@ class Advice:
     views: tuple[LabelledView, ...]
     budgets: tuple[int, ...]
     measure: Measure
-    over: str
-    scene: Any = field(repr=False)
-    bias: Any
-    filter: str
+    over: Over
+    scene: Scene = field(repr=False)
+    bias: Bias
+    filter: Filter
     backend: str
     adapter: str
     filled: Mapping[str, float]
-    source: Any
+    source: Source
 
     @property
     def standings(self) -> list[Standing]:
@@ -185,7 +189,7 @@ class Advice:
         labels = counted_views(self.outcomes)
         return [view for view in self.views if view.label in labels]
 
-    def reproduce(self, row: Any) -> str:
+    def reproduce(self, row: int | pd.Series[Any] | Mapping[str, Any] | Choice) -> str:
         """The Python that computes a row again.
 
         Parameters
@@ -202,7 +206,7 @@ class Advice:
 
         return snippet_of(self, row)
 
-    def figure(self) -> Any:
+    def figure(self) -> Figure:
         """A matplotlib figure: the error over the views with the least and the largest budget, and over memory."""
         from ..plot.advice import advice_figure
 
@@ -238,20 +242,20 @@ class Advice:
 
 
 def advise(
-    scene: Any,
-    cameras: Any,
-    lights: Any,
+    scene: Scene,
+    cameras: Labelled[Camera],
+    lights: Labelled[Light],
     *,
-    memory: Any,
-    techniques: Any = None,
-    error: str = "misclassified",
-    over: str = "mean",
+    memory: float | str | Iterable[float | str],
+    techniques: Techniques | None = None,
+    error: ErrorName = "misclassified",
+    over: Over = "mean",
     size: tuple[int, int] | None = None,
-    renderer: Any = None,
-    bias: Any = None,
-    filter: str = "nearest",
+    renderer: RendererArgument = None,
+    bias: Bias | None = None,
+    filter: Filter = "nearest",
     progress: bool = True,
-    source: Any = None,
+    source: Source | None = None,
 ) -> Advice:
     """Which technique, at which resolution and with how many splits, is best at equal memory, and where that switches.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..checks import (
     check_bias,
@@ -19,11 +19,14 @@ from ..checks import (
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
 
+if TYPE_CHECKING:
+    from .._core import Camera
+
 # A picture stretched by more than this share looks wrong, and its pixels are no squares of the view any more.
 LARGEST_STRETCH = 0.01
 
 
-def resolutions_of(value: Any) -> list[int]:
+def resolutions_of(value: object) -> list[int]:
     """The resolutions of a study, in order, none twice."""
     if isinstance(value, str):
         raise ArgumentError(f"resolution: expected a whole number or several, got {shown(value)}; try 1024")
@@ -36,7 +39,7 @@ def resolutions_of(value: Any) -> list[int]:
     return found
 
 
-def size_of(value: Any, camera: Any) -> tuple[int, int]:
+def size_of(value: object, camera: Camera) -> tuple[int, int]:
     """Width and height of the eye view; chosen for the camera where none is given. Warns where it stretches."""
     if value is None:
         return picture_size(camera.aspect)
@@ -52,7 +55,7 @@ def size_of(value: Any, camera: Any) -> tuple[int, int]:
     return width, height
 
 
-def check_types(scene: Any, camera: Any, light: Any, bias: Any, filter: Any) -> None:
+def check_types(scene: object, camera: object, light: object, bias: object, filter: object) -> None:
     """Raises for a scene, camera, light, bias or filter that is none.
 
     Raises

@@ -7,7 +7,7 @@ first, and again at the resolution found, until none needs more maps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,7 +21,7 @@ from .run import METRICS, Run, evaluate, fitted
 from .views import LabelledView
 
 if TYPE_CHECKING:
-    from ..types import RendererLike
+    from ..types import Filter, Item, RendererLike, Techniques
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ class Candidate:
 
     label: str
     text: str
-    item: Any = field(repr=False)
+    item: Item = field(repr=False)
 
     @property
     def given(self) -> bool:
@@ -54,14 +54,14 @@ class Candidate:
         return is_parameterization(self.item)
 
     @property
-    def parameterization(self) -> Any:
+    def parameterization(self) -> _core.Parameterization | None:
         """The matrices of one that is given."""
-        return self.item if self.given else None
+        return self.item if is_parameterization(self.item) else None
 
     @property
     def technique(self) -> str:
         """The name of the technique behind it."""
-        return str(self.item.technique if self.given else self.item.name)
+        return str(self.item.technique if is_parameterization(self.item) else self.item.name)
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -75,7 +75,7 @@ class Draw:
 
     renderer: RendererLike
     bias: _core.Bias
-    filter: str
+    filter: Filter
     measure: Measure
 
 
@@ -92,8 +92,8 @@ class Outcome:
     resolution: int | None = None
     error: float | None = None
     variance: float = 0.0
-    numbers: Mapping[str, Any] = field(default_factory=dict, hash=False)
-    notes: str = ""
+    numbers: Mapping[str, float | None] = field(default_factory=dict, hash=False)
+    notes: tuple[_core.Note, ...] = ()
     failure: str = ""
     run: Run | None = None
 
@@ -105,12 +105,12 @@ class Outcome:
             "scene": Source.of_scene(view.view.scene).name, "view": view.label, "camera": view.camera_label,
             "light": view.light_label, "light_angle": view.light_angle, "light_elevation": view.light_elevation,
             "technique": self.candidate, "spec": self.text, "memory": self.memory, "maps": self.maps,
-            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers, "notes": self.notes,
-            "failure": self.failure,
+            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers,
+            "notes": "; ".join(map(str, self.notes)), "failure": self.failure,
         }  # fmt: skip
 
 
-def candidates_of(techniques: Any, views: Sequence[LabelledView]) -> list[Candidate]:
+def candidates_of(techniques: Techniques | None, views: Sequence[LabelledView]) -> list[Candidate]:
     """The candidates, none twice.
 
     Raises
@@ -134,7 +134,7 @@ def candidates_of(techniques: Any, views: Sequence[LabelledView]) -> list[Candid
     return found
 
 
-def default_techniques(kinds: Mapping[str, Any]) -> list[str]:
+def default_techniques(kinds: Iterable[str]) -> list[str]:
     """What is ranked where nobody says: uniform, the warps that engines ship, and depth splits of both."""
     warp = "lispsm:near=optimal"
     splits = [f"z_partition:count={n}" for n in (2, 3, 4)]
@@ -210,7 +210,7 @@ def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str)
         view.view, one.item, plan.side, metrics=RANKED_METRICS, renderer=draw.renderer, filter=draw.filter,
         bias=draw.bias, label=one.label,
     )  # fmt: skip
-    found = replace(blank, maps=maps, resolution=plan.side, run=run, notes="; ".join(run.notes))
+    found = replace(blank, maps=maps, resolution=plan.side, run=run, notes=run.notes)
     if run.failure:
         return replace(found, failure=run.failure)
     error = draw.measure.of(run)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from .. import _core
 from ..checks import renderer_of
 from ..errors import ArgumentError
 from ..scene.source import Source
-from ..scene.view import View
+from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
 from .arguments import check_types, resolutions_of, size_of
@@ -27,16 +27,21 @@ from .columns import table
 from .progress import Steps
 from .run import METRICS, Metric, Run, checked_metrics, evaluate
 
+T = TypeVar("T")
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ..aliasing import Footprint, Usage
-    from ..types import Light, RendererLike
+    from ..aliasing.causes import Causes
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.summary import Summary
+    from ..aliasing.usage import Usage
+    from ..types import Filter, Light, Mask, RendererArgument, RendererLike, ShadowMaps, Techniques
 
 
-class ByRun(Mapping[Any, Any]):
+class ByRun(Mapping["str | tuple[str, int]", T]):
     """What the runs that succeeded have, by (label, resolution), or by label alone in a study of one resolution.
 
     An entry is made when it is asked for.
@@ -46,13 +51,13 @@ class ByRun(Mapping[Any, Any]):
         self._runs = {(run.label, run.resolution): run for run in runs}
         self._what = what
 
-    def __getitem__(self, key: Any) -> Any:
-        found = [key] if key in self._runs else [k for k in self._runs if k[0] == key]
+    def __getitem__(self, key: str | tuple[str, int]) -> T:
+        found = [k for k in self._runs if k == key] or [k for k in self._runs if k[0] == key]
         if len(found) != 1:
             keys = ", ".join(map(repr, self._runs)) or "none"
             raise KeyError(f"{key!r}: expected one of {keys}")
         run = self._runs[found[0]]
-        return run if self._what == "run" else getattr(run, self._what)
+        return cast("T", run if self._what == "run" else getattr(run, self._what))
 
     def __iter__(self) -> Iterator[tuple[str, int]]:
         return iter(self._runs)
@@ -91,12 +96,12 @@ class Study:
     runs: tuple[Run, ...]
     view: View = field(repr=False)
     bias: _core.Bias
-    filter: str
+    filter: Filter
     backend: str
     adapter: str
     source: Source
     traced: bool = True
-    renderer: Any = field(default=None, repr=False, compare=False)
+    renderer: RendererLike | None = field(default=None, repr=False, compare=False)
 
     @property
     def scene(self) -> _core.Scene:
@@ -109,20 +114,19 @@ class Study:
         return self.view.camera
 
     @property
-    def light(self) -> Any:
+    def light(self) -> Light:
         """The light."""
-        return self.view.light
+        return light_of(self.view)
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the eye view, pixels."""
-        width, height = self.view.size
-        return width, height
+        return self.view.size
 
     @property
     def gbuffer(self) -> _core.GBuffer:
         """What the camera sees."""
-        return self.view.gbuffer(self.backend if self.renderer is None else self.renderer)
+        return self.view.gbuffer(self._draw)
 
     @property
     def truth(self) -> NDArray[np.int8] | None:
@@ -140,32 +144,32 @@ class Study:
         return table("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
 
     @property
-    def masks(self) -> ByRun:
+    def masks(self) -> ByRun[Mask]:
         """Shadow masks (H, W) float32."""
         return self._by_run("mask")
 
     @property
-    def maps(self) -> ByRun:
+    def maps(self) -> ByRun[ShadowMaps]:
         """Shadow maps (H, W) or (K, H, W) float32."""
         return self._by_run("maps")
 
     @property
-    def differences(self) -> ByRun:
+    def differences(self) -> ByRun[NDArray[np.int8]]:
         """Differences from the truth (H, W) int8."""
         return ByRun([run for run in self._done if run.judged], "difference")
 
     @property
-    def chosen(self) -> ByRun:
+    def chosen(self) -> ByRun[NDArray[np.int16]]:
         """The map that each pixel asks (H, W) int16, of runs with several maps."""
         return ByRun([run for run in self._done if run.several], "chosen")
 
     @property
-    def causes(self) -> ByRun:
+    def causes(self) -> ByRun[Causes]:
         """Why wrong pixels are wrong."""
         return ByRun([run for run in self._done if "causes" in run.metrics], "causes")
 
     @property
-    def summaries(self) -> ByRun:
+    def summaries(self) -> ByRun[Summary]:
         """Size of a texel in the image, as numbers."""
         return ByRun([run for run in self._done if run.summary is not None], "summary")
 
@@ -193,10 +197,14 @@ class Study:
         return found
 
     @property
+    def _draw(self) -> RendererLike:
+        return renderer_of(self.backend if self.renderer is None else self.renderer)
+
+    @property
     def _done(self) -> list[Run]:
         return [run for run in self.runs if not run.failure]
 
-    def _by_run(self, what: str) -> ByRun:
+    def _by_run(self, what: str) -> ByRun[Any]:
         return ByRun(self._done, what)
 
     def _run(self, label: str, resolution: int | None) -> Run:
@@ -206,17 +214,22 @@ class Study:
     @property
     def verdict(self) -> str:
         """What the table says."""
-        from ..reports.study_verdict import verdict
+        return " ".join(self.sentences)
 
-        seen = self.view.filled(self.backend if self.renderer is None else self.renderer)
-        return verdict(self.table, {run.label: run.technique for run in self.runs}, seen=seen)
+    @property
+    def sentences(self) -> list[str]:
+        """The sentences of the verdict, the most important one first."""
+        from ..reports.study_verdict import Remarks, sentences
+
+        seen = self.view.filled(self._draw)
+        remarks = [Remarks(run.notes, run.refusal) for run in self.runs]
+        return sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
 
     def figure(self) -> Figure:
         """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""
         from .. import plot
 
-        figure: Figure = plot.study_figure(self)
-        return figure
+        return plot.study_figure(self)
 
     def save(self, directory: str | Path, *, progress: bool = True) -> Path:
         """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
@@ -251,13 +264,13 @@ def compare(
     scene: _core.Scene,
     camera: _core.Camera,
     light: Light,
-    techniques: Any = ("uniform", "lispsm"),
+    techniques: Techniques = ("uniform", "lispsm"),
     *,
     resolution: int | Sequence[int] = 1024,
     size: tuple[int, int] | None = None,
-    renderer: RendererLike | str | None = None,
+    renderer: RendererArgument = None,
     bias: _core.Bias | None = None,
-    filter: str = "nearest",
+    filter: Filter = "nearest",
     truth: bool = True,
     metrics: Sequence[Metric] = METRICS,
     timing: bool = False,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,12 @@ from ..aliasing.causes import Causes, depths_of
 from ..aliasing.footprint import NO_MAP, UNMEASURED, Footprint, footprint_of
 from ..aliasing.usage import Usage, usage
 from ..scene.kept import Kept
+from ..scene.view import light_of
 
 if TYPE_CHECKING:
     from ..aliasing.summary import Summary
     from ..scene.view import View
-    from ..types import RendererLike
+    from ..types import Filter, Light, Maps, RendererLike
 
 T = TypeVar("T")
 
@@ -44,7 +45,8 @@ class Drawing:
     """
 
     def __init__(
-        self, view: View, renderer: RendererLike, parameterization: Any, resolution: int, bias: _core.Bias, filter: str
+        self, view: View, renderer: RendererLike, parameterization: _core.Parameterization, resolution: int,
+        bias: _core.Bias, filter: Filter,
     ):  # fmt: skip
         self.view, self.renderer, self.parameterization = view, renderer, parameterization
         self.resolution, self.bias, self.filter = resolution, bias, filter
@@ -104,7 +106,7 @@ class Drawing:
         """How often each texel is read, computed anew."""
         return usage(*self._looks, resolution=self.resolution, filter=self.filter)
 
-    def wrong_pixels(self) -> dict[str, Any]:
+    def wrong_pixels(self) -> dict[str, float | None]:
         """The counts of wrong pixels, by columns."""
         errors = self.errors
         return {
@@ -117,17 +119,18 @@ class Drawing:
             "unmatched": int(errors.unmatched),
         }
 
-    def cause_counts(self) -> dict[str, Any]:
+    def cause_counts(self) -> dict[str, float | None]:
         """The wrong pixels by cause, and how far edges moved, by columns."""
         image, distance = self._caused()
         causes = Causes(image, distance, np.empty(0), 0)
         moved = causes.edge_distance
-        return {**causes.counts, "edge_px": None if moved is None else moved["mean"]}
+        counts: dict[str, float | None] = {name: count for name, count in causes.counts.items()}  # noqa: C416  # other keys
+        return counts | {"edge_px": None if moved is None else moved["mean"]}
 
-    def texels(self) -> tuple[Summary, dict[str, Any]]:
+    def texels(self) -> tuple[Summary, dict[str, float | None]]:
         """The summary of the footprints, and its numbers by columns."""
         summary = self.footprint.summary()
-        numbers: dict[str, Any] = {"measured": summary.measured, "outside": summary.counts[UNMEASURED[NO_MAP]]}
+        numbers: dict[str, float | None] = {"measured": summary.measured, "outside": summary.counts[UNMEASURED[NO_MAP]]}
         if summary.percentiles is not None:
             numbers |= {f"texel_p{k}": summary.percentiles[k] for k in (50, 95, 99)}
             numbers |= {"texel_mean": summary.mean, "texel_max": summary.max}
@@ -139,8 +142,8 @@ class Drawing:
         return self.view.gbuffer(self.renderer)
 
     @property
-    def _looks(self) -> tuple[_core.GBuffer, _core.Camera, Any, Any]:
-        return self._gbuffer, self.view.camera, self.view.light, self.parameterization
+    def _looks(self) -> tuple[_core.GBuffer, _core.Camera, Light, Maps]:
+        return self._gbuffer, self.view.camera, light_of(self.view), self.parameterization
 
     def _looked_up(self) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         return self._kept(
@@ -153,7 +156,7 @@ class Drawing:
         def make() -> tuple[NDArray[np.int8], NDArray[np.float32]]:
             view = self.view
             return _core.causes(
-                view.scene, view.camera, view.light, self.parameterization, self.errors.image, view.truth(),
+                view.scene, view.camera, light_of(view), self.parameterization, self.errors.image, view.truth(),
                 gbuffer=self._gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
             )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """The case that papers compute with: a view whose whole frustum is full of receivers.
 
-Source: Wimmer, Scherzer, Purgathofer 2004, section 4; Lloyd, Tuft, Yoon, Manocha 2006. No real scene is so, but no map
-can have smaller largest errors in one than in this, and closed forms exist for it.
+Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4; Lloyd, Tuft, Yoon, Manocha 2006 [lloyd2006]. No real
+scene is so, but no map can have smaller largest errors in one than in this, and closed forms exist for it.
 
 ```
     +----------------------------------+
@@ -15,13 +15,16 @@ can have smaller largest errors in one than in this, and closed forms exist for 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..aliasing.frustum_body import corners_at
 from ..checks import check_camera
 from ..scene.scenes import Scene
+
+if TYPE_CHECKING:
+    from .._core import Camera
 
 # The box's half side over the distance from the eye to the frustum's farthest corner. Chosen because planes of the box
 # then touch the frustum nowhere, whatever the view direction.
@@ -30,7 +33,7 @@ ROOM = 2.0
 QUADS = ((0, 2, 6, 4), (1, 5, 7, 3), (0, 4, 5, 1), (2, 3, 7, 6), (0, 1, 3, 2), (4, 6, 7, 5))
 
 
-def frustum_scene(camera: Any) -> Scene:
+def frustum_scene(camera: Camera) -> Scene:
     """A scene in which the whole frustum of a camera is the body of receivers: a box around it, far larger.
 
     Parameters

@@ -18,7 +18,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +36,11 @@ from .progress import Steps
 from .run import Metric, evaluate, fitted
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
 
-    from ..types import RendererLike
+    from ..types import Filter, Item, RendererArgument, RendererLike, Techniques
+
 
 # Two numbers that are this close are one: a map that fell back to the uniform one differs from it by rounding.
 SAME = 1e-6
@@ -55,7 +57,7 @@ class LightAngles:
         row has none.
     """
 
-    table: Any
+    table: pd.DataFrame
 
     def relative(self, y: str = "storage_factor", *, baseline: str = "uniform") -> pd.DataFrame:
         """A number over that of another technique: a row an angle (falling), a column a technique; above 1 it is worse.
@@ -137,7 +139,7 @@ class LightAngles:
         return str(self.table.to_html(index=False, border=0, float_format=lambda v: f"{v:.4g}"))
 
 
-def light_at_angle(camera: Any, angle_deg: float, *, azimuth_deg: float = 0.0) -> Any:
+def light_at_angle(camera: _core.Camera, angle_deg: float, *, azimuth_deg: float = 0.0) -> _core.DirectionalLight:
     """The directional light at an angle to the view.
 
     Parameters
@@ -166,17 +168,17 @@ def light_at_angle(camera: Any, angle_deg: float, *, azimuth_deg: float = 0.0) -
 
 
 def over_light_angle(
-    scene: Any,
-    camera: Any,
-    angles_deg: Any,
-    techniques: Any = ("uniform", "lispsm"),
+    scene: _core.Scene,
+    camera: _core.Camera,
+    angles_deg: npt.ArrayLike | Iterable[float],
+    techniques: Techniques = ("uniform", "lispsm"),
     *,
     azimuth_deg: float = 0.0,
     resolution: int = 1024,
     size: tuple[int, int] | None = None,
-    renderer: Any = None,
-    bias: Any = None,
-    filter: str = "nearest",
+    renderer: RendererArgument = None,
+    bias: _core.Bias | None = None,
+    filter: Filter = "nearest",
     truth: bool = True,
     progress: bool = True,
 ) -> LightAngles:
@@ -251,7 +253,7 @@ def pays_from(angles: NDArray[np.float64], ratios: NDArray[np.float64]) -> float
     return float(angles[first] + (angles[first - 1] - angles[first]) * at / (at - above))
 
 
-def side_at_equal_memory(item: Any, view: View, resolution: int, renderer: RendererLike) -> tuple[int, str]:
+def side_at_equal_memory(item: Item, view: View, resolution: int, renderer: RendererLike) -> tuple[int, str]:
     """Texels along each side of a technique's maps that together have no more than one map of this resolution.
 
     0 and the reason where it has no maps.
@@ -268,7 +270,9 @@ def side_at_equal_memory(item: Any, view: View, resolution: int, renderer: Rende
         return 0, str(error)
 
 
-def lights_at(camera: Any, angles_deg: Any, azimuth_deg: float) -> dict[float, Any]:
+def lights_at(
+    camera: _core.Camera, angles_deg: npt.ArrayLike | Iterable[float], azimuth_deg: float
+) -> dict[float, _core.DirectionalLight]:
     """The light of each angle, in order."""
     given = angles_deg if isinstance(angles_deg, Iterable) and not isinstance(angles_deg, str) else [angles_deg]
     angles = [finite_degrees("angles_deg", angle) for angle in given]
@@ -277,10 +281,10 @@ def lights_at(camera: Any, angles_deg: Any, azimuth_deg: float) -> dict[float, A
     return {angle: light_at_angle(camera, angle, azimuth_deg=azimuth_deg) for angle in angles}
 
 
-def finite_degrees(name: str, value: Any) -> float:
+def finite_degrees(name: str, value: object) -> float:
     """The value as a finite number."""
     try:
-        number = float("nan") if isinstance(value, str) else float(value)
+        number = float("nan") if isinstance(value, str) else float(cast("float", value))
     except (TypeError, ValueError):
         number = float("nan")
     if not np.isfinite(number):

@@ -7,7 +7,8 @@ light at any angle (theory.md E.2); measured from finished maps, so that a formu
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +23,24 @@ from .columns import table
 from .frustum_scene import frustum_scene
 from .light_angles import LightAngles, lights_at
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera, Parameterization
+    from ..types import Floats, Size, Techniques
+
 # From the borders of depth splits, as a share of the depth: outlasts the rounding of points.
 WITHIN = 1e-9
 
 
 def frustum_over_light_angle(
-    camera: Any,
-    angles_deg: Any,
-    techniques: Any = ("uniform", "lispsm"),
+    camera: Camera,
+    angles_deg: npt.ArrayLike | Iterable[float],
+    techniques: Techniques = ("uniform", "lispsm"),
     *,
     azimuth_deg: float = 0.0,
     resolution: int = 1024,
-    size: Any = 1024,
+    size: Size = 1024,
     steps: int = 16,
 ) -> LightAngles:
     """The worst perspective errors where receivers fill the frustum, over the angle between light and view.
@@ -89,14 +96,15 @@ def frustum_over_light_angle(
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
                 e = footprint_at(points, normals, camera, light, p, size=picture, resolution=side)
-                row |= {"maps": e.maps, "notes": "; ".join(p.notes), **worst_of_outline(texels, e.perspective_ts)}
+                notes = "; ".join(map(str, p.notes))
+                row |= {"maps": e.maps, "notes": notes, **worst_of_outline(texels, e.perspective_ts)}
             except ShadowlabError as error:
                 row["failure"] = str(error)
             rows.append(row)
     return LightAngles(table("frustum_over_light_angle", rows))
 
 
-def outlines(p: Any, camera: Any, steps: int) -> NDArray[np.float64]:
+def outlines(p: Parameterization, camera: Camera, steps: int) -> NDArray[np.float64]:
     """The outline (N, 3) of the frustum; where depth tells which map serves, that of each map's part."""
     parts = p.partitions
     if len(parts) == 1 or p.selection != "depth":
@@ -108,7 +116,7 @@ def outlines(p: Any, camera: Any, steps: int) -> NDArray[np.float64]:
     return found
 
 
-def worst_of_outline(texels: BeamTexels, perspective_ts: NDArray[np.float64]) -> dict[str, float]:
+def worst_of_outline(texels: BeamTexels, perspective_ts: Floats) -> dict[str, float]:
     """The numbers of a row: of texels across the beam, and of the same in the image (N, 2).
 
     Raises

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, get_args
 
 from ..errors import ArgumentError, UnknownNameError
 from ..text import share_text, shown
@@ -14,7 +14,11 @@ from .thresholds import ABOUT_EQUAL, NOISE_SIGMAS
 if TYPE_CHECKING:
     from .run import Run
 
-OVER = ("mean", "worst")
+#: What is ranked by.
+ErrorName = Literal["misclassified", "worst", "p95", "mean", "undersampled", "perspective"]
+#: How views are put together.
+Over = Literal["mean", "worst"]
+OVER: tuple[Over, ...] = get_args(Over)
 # Edges move by parts of a texel when a map's texels shift, all along the edge at once: wrong pixels scatter by 1 to 3
 # per cent of their number (7 in the coarsest maps of a forest), whatever the size of the picture. Measured on maps of
 # uniform, lispsm and z_partition in three scenes, whose sides differ by up to 6 in 256 or 24 in 1024 texels.
@@ -63,7 +67,7 @@ class Measure:
         Why nobody should choose by it; a verdict then tells its numbers and this, and no more.
     """
 
-    name: str
+    name: ErrorName
     title: str
     unit: str
     doc: str
@@ -90,7 +94,7 @@ class Measure:
         """Why candidates are told as about equal: the scatter, or a ratio where that is wider."""
         return "within the noise" if NOISE_SIGMAS * math.sqrt(2) * self.scatter > ABOUT_EQUAL - 1 else NO_CHOICE
 
-    def variance(self, value: float, population: int) -> float:
+    def variance(self, value: float, population: float) -> float:
         """The variance of a value: of the count behind a share, and of where the texels happen to lie."""
         count = value / population if self.population and population > 0 else 0.0
         return count + (self.scatter * value) ** 2
@@ -134,7 +138,7 @@ MEASURES = (
 )  # fmt: skip
 
 
-def measure_of(name: Any) -> Measure:
+def measure_of(name: object) -> Measure:
     """The error of that name.
 
     Raises
@@ -153,7 +157,7 @@ def measure_of(name: Any) -> Measure:
     raise UnknownNameError(f"error: unknown error {name!r}; expected one of {names}")
 
 
-def over_of(value: Any) -> str:
+def over_of(value: object) -> Over:
     """How views are put together.
 
     Raises

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -28,7 +28,7 @@ _UNIT_OF = {**{name.lower(): size for name, size in UNITS.items()}, "bytes": 1, 
 _TEXT = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*([A-Za-z]*)")
 
 
-def bytes_of(value: Any) -> int:
+def bytes_of(value: object) -> int:
     """The bytes of one budget: a number of them, or text such as "4 MiB" (2^20 each) or "16MB" (10^6 each).
 
     Raises
@@ -60,7 +60,7 @@ def bytes_of(value: Any) -> int:
     return int(exact)
 
 
-def budgets_of(value: Any) -> list[int]:
+def budgets_of(value: object) -> list[int]:
     """The budgets of an advice in bytes, rising, none twice.
 
     Raises
@@ -69,7 +69,7 @@ def budgets_of(value: Any) -> list[int]:
         As `bytes_of`, and for none or the same one twice.
     """
     several = isinstance(value, Iterable) and not isinstance(value, (str, bytes))
-    found = sorted(bytes_of(one) for one in (value if several else [value]))
+    found = sorted(bytes_of(one) for one in (cast("Iterable[object]", value) if several else [value]))
     if not found:
         raise ArgumentError('memory: expected at least one budget, got none; try "4 MiB"')
     for one in found:

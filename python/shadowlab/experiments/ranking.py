@@ -20,7 +20,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from ..conventions.doubts import CHECK_MATRIX
+from .. import _core
 from ..text import listed
 from .candidates import Outcome
 from .memory import memory_text, taken, unused
@@ -34,7 +34,10 @@ NO_TEXEL = "no pixel of the view looks up a texel of its maps"
 
 @dataclass(frozen=True)
 class Standing:
-    """A candidate with a budget over all views; `error` is the mean or the worst, whichever is ranked by."""
+    """A candidate with a budget over all views; `error` is the mean or the worst, whichever is ranked by.
+
+    `unseen` says that it failed only because no view shows anything to compare.
+    """
 
     memory: int
     candidate: str
@@ -47,8 +50,9 @@ class Standing:
     worst_view: str = ""
     error: float | None = None
     variance: float = 0.0
-    notes: str = ""
+    notes: tuple[_core.Note, ...] = ()
     failure: str = ""
+    unseen: bool = False
     rank: int | None = None
     ratio_to_best: float | None = None
     ratio_to_uniform: float | None = None
@@ -57,7 +61,7 @@ class Standing:
     @property
     def doubted(self) -> bool:
         """Whether its matrices are hardly maps of the light, so that it is not ranked."""
-        return CHECK_MATRIX in self.notes
+        return any(note.kind == "check_matrix" for note in self.notes)
 
     @property
     def ranked(self) -> bool:
@@ -78,7 +82,7 @@ class Standing:
             "maps": self.maps, "resolution": self.resolution, "bytes": size, "unused_memory": self.unused,
             "error_mean": self.mean, "error_worst": self.worst, "worst_view": self.worst_view,
             "ratio_to_best": self.ratio_to_best, "ratio_to_uniform": self.ratio_to_uniform,
-            "about_best": self.about_best, "notes": self.notes, "failure": self.failure,
+            "about_best": self.about_best, "notes": "; ".join(map(str, self.notes)), "failure": self.failure,
         }  # fmt: skip
 
 
@@ -105,11 +109,13 @@ def standing_of(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Sta
     used = [o for o in of if o.view.label in counted] if counted else list(of)
     sides = [o.resolution for o in of if o.resolution is not None]
     maps = max((o.maps for o in of if o.maps is not None), default=None)
-    notes = "; ".join(dict.fromkeys(note for o in used for note in [o.notes] if note))
+    notes = tuple(dict.fromkeys(note for o in used for note in o.notes))
     head = (first.memory, first.candidate, first.technique, first.text, maps, sides[0] if sides else None)
-    failure = failure_of(used) or ("" if counted else NOTHING_SEEN)
+    failure = failure_of(used)
     if failure:
         return Standing(*head, notes=notes, failure=failure)
+    if not counted or all(o.error is None for o in used):
+        return Standing(*head, notes=notes, failure=NOTHING_SEEN, unseen=True)
     errors = [(float(o.error or 0.0), o.view.label, o.variance) for o in used]
     mean = sum(error for error, _, _ in errors) / len(errors)
     worst, worst_view, worst_variance = max(errors, key=lambda e: e[0])
@@ -125,8 +131,6 @@ def failure_of(used: Sequence[Outcome]) -> str:
         missing = NO_TEXEL if one.error is None and any(o.error is not None for o in used) else ""
         if reason := one.failure or missing:
             reasons.setdefault(reason, []).append(one.view.label)
-    if not reasons and used and all(one.error is None for one in used):
-        return NOTHING_SEEN
     parts = [
         reason if len(views) == len(used) else f"{reason} (in {len(views)} of {len(used)} views: {listed(views)})"
         for reason, views in reasons.items()

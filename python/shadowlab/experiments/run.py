@@ -12,17 +12,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args
 
 from .. import _core
 from ..aliasing.causes import CAUSES
 from ..checks import check_bias, check_filter, renderer_of, whole
-from ..conventions.doubts import CHECK_MATRIX, notes_on
-from ..errors import ArgumentError, ShadowlabError, UnknownNameError
+from ..conventions.doubts import doubt_about
+from ..errors import ArgumentError, ShadowlabError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
-from ..scene.view import View
+from ..scene.view import View, light_of
 from ..techniques.labels import is_parameterization, resolved, spec_of
 from ..text import settings_text, shown
 from .columns import COLUMNS
@@ -30,14 +30,23 @@ from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL
 from .timing import best_of, median_us
 
+T = TypeVar("T")
+
 if TYPE_CHECKING:
-    from ..aliasing import Causes, Footprint, Misclassified, Summary, Usage
-    from ..types import RendererLike, TechniqueLike
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .._core import Misclassified
+    from ..aliasing.causes import Causes
+    from ..aliasing.footprint import Footprint
+    from ..aliasing.summary import Summary
+    from ..aliasing.usage import Usage
+    from ..types import Filter, Item, Mask, PerLight, RendererArgument, RendererLike, ShadowMaps, TechniqueArgument
 
 Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
 #: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
-METRICS: tuple[Metric, ...] = ("misclassified", "causes", "texels", "usage")
-KNOWN_METRICS: tuple[Metric, ...] = ("mask", *METRICS)
+METRICS: tuple[Metric, ...] = tuple(name for name in get_args(Metric) if name != "mask")
+KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
 # Those that need maps.
 DRAWN = frozenset({"mask", "misclassified", "causes"})
 
@@ -69,28 +78,31 @@ class Run:
         Of the footprints of texels, with the metric "texels".
     values : tuple of (str, number)
         What was measured, by the names of columns; see `numbers`.
-    doubts : tuple of str
+    doubt : Note or None
         What speaks against a matrix from elsewhere.
     failure : str
         Why there are no numbers; empty where there are.
+    refusal : str
+        Of a technique that refuses the light or the view, the failure without its name; else empty.
     parts : tuple of Run
         Of a view with several lights, the run of each.
     """
 
     view: View
     label: str
-    item: Any
+    item: Item
     resolution: int
     metrics: tuple[Metric, ...]
     bias: _core.Bias
-    filter: str
+    filter: Filter
     backend: str
     adapter: str
     parameterization: _core.Parameterization | None = None
     summary: Summary | None = field(default=None, compare=False)
-    values: tuple[tuple[str, Any], ...] = ()
-    doubts: tuple[str, ...] = ()
+    values: tuple[tuple[str, float | None], ...] = ()
+    doubt: _core.Note | None = None
     failure: str = ""
+    refusal: str = ""
     parts: tuple[Run, ...] = ()
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
@@ -102,7 +114,7 @@ class Run:
     @property
     def technique(self) -> str:
         """Name of the technique; "preset:NAME" of an engine's."""
-        if self.given:
+        if is_parameterization(self.item):
             return str(self.item.technique)
         return f"preset:{self.item.name}" if hasattr(self.item, "engine") else str(self.item.name)
 
@@ -117,30 +129,33 @@ class Run:
         return self.parameterization is not None and len(self.parameterization.partitions) > 1
 
     @property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> dict[str, float | None]:
         """What was measured, by the names of columns."""
         return dict(self.values)
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What the technique could not do as asked, and what speaks against a given matrix."""
+    def notes(self) -> tuple[_core.Note, ...]:
+        """What the technique could not do as asked, and what speaks against a given matrix.
+
+        Of several lights, their maps are counted one after the other.
+        """
         if self.parts:
-            return tuple(dict.fromkeys(note for part in self.parts for note in part.notes))
-        own = () if self.parameterization is None else tuple(self.parameterization.notes)
-        return (*own, f"{CHECK_MATRIX}{'; '.join(self.doubts)}") if self.doubts else own
+            return _notes_of_parts(self.parts)
+        own = () if self.parameterization is None else self.parameterization.notes
+        return own if self.doubt is None else (*own, self.doubt)
 
     @property
-    def maps(self) -> Any:
+    def maps(self) -> PerLight[ShadowMaps] | None:
         """Shadow maps (H, W) or (K, H, W) float32; None of a run that failed."""
         return self._of(lambda drawing: drawing.maps)
 
     @property
-    def mask(self) -> Any:
+    def mask(self) -> PerLight[Mask] | None:
         """Light that arrives (H, W) float32; None of a run that failed."""
         return self._of(lambda drawing: drawing.mask)
 
     @property
-    def chosen(self) -> Any:
+    def chosen(self) -> PerLight[NDArray[np.int16]] | None:
         """Map that each pixel looks up (H, W) int16, -1 for none; None of a single map and of a run that failed."""
         return self._of(lambda drawing: drawing.chosen if self.several else None)
 
@@ -150,29 +165,29 @@ class Run:
         return not self.failure and bool({"misclassified", "causes"} & set(self.metrics))
 
     @property
-    def errors(self) -> Misclassified | None:
+    def errors(self) -> PerLight[Misclassified] | None:
         """Where the mask and the truth disagree; None of a run that was not held against the truth."""
-        return cast("Misclassified | None", self._of(lambda drawing: drawing.errors) if self.judged else None)
+        return self._of(lambda drawing: drawing.errors) if self.judged else None
 
     @property
-    def difference(self) -> Any:
+    def difference(self) -> PerLight[NDArray[np.int8]] | None:
         """Difference from the truth (H, W) int8: 0 agree, 1 false shadow, 2 false light, -1 not compared; or None."""
         return self._of(lambda drawing: drawing.errors.image) if self.judged else None
 
     @property
-    def causes(self) -> Causes | None:
+    def causes(self) -> PerLight[Causes] | None:
         """Why the wrong pixels are wrong; None where that was not asked for."""
-        return cast("Causes | None", self._of(lambda drawing: drawing.causes) if "causes" in self.metrics else None)
+        return self._of(lambda drawing: drawing.causes) if "causes" in self.metrics else None
 
     @property
-    def footprint(self) -> Footprint | None:
+    def footprint(self) -> PerLight[Footprint] | None:
         """Size of a texel at every pixel; None of a run that failed."""
-        return cast("Footprint | None", self._of(lambda drawing: drawing.footprint))
+        return self._of(lambda drawing: drawing.footprint)
 
     @property
-    def usage(self) -> Usage | None:
+    def usage(self) -> PerLight[Usage] | None:
         """How often each texel is read; None of a run that failed."""
-        return cast("Usage | None", self._of(lambda drawing: drawing.usage))
+        return self._of(lambda drawing: drawing.usage)
 
     def row(self) -> dict[str, Any]:
         """The row of a table, by the names of `columns.COLUMNS`; None where nothing was measured."""
@@ -192,11 +207,11 @@ class Run:
             "bytes": BYTES_PER_TEXEL * maps * self.resolution**2 if known else None,
             **dict.fromkeys(MEASURED),
             **self.numbers,
-            "notes": "; ".join(self.notes),
+            "notes": "; ".join(map(str, self.notes)),
             "failure": self.failure,
         }
 
-    def _of(self, what: Any) -> Any:
+    def _of(self, what: Callable[[Drawing], T]) -> PerLight[T] | None:
         if self.parts:
             return tuple(part._of(what) for part in self.parts)
         return None if self.failure or self.parameterization is None else what(self._drawn())
@@ -208,8 +223,8 @@ class Run:
                     f"run: its pictures were drawn by a renderer of another kind ({self.backend}), which did not come "
                     "along; evaluate again with that renderer"
                 )
-            renderer = _core.Renderer(self.backend)
-            drawing = Drawing(self.view, renderer, self.parameterization, self.resolution, self.bias, self.filter)
+            p = cast("_core.Parameterization", self.parameterization)
+            drawing = Drawing(self.view, renderer_of(self.backend), p, self.resolution, self.bias, self.filter)
             object.__setattr__(self, "_drawing", drawing)
         return cast("Drawing", self._drawing)
 
@@ -237,12 +252,12 @@ MEASURED = (
 
 def evaluate(
     view: View,
-    technique: TechniqueLike,
+    technique: TechniqueArgument,
     resolution: int = 1024,
     *,
     metrics: Sequence[Metric] = METRICS,
-    renderer: RendererLike | str | None = None,
-    filter: str = "nearest",
+    renderer: RendererArgument = None,
+    filter: Filter = "nearest",
     bias: _core.Bias | None = None,
     timing: bool = False,
     label: str | None = None,
@@ -308,12 +323,25 @@ def evaluate(
     return runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
 
 
-def name_of(item: Any) -> str:
+def done(value: T | None) -> T:
+    """What a run has that succeeded.
+
+    Raises
+    ------
+    ArgumentError
+        Where there is none: of a run that failed, or was not held against the truth.
+    """
+    if value is None:
+        raise ArgumentError("run: expected one that succeeded, got one that failed; its `failure` says why")
+    return value
+
+
+def name_of(item: Item) -> str:
     """The name of a technique that is no text."""
     return str(item.technique if is_parameterization(item) else item.name)
 
 
-def checked_metrics(metrics: Any) -> tuple[Metric, ...]:
+def checked_metrics(metrics: object) -> tuple[Metric, ...]:
     """The metrics, each once, in their order.
 
     Raises
@@ -332,30 +360,29 @@ def checked_metrics(metrics: Any) -> tuple[Metric, ...]:
     return tuple(name for name in KNOWN_METRICS if name in metrics)
 
 
-def fitted(item: Any, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
+def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
     """The matrices of a technique in a view; those that are given stay."""
     if is_parameterization(item):
-        return cast("_core.Parameterization", item)
+        return item
     # The very pixels that are compared, for techniques that look at receivers.
     samples = {"samples": view.gbuffer(renderer)} if getattr(item, "needs_samples", False) else {}
-    made = item.parameterize(view.scene, view.camera, view.light, resolution=resolution, **samples)
-    return cast("_core.Parameterization", made)
+    return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **samples)
 
 
 def _measured(
-    view: View, label: str, item: Any, resolution: int, metrics: tuple[Metric, ...], renderer: RendererLike,
-    bias: _core.Bias, filter: str, timing: bool,
+    view: View, label: str, item: Item, resolution: int, metrics: tuple[Metric, ...], renderer: RendererLike,
+    bias: _core.Bias, filter: Filter, timing: bool,
 ) -> Run:  # fmt: skip
     """The run of a view with one light; an error of ours becomes its `failure`."""
     head = (view, label, item, resolution, metrics, bias, filter, renderer.backend, renderer.adapter)
     known: dict[str, Any] = {}
     try:
-        numbers: dict[str, Any] = {}
+        numbers: dict[str, float | None] = {}
         p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
         known["parameterization"] = p
         if is_parameterization(item):
             warps = [part.post_warp_terms for part in p.partitions]
-            known["doubts"] = tuple(notes_on(p.matrices, view.light, view.gbuffer(renderer), warps))
+            known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)
         else:
             numbers["fit_us"] = fit_us
         drawing = Drawing(view, renderer, p, resolution, bias, filter)
@@ -374,24 +401,38 @@ def _measured(
         if "usage" in metrics:
             numbers["unused"] = drawing.usage.unused
     except ShadowlabError as error:
-        return Run(*head, **known, failure=str(error))
+        refusal = error.reason if isinstance(error, UnsupportedError) else ""
+        return Run(*head, **known, failure=str(error), refusal=refusal)
     run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
     object.__setattr__(run, "_drawing", drawing)
     return run
+
+
+def _notes_of_parts(parts: Sequence[Run]) -> tuple[_core.Note, ...]:
+    """The notes of the runs of several lights: each with its maps among those of all lights."""
+    found: dict[_core.Note, list[int]] = {}
+    total = 0
+    for part in parts:
+        maps = 0 if part.parameterization is None else len(part.parameterization.partitions)
+        for note in part.notes:
+            own = range(maps) if note.maps is None else note.maps
+            found.setdefault(note.about(None), []).extend(total + k for k in own)
+        total += maps
+    return tuple(note.about(maps if len(maps) < total else None) for note, maps in found.items())
 
 
 def _together(view: View, runs: Sequence[Run]) -> Run:
     """The run of several lights."""
     first = runs[0]
     failure = "; ".join(f"{run.view.label}: {run.failure}" for run in runs if run.failure)
-    numbers: dict[str, Any] = {}
+    numbers: dict[str, float | None] = {}
     for name in dict.fromkeys(name for run in runs for name in run.numbers):
-        values = [run.numbers[name] for run in runs if run.numbers.get(name) is not None]
+        values = [value for run in runs if (value := run.numbers.get(name)) is not None]
         how = COLUMNS[name].over_lights
         if values and how:
             numbers[name] = sum(values) if how == "sum" else max(values)
-    if numbers.get("compared"):
-        numbers["share"] = numbers["misclassified"] / numbers["compared"]
+    if compared := numbers.get("compared"):
+        numbers["share"] = (numbers["misclassified"] or 0) / compared
     head = (first.item, first.resolution, first.metrics, first.bias, first.filter, first.backend, first.adapter)
     found = () if failure else tuple(numbers.items())
     return Run(view, first.label, *head, values=found, failure=failure, parts=tuple(runs))

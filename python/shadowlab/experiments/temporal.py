@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from ..aliasing.usage import look_up, texel_coordinates
 from ..checks import renderer_of, whole
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
-from ..scene.view import View
+from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
 from ..trace import Truth
@@ -37,9 +37,12 @@ from .progress import Steps
 from .run import Run, evaluate
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
 
-    from ..types import RendererLike
+    from .._core import Bias, Camera, Parameterization, Scene
+    from ..types import Filter, Light, RendererArgument, RendererLike, ShadowMaps, Techniques
+
 
 # Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
 # point of a square of side 1 from its centre, and its root mean square.
@@ -61,7 +64,7 @@ class Temporal:
         flips (how many of those change their shadow all the same), flip_share. failure says why a row has no numbers.
     """
 
-    table: Any
+    table: pd.DataFrame
 
     @property
     def summary(self) -> pd.DataFrame:
@@ -83,16 +86,16 @@ class Temporal:
 
 
 def temporal(
-    scene: Any,
-    cameras: Iterable[Any],
-    light: Any,
-    techniques: Any = ("uniform", "uniform:stable=true"),
+    scene: Scene,
+    cameras: Iterable[Camera],
+    light: Light | Iterable[Light],
+    techniques: Techniques = ("uniform", "uniform:stable=true"),
     *,
     resolution: int = 1024,
     size: tuple[int, int] | None = None,
-    renderer: Any = None,
-    bias: Any = None,
-    filter: str = "nearest",
+    renderer: RendererArgument = None,
+    bias: Bias | None = None,
+    filter: Filter = "nearest",
     progress: bool = True,
 ) -> Temporal:
     """How shadows shimmer along a camera path: drift of the texel lattice, and flips of shadows that stand still.
@@ -178,9 +181,9 @@ class FramePair:
         """A row of the table."""
         texels, which, masks = [], [], []
         for view, run in zip(self.frames, runs, strict=True):
-            looks = (self.gbuffer, view.camera, view.light, run.parameterization)
+            looks = (self.gbuffer, view.camera, light_of(view), cast("Parameterization", run.parameterization))
             texel, chosen = texel_coordinates(*looks, resolution=run.resolution)
-            masks.append(look_up(run.maps, *looks, bias=run.bias, filter=run.filter))
+            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, bias=run.bias, filter=run.filter))
             texels.append(texel)
             which.append(chosen)
         facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
@@ -242,7 +245,7 @@ def scale_change(texels: list[NDArray[np.float64]], which: NDArray[np.int16]) ->
     return float(np.exp(logs.mean())) if logs.size else None
 
 
-def seen_by(camera: Any, points: Any) -> NDArray[np.bool_]:
+def seen_by(camera: Camera, points: npt.ArrayLike) -> NDArray[np.bool_]:
     """Which points (..., 3) lie in a camera's frustum."""
     clip = np.asarray(points) @ np.asarray(camera.clip_from_world)[:, :3].T + np.asarray(camera.clip_from_world)[:, 3]
     w = clip[..., 3:]
@@ -253,7 +256,7 @@ def seen_by(camera: Any, points: Any) -> NDArray[np.bool_]:
     return inside
 
 
-def checked_path(cameras: Any) -> list[Any]:
+def checked_path(cameras: object) -> list[Camera]:
     """The cameras of a path, at least two."""
     path = list(cameras) if isinstance(cameras, Iterable) and not isinstance(cameras, (str, Mapping)) else []
     if len(path) < 2:
@@ -264,7 +267,7 @@ def checked_path(cameras: Any) -> list[Any]:
     return path
 
 
-def checked_lights(light: Any, count: int) -> list[Any]:
+def checked_lights(light: Light | Iterable[Light], count: int) -> list[Light]:
     """One light a camera."""
     if not isinstance(light, Iterable):
         return [light] * count
@@ -276,7 +279,7 @@ def checked_lights(light: Any, count: int) -> list[Any]:
     return lights
 
 
-def small_size(camera: Any) -> tuple[int, int]:
+def small_size(camera: Camera) -> tuple[int, int]:
     """The view whose pixels are the receivers, where nobody chose one: enough for a share to a thousandth."""
     from ..checks import picture_size
 

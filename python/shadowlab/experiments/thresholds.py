@@ -39,6 +39,6 @@ def about_equal(first: float, second: float, variance: float) -> bool:
     return high <= ABOUT_EQUAL * low or high - low < NOISE_SIGMAS * math.sqrt(variance)
 
 
-def hardly_wrong(count: int, share: float) -> bool:
+def hardly_wrong(count: float, share: float) -> bool:
     """Whether wrong pixels are almost none, in number and as a share."""
     return count < FEW_PIXELS and share < FEW_SHARE

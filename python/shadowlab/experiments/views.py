@@ -11,14 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError
-from ..scene.view import LIGHTS, View, angle_to, elevation_of, light_way
+from ..scene.view import LIGHTS, View, angle_to, elevation_of, light_of, light_way
 from ..text import shown
+
+T = TypeVar("T")
+
+if TYPE_CHECKING:
+    from ..types import Labelled, Light
 
 # Angles this close, radians, are ordered by other things: half a degree, as texts round.
 SAME_ANGLE = math.radians(0.5)
@@ -50,15 +55,14 @@ class LabelledView:
         return self.view.camera
 
     @property
-    def light(self) -> Any:
+    def light(self) -> Light:
         """The view's light."""
-        return self.view.light
+        return light_of(self.view)
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the picture, pixels."""
-        width, height = self.view.size
-        return width, height
+        return self.view.size
 
     @property
     def light_angle(self) -> float | None:
@@ -72,7 +76,10 @@ class LabelledView:
 
 
 def views_of(
-    scene: _core.Scene, cameras: Any, lights: Any, sizes: Callable[[_core.Camera], tuple[int, int]]
+    scene: _core.Scene,
+    cameras: Labelled[_core.Camera],
+    lights: Labelled[Light],
+    sizes: Callable[[_core.Camera], tuple[int, int]],
 ) -> list[LabelledView]:
     """The product of cameras and lights, cameras first; `sizes` gives the pixels of a camera's picture.
 
@@ -82,7 +89,7 @@ def views_of(
         For none of either, something else among them, or a label that comes twice.
     """
     of_cameras = named("cameras", cameras, _core.Camera, "a Camera", "sl.Camera.look_at makes one")
-    of_lights = named(
+    of_lights: list[tuple[str | None, Light]] = named(
         "lights", lights, LIGHTS, "a DirectionalLight, a SpotLight or a PointLight",
         "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
     )  # fmt: skip
@@ -104,14 +111,16 @@ def views_of(
     return views
 
 
-def named(name: str, value: Any, kind: Any, what: str, hint: str) -> list[tuple[str | None, Any]]:
+def named(
+    name: str, value: Labelled[T], kind: type[T] | tuple[type[T], ...], what: str, hint: str
+) -> list[tuple[str | None, T]]:
     """(label or None, thing) of one thing, several, or a dict of them."""
     if isinstance(value, Mapping):
-        entries: list[tuple[str | None, Any]] = [(str(label), one) for label, one in value.items()]
+        entries: list[tuple[str | None, T]] = [(str(label), one) for label, one in value.items()]
     elif isinstance(value, kind):
         entries = [(None, value)]
     elif isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
-        entries = [(None, one) for one in value]
+        entries = [(None, one) for one in cast("Iterable[T]", value)]
     else:
         raise ArgumentError(f"{name}: expected {what}, several, or a dict of them, got {shown(value)}; {hint}")
     if not entries:
@@ -148,7 +157,7 @@ def axis_of(views: Sequence[LabelledView]) -> str:
     return "light_elevation" if spread("light_elevation") > spread("light_angle") + SAME_ANGLE else "light_angle"
 
 
-def light_label(way: np.ndarray | None, light: Any, camera: Any) -> str:
+def light_label(way: np.ndarray | None, light: Light, camera: _core.Camera | None) -> str:
     """What tells a light from others: its elevation, and its angle to the view where there is one camera."""
     kind = "light" if light.kind == "directional" else f"{light.kind} light"
     elevation = elevation_of(way)

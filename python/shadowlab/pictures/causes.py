@@ -9,7 +9,7 @@ No plotting library here; `plot.cause_map` puts the picture on axes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ from ..errors import ArgumentError
 from ..text import shown
 from ..types import RGB
 from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, shade, truth_mask, widened
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Light
 
 # By code of `aliasing.causes.CAUSES`.
 CAUSE_RGB: dict[int, RGB] = {
@@ -35,7 +41,9 @@ STRIPE_PX = 6
 WIDEST_MARK_PX = 64
 
 
-def cause_picture(gbuffer: Any, light: Any, truth: Any, cause_image: Any, *, width: int = 1) -> NDArray[np.uint8]:
+def cause_picture(
+    gbuffer: GBuffer, light: Light, truth: npt.ArrayLike, cause_image: npt.ArrayLike, *, width: int = 1
+) -> NDArray[np.uint8]:
     """The wrong pixels in the colours of their causes over a pale grey eye view: (H, W, 3) uint8.
 
     Parameters

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,14 @@ from ..aliasing.footprint import AVERTED, NO_MAP, NOTHING, Footprint
 from ..errors import ArgumentError
 from ..text import shown
 from .eye import shade
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy.typing as npt
+
+    from .._core import GBuffer
+    from ..types import Floats, Light
 
 # Ends of the scale, pixels per texel. The upper one is published; the lower one mirrors it.
 BEST_PX, WORST_PX = 0.1, 10.0
@@ -39,10 +47,8 @@ STEPS = 128
 # so are the directions, since one grey or another is as dark as some colour of the scale.
 GREYS: dict[int, tuple[int, int, int]] = {NO_MAP: (224, 242, 26), AVERTED: (160, 194, 26), NOTHING: (255, 255, 0)}
 WORDS: dict[int, str] = {
-    NO_MAP: "in no map",
-    AVERTED: "averted from the light or out of its reach",
-    NOTHING: "nothing seen",
-}
+    NO_MAP: "in no map", AVERTED: "averted from the light or out of its reach", NOTHING: "nothing seen",
+}  # fmt: skip
 # Pixels from one line of the hatching to the next: wide enough to survive at half the size.
 HATCH_PX = 8
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -61,7 +67,7 @@ def _table() -> NDArray[np.uint8]:
 SCALE = _table()
 
 
-def error_colours(values: Any) -> NDArray[np.uint8]:
+def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
     """The colours (..., 3) uint8 of errors (...) in pixels per texel; those beyond the ends take the ends' colours.
 
     Parameters
@@ -88,7 +94,11 @@ def error_colours(values: Any) -> NDArray[np.uint8]:
 
 
 def error_picture(
-    footprint: Footprint, *, values: Any = None, gbuffer: Any = None, light: Any = None
+    footprint: Footprint,
+    *,
+    values: npt.ArrayLike | None = None,
+    gbuffer: GBuffer | None = None,
+    light: Light | None = None,
 ) -> NDArray[np.uint8]:
     """The error of each pixel in the colours of the scale: (H, W, 3) uint8.
 
@@ -120,7 +130,7 @@ def error_picture(
     return picture
 
 
-def image_codes(footprint: Any) -> NDArray[np.int16]:
+def image_codes(footprint: object) -> NDArray[np.int16]:
     """The map codes (H, W) of the footprint of an image."""
     if not isinstance(footprint, Footprint):
         raise ArgumentError(
@@ -134,7 +144,7 @@ def image_codes(footprint: Any) -> NDArray[np.int16]:
     return np.asarray(footprint.map)
 
 
-def values_of(values: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def values_of(values: npt.ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The values as numbers of this shape."""
     try:
         v = np.asarray(values, np.float64)
@@ -147,12 +157,12 @@ def values_of(values: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     return v
 
 
-def greys(codes: NDArray[np.int16], gbuffer: Any, light: Any) -> NDArray[np.uint8]:
+def greys(codes: NDArray[np.int16], gbuffer: GBuffer | None, light: Light | None) -> NDArray[np.uint8]:
     """The picture (H, W, 3) of what the codes below 0 say; middle tones where no eye view is given."""
     if (gbuffer is None) != (light is None):
         raise ArgumentError("gbuffer, light: expected both or neither, got one; the eye view is shaded with both")
-    tone: NDArray[Any] = np.full(codes.shape, 0.5, np.float32)
-    if gbuffer is not None:
+    tone: Floats = np.full(codes.shape, 0.5, np.float32)
+    if gbuffer is not None and light is not None:
         if np.shape(gbuffer.triangle) != codes.shape:
             raise ArgumentError(
                 f"gbuffer: expected shape {codes.shape}, the footprint's, got {np.shape(gbuffer.triangle)}; "
@@ -183,7 +193,7 @@ TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10)
 
 
 def error_scale_svg(
-    codes: Any = (NO_MAP, AVERTED, NOTHING), *, label: str = "longest extent of a texel, pixels per texel"
+    codes: Iterable[int] = (NO_MAP, AVERTED, NOTHING), *, label: str = "longest extent of a texel, pixels per texel"
 ) -> str:
     """The scale of `error_picture` as an SVG element; its text takes the page's colour.
 
@@ -245,6 +255,6 @@ def grey_swatch(code: int, x: float, y: float) -> str:
     )
 
 
-def rgb(colour: Any) -> str:
+def rgb(colour: Iterable[float]) -> str:
     """A colour of bytes as six hexadecimal digits."""
     return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..aliasing.codes import Difference
 from ..trace import Truth
+
+if TYPE_CHECKING:
+    from .._core import GBuffer
+    from ..types import Light
 
 # Two colours of [okabe2008] that all common kinds of colour vision tell apart, from each other and from grey.
 FALSE_SHADOW_RGB = (213, 94, 0)
@@ -23,7 +27,7 @@ BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
 
 
-def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
+def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
 
     Parameters
@@ -48,7 +52,7 @@ def shade(gbuffer: Any, light: Any, mask: np.ndarray) -> np.ndarray:
     return picture
 
 
-def light_directions(gbuffer: Any, light: Any) -> np.ndarray:
+def light_directions(gbuffer: GBuffer, light: Light) -> np.ndarray:
     """The unit way the light travels at each pixel, broadcastable to (H, W, 3)."""
     if light.kind == "directional":
         return np.asarray(light.direction, dtype=np.float32)[None, None, :]
@@ -89,7 +93,7 @@ def truth_mask(truth: np.ndarray) -> np.ndarray:
     return table[np.asarray(truth, dtype=np.int8) - min(arrives)]
 
 
-def difference(gbuffer: Any, light: Any, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
+def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
     """The wrong pixels over a pale grey eye view.
 
     `FALSE_SHADOW_RGB` where the map shades what is lit, `FALSE_LIGHT_RGB` where it lights what is in shadow.

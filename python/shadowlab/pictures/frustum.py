@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from .._core import Camera
 
 FRUSTUM_RGB = (255, 149, 0)
 
 
-def frustum_segments(shadow_clip_from_world: np.ndarray, camera: Any, depths: Any = None) -> np.ndarray:
+def frustum_segments(
+    shadow_clip_from_world: np.ndarray, camera: Camera, depths: Iterable[float] | None = None
+) -> np.ndarray:
     """The camera frustum's edges inside a map: (N, 2, 2) NDC x, y of both ends, each within [-1, 1].
 
     Edges are clipped as homogeneous points against -w <= x <= w and -w <= y <= w. Together these hold only where
@@ -28,7 +35,7 @@ def frustum_segments(shadow_clip_from_world: np.ndarray, camera: Any, depths: An
     return np.array([s for s in clipped if s is not None]).reshape(-1, 2, 2)
 
 
-def frustum_edges(camera: Any, depths: Any = None) -> list[tuple[np.ndarray, np.ndarray]]:
+def frustum_edges(camera: Camera, depths: Iterable[float] | None = None) -> list[tuple[np.ndarray, np.ndarray]]:
     """Both ends of each edge of a camera's frustum as homogeneous world points, with cross-sections at some depths."""
     depths = (camera.near, camera.far) if depths is None else tuple(depths)
     tan_y = np.tan(0.5 * camera.fov_y)

@@ -13,7 +13,7 @@ No plotting library here; `plot.lattice` puts the picture on axes.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,12 @@ from ..errors import ArgumentError
 from ..text import shown
 from .eye import shade
 from .maps import MAP_RGB
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera, GBuffer
+    from ..types import Light, Maps, Size
 
 # Pixels between two lines from which on both are drawn, and below which they fade into a flat tint.
 APART_PX, MERGED_PX = 6.0, 2.5
@@ -36,14 +42,14 @@ PALE = 0.45
 
 
 def lattice_picture(
-    gbuffer: Any,
-    camera: Any,
-    light: Any,
-    parameterization: Any,
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: Light,
+    parameterization: Maps,
     *,
     every: int = 16,
-    resolution: Any = None,
-    mask: Any = None,
+    resolution: Size | None = None,
+    mask: npt.ArrayLike | None = None,
     width_px: float = 1.3,
 ) -> NDArray[np.uint8]:
     """The eye view with every k-th line of texels on its surfaces: (H, W, 3) uint8.

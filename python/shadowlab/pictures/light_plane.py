@@ -15,13 +15,24 @@ y follows the view as far as the light lets it, x is to the right as the light s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import DirectionalLight, PointLight
+from ..checks import check_light
 from ..errors import ArgumentError
+from ..travel import Value
 from .frustum import frustum_edges
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy.typing as npt
+
+    from .._core import Camera, Partition
+    from ..types import Light
 
 # A ray counts as ahead of the projection where its w is no less than this share of the largest on the line: lines end
 # this side of the horizon, at a thousand times the distance of their near end.
@@ -30,8 +41,8 @@ HORIZON = 1e-3
 NEAR_SHARE = 1e-3
 
 
-@dataclass(frozen=True)
-class LightPlane:
+@dataclass(frozen=True, eq=False)
+class LightPlane(Value):
     """A plane across the light with axes x, y.
 
     Attributes
@@ -52,34 +63,32 @@ class LightPlane:
     directional: bool
 
     @classmethod
-    def of(cls, light: Any, camera: Any, partition: Any = None) -> LightPlane:
+    def of(cls, light: Light, camera: Camera, partition: Partition | None = None) -> LightPlane:
         """The plane of a light; of a point light, the one ahead of a map's middle.
 
         Raises
         ------
         ArgumentError
-            For something else than a light.
+            For something else than a light, and a point light without a map.
         """
-        kind = getattr(light, "kind", None)
-        if kind not in ("directional", "spot", "point"):
-            raise ArgumentError(
-                f"light: expected a DirectionalLight, SpotLight or PointLight, got {type(light).__name__}"
-            )
-        if kind == "directional" or kind == "spot":
-            forward = np.asarray(light.direction, np.float64)
-        else:
+        check_light(light)
+        if isinstance(light, PointLight):
+            if partition is None:
+                raise ArgumentError("partition: expected the map of a point light whose middle the plane is ahead of")
             m = np.asarray(partition.matrix, np.float64)
             # The rays through x = 0 and y = 0 of the map.
             forward = np.cross(m[0, :3], m[1, :3])
             forward = forward * (np.sign(m[3, :3] @ forward) or 1.0)
+        else:
+            forward = np.asarray(light.direction, np.float64)
         forward = forward / np.linalg.norm(forward)
         up = _across(camera.forward, forward)
         if np.linalg.norm(up) < np.sqrt(np.finfo(np.float32).eps):
             up = _across(camera.up, forward)  # the light along the view: up in the image is up
         up = up / np.linalg.norm(up)
         right = np.cross(forward, up)
-        sun = kind == "directional"
-        origin = np.asarray(camera.eye if sun else light.position, np.float64)
+        sun = isinstance(light, DirectionalLight)
+        origin = np.asarray(camera.eye if isinstance(light, DirectionalLight) else light.position, np.float64)
         rows = np.zeros((3, 4))
         rows[:, :3] = right, up, np.zeros(3) if sun else forward
         rows[:, 3] = -rows[:, :3] @ origin
@@ -89,12 +98,12 @@ class LightPlane:
         columns[3, 2] = 1.0
         return cls(rows, columns, forward, sun)
 
-    def project(self, points: Any) -> NDArray[np.float64]:
+    def project(self, points: npt.ArrayLike) -> NDArray[np.float64]:
         """Homogeneous x, y, w (N, 3) of world points (N, 3)."""
         p = np.atleast_2d(np.asarray(points, np.float64))
         return p @ self.from_world[:, :3].T + self.from_world[:, 3]
 
-    def lattice(self, partition: Any, xs: Any, ys: Any) -> NDArray[np.float64]:
+    def lattice(self, partition: Partition, xs: Iterable[float], ys: Iterable[float]) -> NDArray[np.float64]:
         """Lines of a map on the plane: (N, 2, 2) x, y of both ends, straight between.
 
         Parameters
@@ -116,7 +125,7 @@ class LightPlane:
                 segments.append(places)
         return np.array(segments).reshape(-1, 2, 2)
 
-    def _back(self, partition: Any, ndc: tuple[float, float]) -> NDArray[np.float64]:
+    def _back(self, partition: Partition, ndc: tuple[float, float]) -> NDArray[np.float64]:
         """Homogeneous x, y, w on the plane of a place in a map."""
         h = np.asarray(partition.matrix, np.float64)[[0, 1, 3]] @ self.to_world
         x, y = ndc
@@ -135,7 +144,9 @@ class LightPlane:
             ) from None
         return back
 
-    def clip_from_world(self, x: tuple[float, float], y: tuple[float, float], bounds: Any, reach: float) -> Any:
+    def clip_from_world(
+        self, x: tuple[float, float], y: tuple[float, float], bounds: npt.ArrayLike, reach: float
+    ) -> NDArray[np.float64]:
         """The matrix (4, 4) that renders this view between limits of x and y, depths from those of the bounds."""
         matrix = np.zeros((4, 4))
         w = self.from_world[2]
@@ -154,23 +165,23 @@ class LightPlane:
             matrix[2, 3] -= reach * near / (reach - near)
         return matrix
 
-    def box(self, bounds: Any) -> NDArray[np.float64]:
+    def box(self, bounds: npt.ArrayLike) -> NDArray[np.float64]:
         """The edges (N, 2, 2) of a box on the plane."""
         c = corners(bounds)
         edges = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
         return self.segments((c[i], c[j]) for i, j in edges)
 
-    def frustum(self, camera: Any, depths: Any = None) -> NDArray[np.float64]:
+    def frustum(self, camera: Camera, depths: Iterable[float] | None = None) -> NDArray[np.float64]:
         """The edges (N, 2, 2) of a camera's frustum on the plane."""
         return self.segments((a[:3], b[:3]) for a, b in frustum_edges(camera, depths))
 
-    def segments(self, ends: Any) -> NDArray[np.float64]:
+    def segments(self, ends: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> NDArray[np.float64]:
         """World segments on the plane (N, 2, 2), cut where they pass behind the light."""
         found = [visible(*self.project(np.stack(pair))) for pair in ends]
         return np.array([s for s in found if s is not None]).reshape(-1, 2, 2)
 
 
-def _across(direction: Any, forward: NDArray[np.float64]) -> NDArray[np.float64]:
+def _across(direction: npt.ArrayLike, forward: NDArray[np.float64]) -> NDArray[np.float64]:
     """What of a direction is across the light."""
     d = np.asarray(direction, np.float64)
     return d - (d @ forward) * forward
@@ -189,7 +200,7 @@ def visible(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
     return np.array(ends)
 
 
-def corners(bounds: Any) -> NDArray[np.float64]:
+def corners(bounds: npt.ArrayLike) -> NDArray[np.float64]:
     """The corners (8, 3) of a box (2, 3); bit 0 of the index is x."""
     low, high = np.asarray(bounds, np.float64)
     return np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])

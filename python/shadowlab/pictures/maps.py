@@ -6,12 +6,18 @@ All return (H, W, 3) uint8.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .eye import shade
 from .frustum import frustum_edges, frustum_segments, with_frustum
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from .._core import Camera, GBuffer, Parameterization, Partition
+    from ..types import Light, ShadowMaps
 
 # The colours of [okabe2008] in an order in which neighbours differ most, for the first eight maps and again.
 MAP_RGB = (
@@ -65,13 +71,15 @@ def reduced(depth: np.ndarray, side: int) -> np.ndarray:
     return nearest
 
 
-def served_depths(partition: Any, camera: Any) -> tuple[float, float] | None:
+def served_depths(partition: Partition, camera: Camera) -> tuple[float, float] | None:
     """The camera depths that a map serves; None where it serves all that the camera sees."""
     near, far = (min(max(depth, camera.near), camera.far) for depth in partition.eye_depth)
     return (near, far) if near < far else None
 
 
-def map_picture(depth: np.ndarray, partition: Any, camera: Any, side: int = 1024, *, depths: Any = None) -> np.ndarray:
+def map_picture(
+    depth: np.ndarray, partition: Partition, camera: Camera, side: int = 1024, *, depths: Iterable[float] | None = None
+) -> np.ndarray:
     """A shadow map as the light sees it, with the camera frustum, at most `side` pixels along each edge.
 
     `depths` are the camera depths that the frustum is drawn for; its near and far planes where none are given.
@@ -80,7 +88,7 @@ def map_picture(depth: np.ndarray, partition: Any, camera: Any, side: int = 1024
     return with_frustum(relief(small), frustum_in(partition, camera, depths))
 
 
-def frustum_in(partition: Any, camera: Any, depths: Any = None) -> np.ndarray:
+def frustum_in(partition: Partition, camera: Camera, depths: Iterable[float] | None = None) -> np.ndarray:
     """The camera frustum's edges inside a map: (N, 2, 2) x, y of both ends; in pieces where a logarithm bends them."""
     matrix = np.asarray(partition.matrix, dtype=np.float64)
     if partition.post_warp == "none":
@@ -109,10 +117,10 @@ def even_in_log(start: float, end: float) -> np.ndarray:
     return np.asarray(np.expm1(even * np.log(end / start)) / (end / start - 1.0))
 
 
-def pictures_of_run(run: Any, camera: Any, side: int) -> list[np.ndarray]:
-    """The maps of a run, each with the part of the camera frustum that it serves, framed in its colour if several."""
-    layers = run.maps if run.maps.ndim == 3 else run.maps[None]
-    parts = run.parameterization.partitions
+def pictures_of(maps: ShadowMaps, p: Parameterization, camera: Camera, side: int) -> list[np.ndarray]:
+    """Maps, each with the part of the camera frustum that it serves, framed in its colour if several."""
+    layers = maps if maps.ndim == 3 else maps[None]
+    parts = p.partitions
     made = []
     for i, (layer, part) in enumerate(zip(layers, parts, strict=True)):
         depths = served_depths(part, camera) if len(parts) > 1 else None
@@ -143,7 +151,7 @@ def mosaic(pictures: list[np.ndarray]) -> np.ndarray:
     return made
 
 
-def chosen_picture(gbuffer: Any, light: Any, mask: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def chosen_picture(gbuffer: GBuffer, light: Light, mask: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """The eye view in the colours of the maps that its pixels ask; grey where they ask none.
 
     Parameters

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,16 @@ from ..experiments.memory import memory_text
 from ..experiments.ranking import place_of
 from ..experiments.views import SAME_ANGLE, axis_of
 from .axes import curve_look, legend_beside, log_axis, padded, say, series_style, short_label
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    from ..experiments.advise import Advice
+    from ..experiments.ranking import Standing
 
 # Panels over the views: more budgets than these are told by the panel over memory.
 MOST_BUDGETS = 2
@@ -27,7 +37,7 @@ WIDEST_NAME = 52
 PANEL_INCHES, HEIGHT_INCHES, LEGEND_INCHES = 4.4, 4.2, 3.0
 
 
-def advice_figure(advice: Any) -> Any:
+def advice_figure(advice: Advice) -> Figure:
     """A matplotlib figure: a panel over the views for the least and the largest budget, and one over memory."""
     import matplotlib.pyplot as plt
 
@@ -56,18 +66,18 @@ def advice_figure(advice: Any) -> Any:
     return figure
 
 
-def axis_title(advice: Any) -> str:
+def axis_title(advice: Advice) -> str:
     """The measure with its unit; shares are drawn in per cent."""
     return f"{advice.measure.title} ({'%' if advice.measure.unit == 'share' else 'px'})"
 
 
-def scaled(advice: Any, values: Sequence[float | None]) -> np.ndarray:
+def scaled(advice: Advice, values: Sequence[float | None]) -> np.ndarray:
     """Errors as they are drawn; NaN, which leaves a gap, where there is none."""
     factor = 100.0 if advice.measure.unit == "share" else 1.0
     return np.array([math.nan if v is None else factor * v for v in values], np.float64)
 
 
-def of_views(ax: Any, advice: Any, memory: int, styles: Any) -> None:
+def of_views(ax: Axes, advice: Advice, memory: int, styles: Mapping[str, Mapping[str, Any]]) -> None:
     """The errors in each view, over the light angle where one camera has several, else view by view."""
     views = advice.counted
     axis = axis_of(views)
@@ -92,7 +102,7 @@ def of_views(ax: Any, advice: Any, memory: int, styles: Any) -> None:
         ax.set_xticks(places, [short_label(view.label) for view in views], rotation=30, ha="right", fontsize="small")
 
 
-def of_memory(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+def of_memory(ax: Axes, advice: Advice, ranking: Sequence[Standing], styles: Mapping[str, Mapping[str, Any]]) -> None:
     """The error over all views, over the budget."""
     found = {(s.candidate, s.memory): s.error for s in ranking}
     lines = {}
@@ -109,7 +119,9 @@ def of_memory(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None
     ax.minorticks_off()
 
 
-def of_candidates(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+def of_candidates(
+    ax: Axes, advice: Advice, ranking: Sequence[Standing], styles: Mapping[str, Mapping[str, Any]]
+) -> None:
     """The candidates one under the other, the best at the top, of one view and one budget."""
     shown = [one for one in ranking if one.error is not None][::-1]
     if not shown:
@@ -120,8 +132,9 @@ def of_candidates(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> 
     for i, (one, value) in enumerate(zip(shown, values, strict=True)):
         style = styles[one.candidate]
         ax.plot([value], [i], color=style["color"], marker=style["marker"], markersize=8)
+        said = advice.measure.text(one.error or 0.0)
         ax.annotate(
-            f" {advice.measure.text(one.error)}", (value, i), xytext=(6, 0), textcoords="offset points", va="center",
+            f" {said}", (value, i), xytext=(6, 0), textcoords="offset points", va="center",
             fontsize="small",
         )  # fmt: skip
     curve_look(ax)
@@ -136,14 +149,14 @@ def legend_name(label: str) -> str:
     return label if len(label) <= WIDEST_NAME else short_label(label)
 
 
-def thicken(lines: dict[str, Any], ranking: Sequence[Any]) -> None:
+def thicken(lines: Mapping[str, Line2D], ranking: Sequence[Standing]) -> None:
     """Draw the best of a panel thick and in front."""
     if ranking and ranking[0].rank is not None:
         line = lines[ranking[0].candidate]
         line.set(linewidth=3.0, markersize=7.5, zorder=3)
 
 
-def shared_scale(axes: Sequence[Any], advice: Any) -> None:
+def shared_scale(axes: Sequence[Axes], advice: Advice) -> None:
     """One range of errors for all panels, logarithmic where all errors are above 0."""
     every = [
         float(v) for ax in axes for line in ax.get_lines() for v in np.asarray(line.get_ydata()) if math.isfinite(v)
@@ -160,7 +173,7 @@ def shared_scale(axes: Sequence[Any], advice: Any) -> None:
             ax.set_ylim(0, 1.08 * max(every) or 1.0)
 
 
-def legend(ax: Any, advice: Any, ranking: Sequence[Any], styles: Any) -> None:
+def legend(ax: Axes, advice: Advice, ranking: Sequence[Standing], styles: Mapping[str, Mapping[str, Any]]) -> None:
     """The candidates beside the last panel, in the order of the largest budget."""
     from matplotlib.lines import Line2D
 

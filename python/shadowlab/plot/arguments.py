@@ -3,34 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..aliasing.footprint import Footprint
+from ..aliasing.summary import Summary
 from ..errors import ArgumentError
 from ..experiments.columns import with_current
 from ..text import shown
 
-# Columns of tables that say more than their name.
+T = TypeVar("T")
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import pandas as pd
+
+# What columns of tables are, and their units, where that is more than their name.
 COLUMN_LABELS = {
-    "angle_deg": "angle between light and view, degrees",
-    "elevation_deg": "elevation of the light, degrees",
-    "azimuth_deg": "azimuth of the light, degrees",
-    "resolution": "texels along each side of the map",
-    "texel_max": "longest extent of a texel, worst, pixels per texel",
-    "texel_mean": "longest extent of a texel, mean, pixels per texel",
-    "texel_rms": "longest extent of a texel, root mean square, pixels per texel",
-    "texel_p50": "longest extent of a texel, median, pixels per texel",
-    "texel_p95": "longest extent of a texel, 95th percentile, pixels per texel",
-    "texel_p99": "longest extent of a texel, 99th percentile, pixels per texel",
-    "perspective_max": "extent of a texel by perspective alone, worst, pixels",
-    "perspective_mean": "extent of a texel by perspective alone, mean, pixels",
-    "undersampled": "undersampled pixels, share of those measured",
-    "share": "wrong pixels, share of those compared",
-    "misclassified": "wrong pixels, count",
-    "storage_factor": "storage factor, texels per pixel",
+    "angle_deg": ("angle between light and view", "degrees"),
+    "elevation_deg": ("elevation of the light", "degrees"),
+    "azimuth_deg": ("azimuth of the light", "degrees"),
+    "resolution": ("texels along each side of the map", ""),
+    "texel_max": ("longest extent of a texel, worst", "pixels per texel"),
+    "texel_mean": ("longest extent of a texel, mean", "pixels per texel"),
+    "texel_rms": ("longest extent of a texel, root mean square", "pixels per texel"),
+    "texel_p50": ("longest extent of a texel, median", "pixels per texel"),
+    "texel_p95": ("longest extent of a texel, 95th percentile", "pixels per texel"),
+    "texel_p99": ("longest extent of a texel, 99th percentile", "pixels per texel"),
+    "perspective_max": ("extent of a texel by perspective alone, worst", "pixels"),
+    "perspective_mean": ("extent of a texel by perspective alone, mean", "pixels"),
+    "undersampled": ("undersampled pixels", "share of those measured"),
+    "share": ("wrong pixels", "share of those compared"),
+    "misclassified": ("wrong pixels", "count"),
+    "storage_factor": ("storage factor", "texels per pixel"),
 }
 COLUMN_UNITS = {
     "_px": "pixels", "_texels": "texels", "_deg": "degrees", "_ms": "milliseconds", "_s": "seconds",
@@ -38,23 +45,28 @@ COLUMN_UNITS = {
 }  # fmt: skip
 
 
-def current_columns(table: Any, wanted: list[str]) -> Any:
+def current_columns(table: T, wanted: list[str]) -> T:
     """The table with the wanted columns under the names that they have now; something else as it is."""
-    return with_current(table, wanted) if hasattr(table, "columns") else table
+    return cast("T", with_current(cast("pd.DataFrame", table), wanted)) if hasattr(table, "columns") else table
 
 
-def column_label(column: Any) -> str:
-    """What an axis says of a column, with its unit where the name tells one."""
+def title_and_unit(column: object) -> tuple[str, str]:
+    """What a column is, and its unit where the name gives one."""
     name = str(column)
     if name in COLUMN_LABELS:
         return COLUMN_LABELS[name]
     for suffix, unit in COLUMN_UNITS.items():
         if name.endswith(suffix) and len(name) > len(suffix):
-            return f"{name[: -len(suffix)].replace('_', ' ')}, {unit}"
-    return name.replace("_", " ")
+            return name[: -len(suffix)].replace("_", " "), unit
+    return name.replace("_", " "), ""
 
 
-def dictionary_of(given: Any, name: str, what: str) -> dict[Any, Any]:
+def column_label(column: object) -> str:
+    """What an axis says of a column, with its unit where the name gives one."""
+    return ", ".join(text for text in title_and_unit(column) if text)
+
+
+def dictionary_of(given: object, name: str, what: str) -> dict[str, Any]:
     """The dictionary, checked to be one that has an entry."""
     if not isinstance(given, Mapping) or not given:
         came = "an empty one" if isinstance(given, Mapping) else shown(given)
@@ -62,11 +74,11 @@ def dictionary_of(given: Any, name: str, what: str) -> dict[Any, Any]:
     return dict(given)
 
 
-def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
-    """The dictionary of footprints, or one without a label, checked; `also` is another type that may stand for one."""
-    found = {"": given} if isinstance(given, (Footprint, also)) else dictionary_of(given, "footprints", "footprints")
+def footprints_of(given: object) -> dict[str, Footprint | Summary]:
+    """The dictionary of footprints, or one without a label, checked; a summary may stand for one."""
+    found = {"": given} if isinstance(given, (Footprint, Summary)) else dictionary_of(given, "footprints", "footprints")
     for label, value in found.items():
-        if not isinstance(value, (Footprint, also)):
+        if not isinstance(value, (Footprint, Summary)):
             raise ArgumentError(
                 f"footprints: expected a Footprint of {label!r}, got {shown(value)}; "
                 "sl.aliasing.footprint(...) makes one"
@@ -74,11 +86,11 @@ def footprints_of(given: Any, also: type = Footprint) -> dict[Any, Any]:
     return found
 
 
-def pair_of(given: Any, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def pair_of(given: object, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Depths and values (N,) of a curve, checked: positive where they are numbers; values may have gaps."""
     try:
-        z, values = given
-        z, values = np.atleast_1d(np.asarray(z, np.float64)), np.atleast_1d(np.asarray(values, np.float64))
+        first, second = cast("Iterable[npt.ArrayLike]", given)
+        z, values = (np.atleast_1d(np.asarray(numbers, np.float64)) for numbers in (first, second))
     except (TypeError, ValueError):
         raise ArgumentError(f"{name}: expected depths and values, two arrays (N,), got {shown(given)}") from None
     if z.ndim != 1 or z.shape != values.shape:
@@ -94,7 +106,7 @@ def pair_of(given: Any, name: str) -> tuple[NDArray[np.float64], NDArray[np.floa
     return z, np.where(np.isfinite(values), values, np.nan)
 
 
-def columns_of(table: Any, needed: Iterable[Any], name: str = "table") -> Any:
+def columns_of(table: object, needed: Iterable[str], name: str = "table") -> pd.DataFrame:
     """The table, checked to be a pandas one with these columns."""
     import pandas as pd
 
@@ -112,7 +124,7 @@ def columns_of(table: Any, needed: Iterable[Any], name: str = "table") -> Any:
     return table
 
 
-def numbers_of(table: Any, column: Any) -> NDArray[np.float64]:
+def numbers_of(table: pd.DataFrame, column: object) -> NDArray[np.float64]:
     """A column as numbers; NaN where there is none."""
     try:
         return np.asarray(table[column].to_numpy(dtype=np.float64, na_value=np.nan))
@@ -123,7 +135,7 @@ def numbers_of(table: Any, column: Any) -> NDArray[np.float64]:
         ) from None
 
 
-def image_of(given: Any, shape: tuple[int, ...], name: str) -> NDArray[Any]:
+def image_of(given: object, shape: tuple[int, ...], name: str) -> NDArray[Any]:
     """The image, checked to have this shape."""
     image = np.asarray(given)
     if image.shape != shape:
@@ -133,7 +145,7 @@ def image_of(given: Any, shape: tuple[int, ...], name: str) -> NDArray[Any]:
     return image
 
 
-def count_of(value: Any, name: str, *, least: int = 1, most: int | None = None) -> int:
+def count_of(value: object, name: str, *, least: int = 1, most: int | None = None) -> int:
     """A whole number that is neither less nor more."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ArgumentError(f"{name}: expected a whole number of at least {least}, got {shown(value)}")

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import ArgumentError
 from ..text import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.legend import Legend
 
 # Series of Okabe and Ito [okabe2008], the two that mean false shadow and false light left out.
 SERIES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8A6D00")
@@ -26,17 +33,18 @@ MOST_NAMED = 8
 GRID, SOFT = "#B0B0B0", "#555555"
 
 
-def _axes(ax: Any) -> Any:
+def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         if not all(hasattr(ax, name) for name in ("transAxes", "add_collection", "set_xlim")):
             raise ArgumentError(f"ax: expected matplotlib axes, got {shown(ax)}; give title= and other words by name")
         return ax
     import matplotlib.pyplot as plt
 
-    return plt.subplots(layout="constrained")[1]
+    made: Axes = plt.subplots(layout="constrained")[1]
+    return made
 
 
-def _picture(ax: Any, picture: np.ndarray, title: str, aspect: float) -> Any:
+def _picture(ax: Axes | None, picture: np.ndarray, title: str, aspect: float) -> Axes:
     ax = _axes(ax)
     height, width = picture.shape[:2]
     ax.imshow(picture, interpolation="antialiased", aspect=width / (aspect * height))
@@ -58,20 +66,20 @@ def series_style(index: int) -> dict[str, Any]:
     }
 
 
-def short_label(label: Any) -> str:
+def short_label(label: object) -> str:
     """The label, its middle left out where it is too long for a legend."""
     text = str(label)
     return text if len(text) <= WIDEST_LABEL else f"{text[: WIDEST_LABEL - 13]}…{text[-12:]}"
 
 
-def curve_look(ax: Any) -> None:
+def curve_look(ax: Axes) -> None:
     """Turn axes to the look of all curves: a pale grid behind, no frame above and to the right."""
     ax.grid(True, which="major", color=GRID, alpha=0.45, linewidth=0.7)
     ax.set_axisbelow(True)
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def log_axis(ax: Any, which: str, limits: tuple[float, float] | None = None) -> None:
+def log_axis(ax: Axes, which: str, limits: tuple[float, float] | None = None) -> None:
     """Turn the x or y axis logarithmic, with numbers as one writes them at 1, 2, 5 or at decades if there are many."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -88,7 +96,7 @@ def log_axis(ax: Any, which: str, limits: tuple[float, float] | None = None) -> 
     axis.set_minor_formatter(NullFormatter())
 
 
-def padded(values: Any, *, least: float = 1.25) -> tuple[float, float]:
+def padded(values: Iterable[float], *, least: float = 1.25) -> tuple[float, float]:
     """Limits of a logarithmic axis around positive values, those that are not finite left out."""
     v = np.asarray(values, np.float64).ravel()
     v = v[np.isfinite(v) & (v > 0)]
@@ -100,11 +108,11 @@ def padded(values: Any, *, least: float = 1.25) -> tuple[float, float]:
     return max(low / factor, tiny), min(high, huge / factor) * factor
 
 
-def level(ax: Any, value: float, words: str, *, vertical: bool = False) -> None:
+def level(ax: Axes, value: float, words: str, *, vertical: bool = False) -> None:
     """A thin dark line across the axes at a value, with words beside it; last, after all lines and limits."""
     from matplotlib.transforms import blended_transform_factory as blended
 
-    style = {"textcoords": "offset points", "fontsize": "small", "color": "#333333", "zorder": 1.5}
+    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": "small", "color": "#333333", "zorder": 1.5}
     if vertical:
         ax.axvline(value, color="#333333", linewidth=1.0, zorder=1.5)
         # On the side of the line that has more room.
@@ -120,7 +128,7 @@ def level(ax: Any, value: float, words: str, *, vertical: bool = False) -> None:
     ax.annotate(words, (x, value), xycoords=across, xytext=(4 - 8 * x, shift), ha=ha, va=va, **style)
 
 
-def _clearest(ax: Any, height: float) -> tuple[float, str, int]:
+def _clearest(ax: Axes, height: float) -> tuple[float, str, int]:
     """Where along a level line, above or below it, words meet the fewest lines: x of the axes, va, shift in points."""
     # Width and height of a few small words, in axes a hand wide.
     wide, high = 0.3, 0.07
@@ -146,7 +154,7 @@ def wrapped(label: str) -> str:
     return "\n".join(textwrap.wrap(label, 44 if lines < 2 else math.ceil(len(label) / lines) + 6))
 
 
-def legend_below(ax: Any, handles: Any = None, *, gap_pt: float = 4.0, **options: Any) -> Any:
+def legend_below(ax: Axes, handles: Sequence[Artist] | None = None, *, gap_pt: float = 4.0, **options: Any) -> Legend:
     """The legend below the axes, by a gap in points whatever the height of the axes."""
     from matplotlib.transforms import ScaledTranslation
 
@@ -156,18 +164,18 @@ def legend_below(ax: Any, handles: Any = None, *, gap_pt: float = 4.0, **options
     return ax.legend(**options) if handles is None else ax.legend(handles=handles, **options)
 
 
-def say(ax: Any, words: str) -> None:
+def say(ax: Axes, words: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=SOFT, wrap=True)
 
 
-def legend_beside(ax: Any, handles: Any = None, **options: Any) -> Any:
+def legend_beside(ax: Axes, handles: Sequence[Artist] | None = None, **options: Any) -> Legend:
     """The legend to the right of the axes, where it hides no line."""
     options = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "frameon": False, "handlelength": 3.0, **options}
     return ax.legend(**options) if handles is None else ax.legend(handles=handles, **options)
 
 
-def last_finite(values: Any) -> float:
+def last_finite(values: Iterable[float]) -> float:
     """The last number that is finite; minus infinity where none is."""
     finite = [float(v) for v in values if math.isfinite(v)]
     return finite[-1] if finite else -math.inf

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -13,6 +13,16 @@ from ..pictures.causes import CAUSE_RGB, HATCH, NOT_COMPARED, cause_picture
 from ..pictures.errors import rgb
 from .arguments import columns_of, numbers_of
 from .axes import _axes, _picture, curve_look, legend_below, say, short_label
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from .._core import GBuffer
+    from ..aliasing.causes import Causes
+    from ..experiments.compare import Study
+    from ..types import Light
 
 # The causes in the words of a legend.
 LEGEND = {
@@ -27,7 +37,7 @@ CAUSE_HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx", "ot
 HATCH_COLOURS = {"acne": "white", "edge": "#7A3560", "leak": "#CFE6F5", "missing": "#BBBBBB", "other": "white"}
 
 
-def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
+def causes(table: pd.DataFrame | Study | Mapping[str, Causes], ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the wrong pixels of each technique as a bar, divided by cause.
 
     Parameters
@@ -99,16 +109,16 @@ def causes(table: Any, ax: Any = None, *, title: str = "") -> Any:
     return ax
 
 
-def cause_table(given: Any) -> Any:
+def cause_table(given: pd.DataFrame | Study | Mapping[str, Causes]) -> pd.DataFrame:
     """The table of what has one, or of causes by label."""
     if isinstance(given, Mapping) and given and all(hasattr(of, "counts") for of in given.values()):
         import pandas as pd
 
         return pd.DataFrame([{"technique": label, **of.counts} for label, of in given.items()])
-    return given.table if hasattr(given, "runs") and hasattr(given, "table") else given
+    return cast("pd.DataFrame", given.table if hasattr(given, "runs") and hasattr(given, "table") else given)
 
 
-def row_labels(table: Any) -> list[str]:
+def row_labels(table: pd.DataFrame) -> list[str]:
     """What rows are called: their technique, and their resolution where another row is called the same."""
     names = [str(name) for name in table["technique"]]
     if len(set(names)) == len(names) or "resolution" not in table.columns:
@@ -116,7 +126,7 @@ def row_labels(table: Any) -> list[str]:
     return [f"{name}, {size}²" for name, size in zip(names, table["resolution"], strict=True)]
 
 
-def _thousands(ax: Any) -> None:
+def _thousands(ax: Axes) -> None:
     """Whole numbers with separators on the x axis, few enough to stand apart."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -125,16 +135,16 @@ def _thousands(ax: Any) -> None:
 
 
 def cause_map(
-    gbuffer: Any,
-    light: Any,
-    truth: Any,
-    cause_image: Any,
-    ax: Any = None,
+    gbuffer: GBuffer,
+    light: Light,
+    truth: npt.ArrayLike,
+    cause_image: npt.ArrayLike | Causes,
+    ax: Axes | None = None,
     *,
     title: str = "",
     aspect: float | None = None,
     width: int = 1,
-) -> Any:
+) -> Axes:
     """Axes with the wrong pixels in the colours of their causes over a pale grey eye view; a legend counts them.
 
     Parameters

@@ -5,14 +5,15 @@ The first is figure 6 of Wimmer, Scherzer, Purgathofer, "Light space perspective
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
-from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of
+from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of, title_and_unit
 from .axes import (
     _axes,
     curve_look,
@@ -27,20 +28,28 @@ from .axes import (
     wrapped,
 )
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import pandas as pd
+    from matplotlib.axes import Axes
+
 DEPTH_LABEL = "depth along the view, world units"
 DP_DS_LABEL = "dp/ds, world units on the near plane per map"
 
+#: Depths and values (N,) of a line.
+Curve: TypeAlias = "tuple[npt.ArrayLike, npt.ArrayLike]"
+
 
 def error_along_view(
-    curves: Any,
-    ax: Any = None,
+    curves: Mapping[str, Curve],
+    ax: Axes | None = None,
     *,
     near: float,
     far: float,
-    measured: Any = None,
+    measured: Mapping[str, Curve] | None = None,
     ylabel: str = DP_DS_LABEL,
     title: str = "",
-) -> Any:
+) -> Axes:
     """Axes with errors over the depth along the view, both logarithmic: lines of theory, and dots of what was measured.
 
     Parameters
@@ -104,8 +113,8 @@ def error_along_view(
 
 
 def error_over_angle(
-    table: Any,
-    ax: Any = None,
+    table: pd.DataFrame | LightAngles,
+    ax: Axes | None = None,
     *,
     x: str = "angle_deg",
     y: str = "texel_p95",
@@ -113,7 +122,7 @@ def error_over_angle(
     xlabel: str | None = None,
     ylabel: str | None = None,
     title: str = "",
-) -> Any:
+) -> Axes:
     """Axes with an error over the angle of the light, one line a technique, the error logarithmic.
 
     Twelve techniques stay apart in print: marker, kind of line and colour differ. The legend has them in the order in
@@ -162,7 +171,7 @@ def error_over_angle(
             f"table: expected one row a technique and {x}, got several of {first['technique']!r} at {first[x]:g}; "
             f'average them first, e.g. table.groupby(["technique", "{x}"], as_index=False)["{y}"].median()'
         )
-    wide = rows.pivot(index=x, columns="technique", values=y)[list(dict.fromkeys(rows["technique"]))]
+    wide = rows.pivot(index=x, columns="technique", values=y)[list(dict.fromkeys(rows["technique"]))]  # noqa: PD010
     wide = wide[np.isfinite(wide.index.to_numpy(np.float64))].sort_index()
     # A logarithm shows neither zero nor what failed.
     wide = wide.where((wide > 0) & np.isfinite(wide))
@@ -188,7 +197,7 @@ def error_over_angle(
     said = ylabel or column_label(y)
     if baseline is not None and ylabel is None:
         # A ratio has no unit.
-        said = f"{said.rpartition(',')[0] or said}, over that of {short_label(baseline)}"
+        said = f"{title_and_unit(y)[0]}, over that of {short_label(baseline)}"
     ax.set(xlabel=xlabel or column_label(x), ylabel=wrapped(said), title=title)
     if baseline is not None:
         level(ax, 1.0, "no warp" if str(baseline).startswith("uniform") else f"as {short_label(baseline)}")
@@ -199,7 +208,7 @@ def error_over_angle(
     return ax
 
 
-def _angles(ax: Any, values: np.ndarray, column: str) -> None:
+def _angles(ax: Axes, values: np.ndarray, column: str) -> None:
     """Limits around the values, and ticks that divide a turn where they are degrees."""
     from matplotlib.ticker import MultipleLocator
 

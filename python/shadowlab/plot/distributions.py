@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,16 @@ from .arguments import count_of, footprints_of
 from .axes import _axes, curve_look, legend_beside, level, log_axis, padded, say, series_style, short_label
 from .curves import DEPTH_LABEL
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.axes import Axes
+
 # What a histogram may be of, and what its axis says.
-QUANTITIES = {
+#: What of a footprint is counted.
+Quantity = Literal[
+    "major", "minor", "perspective_major", "m_s", "m_t", "area", "perspective", "projection", "texels_per_pixel"
+]
+QUANTITIES: dict[Quantity, str] = {
     "major": "longest extent of a texel, pixels per texel",
     "minor": "extent of a texel across its longest, pixels per texel",
     "perspective_major": "longest extent of a texel by perspective alone, pixels per texel",
@@ -30,7 +38,7 @@ QUANTITIES = {
     "texels_per_pixel": "texels in the area of a pixel",
 }
 # What stands at 1.
-AT_ONE = {"projection": "slope adds nothing"}
+AT_ONE: dict[Quantity, str] = {"projection": "slope adds nothing"}
 # Bins in an octave, and octaves at the most: beyond, the outer bins hold the rest.
 BINS, MOST_OCTAVES = 2, 20
 # Share of the pixels that the axis may leave to each of the outer bins.
@@ -40,13 +48,13 @@ NOTHING_MEASURED = "no pixel looks up a texel"
 
 
 def error_histogram(
-    footprints: Any,
-    ax: Any = None,
+    footprints: Footprint | Summary | Mapping[str, Footprint | Summary],
+    ax: Axes | None = None,
     *,
-    quantity: str = "major",
+    quantity: Quantity = "major",
     by_depth: bool | int = False,
     title: str = "",
-) -> Any:
+) -> Axes:
     """Axes with the share of pixels that have an error, over its logarithm; a line at one texel a pixel.
 
     Parameters
@@ -81,7 +89,7 @@ def error_histogram(
     >>> found = {t: sl.aliasing.footprint(g, s.camera, s.light, p) for t, p in maps.items()}
     >>> ax = sl.plot.error_histogram(found)
     """
-    given = footprints_of(footprints, Summary)
+    given = footprints_of(footprints)
     if quantity not in QUANTITIES:
         raise ArgumentError(
             f"quantity: expected one of {', '.join(QUANTITIES)}, got {shown(quantity)}; choose from these"
@@ -94,7 +102,7 @@ def error_histogram(
         )
     if by_depth:
         bands = 3 if by_depth is True else count_of(by_depth, "by_depth", most=100)
-        series: dict[Any, Any] = _by_band(given, quantity, bands)
+        series: dict[str, Summary | NDArray[np.float64]] = dict(_by_band(given, quantity, bands))
     else:
         series = {k: v if isinstance(v, Summary) else _measured_values(v, quantity) for k, v in given.items()}
     ax = _axes(ax)
@@ -128,34 +136,34 @@ def error_histogram(
     if highest == 0.0:
         say(ax, NOTHING_MEASURED)
     elif ax.get_legend_handles_labels()[0]:
-        legend_beside(ax, **({"title": DEPTH_LABEL.replace(", ", ",\n")} if by_depth else {}))
+        legend_beside(ax, title=DEPTH_LABEL.replace(", ", ",\n") if by_depth else None)
     return ax
 
 
-def _measured_values(footprint: Footprint, quantity: str) -> NDArray[Any]:
+def _measured_values(footprint: Footprint, quantity: str) -> NDArray[np.float64]:
     """The quantity (N,) of the pixels that look up a texel."""
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         values = np.asarray(getattr(footprint, quantity))[footprint.measured].astype(np.float64)
-    known: NDArray[Any] = values[~np.isnan(values)]
+    known: NDArray[np.float64] = values[~np.isnan(values)]
     return known
 
 
-def _by_band(given: Mapping[Any, Any], quantity: str, bands: int) -> dict[str, NDArray[np.float64]]:
+def _by_band(given: Mapping[str, Footprint | Summary], quantity: str, bands: int) -> dict[str, NDArray[np.float64]]:
     """The quantity of the pixels of each band of depth, even in its logarithm."""
     if len(given) > 1:
         raise ArgumentError(
             f"by_depth: expected one footprint, got {len(given)}; draw each on axes of its own, or see error_by_depth"
         )
-    (footprint,) = given.values()
+    footprint = cast("Footprint", next(iter(given.values())))
     if not footprint.measured.any():
         return {str(next(iter(given))): np.empty(0)}
     values, depth = np.asarray(getattr(footprint, quantity))[footprint.measured], footprint.depth[footprint.measured]
     rows = footprint.summary(bands=bands).bands
     found = {}
-    for i, row in enumerate(rows.itertuples()):
-        inside = (depth >= row.near) & ((depth < row.far) if i < len(rows) - 1 else True)
+    for i, (near, far) in enumerate(rows[["near", "far"]].to_numpy(np.float64)):
+        inside = (depth >= near) & ((depth < far) if i < len(rows) - 1 else True)
         chosen = values[inside].astype(np.float64)
-        found[f"{row.near:.3g} to {row.far:.3g}"] = chosen[~np.isnan(chosen)]
+        found[f"{near:.3g} to {far:.3g}"] = chosen[~np.isnan(chosen)]
     return found
 
 
@@ -174,7 +182,7 @@ def _edges(series: list[NDArray[np.float64]], *, coarse: bool) -> NDArray[np.flo
     return edges
 
 
-def _bin_counts(values: Any, edges: NDArray[np.float64]) -> NDArray[np.int64]:
+def _bin_counts(values: Summary | NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.int64]:
     """Pixels of each bin; the outer ones hold what is beyond them."""
     if isinstance(values, Summary):
         counts = values.histogram["pixels"].to_numpy()
@@ -185,14 +193,20 @@ def _bin_counts(values: Any, edges: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.histogram(inside, edges)[0]
 
 
-def _beyond(values: Any, edges: NDArray[np.float64]) -> bool:
+def _beyond(values: Summary | NDArray[np.float64], edges: NDArray[np.float64]) -> bool:
     """Whether an outer bin holds more than its own."""
     if isinstance(values, Summary):
         return bool(values.histogram["pixels"].iloc[[0, -1]].any())
     return bool(((values < edges[0]) | (values >= edges[-1])).any())
 
 
-def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, title: str = "") -> Any:
+def error_by_depth(
+    footprints: Footprint | Summary | Mapping[str, Footprint | Summary],
+    ax: Axes | None = None,
+    *,
+    bands: int | npt.ArrayLike = 12,
+    title: str = "",
+) -> Axes:
     """Axes with the error over the depth along the view, both logarithmic: mean and 95th percentile of each band.
 
     Parameters
@@ -224,7 +238,7 @@ def error_by_depth(footprints: Any, ax: Any = None, *, bands: int | Any = 12, ti
     >>> found = {t: sl.aliasing.footprint(g, s.camera, s.light, p) for t, p in maps.items()}
     >>> ax = sl.plot.error_by_depth(found, bands=8)
     """
-    given = footprints_of(footprints, Summary)
+    given = footprints_of(footprints)
     checked_bands(bands)
     tables = {k: (v if isinstance(v, Summary) else v.summary(bands=bands)).bands for k, v in given.items()}
     ax = _axes(ax)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,21 +12,28 @@ from ..pictures.lattice import DARKER, lattice_picture
 from ..pictures.maps import map_colour
 from .axes import MOST_NAMED, _picture, legend_below
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.axes import Axes
+
+    from .._core import Camera, GBuffer
+    from ..types import Light, Maps, Size
+
 GREY_HATCHES: dict[int, str] = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
 
 
 def error_map(
     footprint: Footprint,
-    ax: Any = None,
+    ax: Axes | None = None,
     *,
-    values: Any = None,
+    values: npt.ArrayLike | None = None,
     title: str = "",
     aspect: float | None = None,
-    gbuffer: Any = None,
-    light: Any = None,
+    gbuffer: GBuffer | None = None,
+    light: Light | None = None,
     colorbar: bool = True,
     label: str = "longest extent of a texel, pixels per texel",
-) -> Any:
+) -> Axes:
     """Axes with the error of every pixel: pale blue below 1 pixel a texel, green at 1, dark red from 10 on.
 
     The colours are those of Lloyd et al. [lloyd2008] with lightness that falls all the way; see `pictures.errors`.
@@ -76,7 +83,7 @@ def error_map(
     return ax
 
 
-def _colour_bar(ax: Any, label: str) -> None:
+def _colour_bar(ax: Axes, label: str) -> None:
     """The scale to the right of axes."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, LogNorm
@@ -91,7 +98,7 @@ def _colour_bar(ax: Any, label: str) -> None:
     bar.ax.axhline(1.0, color="#333333", linewidth=1.2)
 
 
-def _explain_greys(ax: Any, codes: Any) -> None:
+def _explain_greys(ax: Axes, codes: npt.ArrayLike) -> None:
     """A legend below the picture of why pixels have no error."""
     from matplotlib.patches import Patch
 
@@ -109,19 +116,19 @@ def _explain_greys(ax: Any, codes: Any) -> None:
 
 
 def lattice(
-    gbuffer: Any,
-    camera: Any,
-    light: Any,
-    parameterization: Any,
-    ax: Any = None,
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: Light,
+    parameterization: Maps,
+    ax: Axes | None = None,
     *,
     every: int = 16,
-    resolution: Any = None,
-    mask: Any = None,
+    resolution: Size | None = None,
+    mask: npt.ArrayLike | None = None,
     width_px: float = 1.3,
     title: str = "",
     aspect: float | None = None,
-) -> Any:
+) -> Axes:
     """Axes with the eye view and every k-th line of texels on its surfaces, in the colour of the map they belong to.
 
     Parameters
@@ -160,8 +167,9 @@ def lattice(
     """
     from matplotlib.lines import Line2D
 
-    shown = {"every": every, "resolution": resolution, "mask": mask, "width_px": width_px}
-    picture = lattice_picture(gbuffer, camera, light, parameterization, **shown)
+    picture = lattice_picture(
+        gbuffer, camera, light, parameterization, every=every, resolution=resolution, mask=mask, width_px=width_px
+    )
     ax = _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
     maps = len(getattr(parameterization, "partitions", [None]))
     step = "a line every texel" if every == 1 else f"a line every {every} texels"

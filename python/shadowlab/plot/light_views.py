@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ from ..text import shown
 from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.axes import Axes
+
+    from ..types import Light, Maps, RendererArgument, Size
+
 # Lines along a side where no step is given.
 LINES_ALONG = 16
 # Pixels along the longer side of the picture before the warp.
@@ -26,16 +32,16 @@ FRUSTUM = np.array(pictures.FRUSTUM_RGB) / 255
 
 
 def warped_view(
-    parameterization: Any,
-    camera: Any,
-    ax: Any = None,
+    parameterization: Maps,
+    camera: _core.Camera,
+    ax: Axes | None = None,
     *,
     map: int = 0,
-    depth: Any = None,
+    depth: npt.ArrayLike | None = None,
     every: int | None = None,
-    resolution: Any = None,
+    resolution: Size | None = None,
     title: str = "",
-) -> Any:
+) -> Axes:
     """Axes with the light's view after the warp, in NDC: the map, its texel lattice, and the camera frustum in it.
 
     Parameters
@@ -94,18 +100,18 @@ def warped_view(
 
 
 def light_view(
-    parameterization: Any,
-    camera: Any,
-    scene: Any,
-    ax: Any = None,
+    parameterization: Maps,
+    camera: _core.Camera,
+    scene: _core.Scene,
+    ax: Axes | None = None,
     *,
-    light: Any = None,
+    light: Light | None = None,
     map: int | None = 0,
     every: int | None = None,
-    resolution: Any = None,
-    renderer: Any = None,
+    resolution: Size | None = None,
+    renderer: RendererArgument = None,
     title: str = "",
-) -> Any:
+) -> Axes:
     """Axes with the light's view before the warp, and the texel lattice mapped back onto it.
 
     Cells of the lattice are equal in the map; where they crowd, the map has texels to spend. Each line is exact: it is
@@ -187,7 +193,9 @@ def light_view(
     return ax
 
 
-def _chosen(parameterization: Any, index: int, resolution: Any) -> tuple[Any, list[Any], tuple[int, int]]:
+def _chosen(
+    parameterization: Maps, index: int, resolution: Size | None
+) -> tuple[_core.Partition, list[_core.Partition], tuple[int, int]]:
     """A map, all maps, and the texels of each."""
     p, texels = as_maps(parameterization, resolution)
     if min(texels) < 1:
@@ -198,7 +206,7 @@ def _chosen(parameterization: Any, index: int, resolution: Any) -> tuple[Any, li
     return parts[index], parts, texels
 
 
-def _depth_of(depth: Any, index: int) -> NDArray[np.float32]:
+def _depth_of(depth: npt.ArrayLike, index: int) -> NDArray[np.float32]:
     """The shadow map (H, W) that is meant."""
     maps = np.asarray(depth, np.float32)
     if maps.ndim == 3 and index < len(maps):
@@ -216,20 +224,20 @@ def _lines(texels: int, step: int) -> NDArray[np.float64]:
     return np.arange(step, texels, step, dtype=np.float64) * (2.0 / texels) - 1.0
 
 
-def _segments(ax: Any, segments: NDArray[np.float64], **style: Any) -> None:
+def _segments(ax: Axes, segments: NDArray[np.float64], **style: Any) -> None:
     """Lines on axes that leave the limits as they are."""
     from matplotlib.collections import LineCollection
 
     ax.add_collection(LineCollection(list(segments), capstyle="round", **style), autolim=False)
 
 
-def _draw_frustum(ax: Any, segments: NDArray[np.float64]) -> None:
+def _draw_frustum(ax: Axes, segments: NDArray[np.float64]) -> None:
     """The frustum's edges, with a dark casing that shows them on any ground."""
     _segments(ax, segments, colors=["#202020"], linewidths=2.6)
     _segments(ax, segments, colors=[FRUSTUM], linewidths=1.4)
 
 
-def _name_maps(ax: Any, count: int) -> None:
+def _name_maps(ax: Axes, count: int) -> None:
     """A legend of the maps' colours, where there are several."""
     from matplotlib.lines import Line2D
 
@@ -239,7 +247,7 @@ def _name_maps(ax: Any, count: int) -> None:
         legend_beside(ax, handles, fontsize="small", handlelength=1.5)
 
 
-def _bounds(scene: Any) -> NDArray[np.float64]:
+def _bounds(scene: _core.Scene) -> NDArray[np.float64]:
     """The bounds (2, 3) of a scene, or those that are given."""
     try:
         bounds = np.asarray(getattr(scene, "bounds", scene), np.float64)
@@ -270,7 +278,14 @@ def _window(
     return (float(low[0] - slack), float(high[0] + slack)), (float(low[1] - slack), float(high[1] + slack))
 
 
-def _ground(ax: Any, plane: LightPlane, scene: Any, bounds: Any, light: Any, renderer: Any) -> None:
+def _ground(
+    ax: Axes,
+    plane: LightPlane,
+    scene: _core.Scene,
+    bounds: npt.ArrayLike,
+    light: Light,
+    renderer: RendererArgument,
+) -> None:
     """The scene as the light sees it, pale, within the limits of axes."""
     x, y = ax.get_xlim(), ax.get_ylim()
     scale = SIDE / max(x[1] - x[0], y[1] - y[0])
@@ -284,7 +299,7 @@ def _ground(ax: Any, plane: LightPlane, scene: Any, bounds: Any, light: Any, ren
     ax.imshow(np.rint(pale).astype(np.uint8), extent=(*x, *y), interpolation="antialiased", aspect="equal", zorder=0.5)
 
 
-def _mark_eye(ax: Any, plane: LightPlane, camera: Any) -> None:
+def _mark_eye(ax: Axes, plane: LightPlane, camera: _core.Camera) -> None:
     """A dot where the eye is, if the light sees it within the axes."""
     x, y, w = plane.project(camera.eye)[0]
     if not w > 0:

@@ -2,60 +2,78 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import pictures
+from ..experiments.run import done
 from ..pictures.eye import difference, shade
-from ..pictures.maps import chosen_picture, mosaic, pictures_of_run
+from ..pictures.maps import chosen_picture, mosaic, pictures_of
 from ..text import share_text
 from .axes import MARKERS, SERIES, _axes, _picture
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .._core import Camera, GBuffer
+    from ..experiments.compare import Study
+    from ..types import Light
 
 # Letters of a label that fit over a picture of the figure.
 WIDEST_TITLE = 40
 
 
 def eye_view(
-    gbuffer: Any, light: Any, mask: np.ndarray, ax: Any = None, *, title: str = "", aspect: float | None = None
-) -> Any:
+    gbuffer: GBuffer,
+    light: Light,
+    mask: np.ndarray,
+    ax: Axes | None = None,
+    *,
+    title: str = "",
+    aspect: float | None = None,
+) -> Axes:
     """Axes with the eye view under a shadow mask (H, W); square pixels where no `aspect` of the camera is given."""
     picture = shade(gbuffer, light, mask)
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
 def difference_view(
-    gbuffer: Any,
-    light: Any,
+    gbuffer: GBuffer,
+    light: Light,
     truth: np.ndarray,
     image: np.ndarray,
-    ax: Any = None,
+    ax: Axes | None = None,
     *,
     title: str = "",
     aspect: float | None = None,
     width: int = 1,
-) -> Any:
+) -> Axes:
     """Axes with the wrong pixels in colour, each drawn `width` pixels wide, over a grey eye view; see `difference`."""
     picture = difference(gbuffer, light, truth, image, width=width)
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
 def chosen_view(
-    gbuffer: Any,
-    light: Any,
+    gbuffer: GBuffer,
+    light: Light,
     mask: np.ndarray,
     chosen: np.ndarray,
-    ax: Any = None,
+    ax: Axes | None = None,
     *,
     title: str = "",
-    aspect: Any = None,
-) -> Any:
+    aspect: float | None = None,
+) -> Axes:
     """Axes with the eye view in the colours of the maps that its pixels ask; see `Renderer.chosen_map`."""
     picture = chosen_picture(gbuffer, light, mask, chosen)
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
-def shadow_map(depth: np.ndarray, ax: Any = None, *, title: str = "") -> Any:
+def shadow_map(depth: np.ndarray, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with a shadow map (H, W) as the light sees it, in NDC: x to the right and y up, both from -1 to 1."""
     ax = _axes(ax)
     ax.imshow(
@@ -66,8 +84,13 @@ def shadow_map(depth: np.ndarray, ax: Any = None, *, title: str = "") -> Any:
 
 
 def frustum(
-    shadow_clip_from_world: np.ndarray, camera: Any, ax: Any = None, *, depths: Any = None, **style: Any
-) -> Any:
+    shadow_clip_from_world: np.ndarray,
+    camera: Camera,
+    ax: Axes | None = None,
+    *,
+    depths: Iterable[float] | None = None,
+    **style: Any,
+) -> Axes:
     """Axes of a shadow map (NDC) with the camera frustum's edges added. `style` goes to matplotlib's LineCollection."""
     from matplotlib.collections import LineCollection
 
@@ -77,7 +100,7 @@ def frustum(
     return ax
 
 
-def error_curve(table: Any, ax: Any = None) -> Any:
+def error_curve(table: pd.DataFrame, ax: Axes | None = None) -> Axes:
     """Axes with the share of wrong pixels over the resolution of the map, both logarithmic, one line a technique."""
     ax = _axes(ax)
     measured = table[(table["failure"] == "") & table["share"].notna()]
@@ -97,7 +120,7 @@ def error_curve(table: Any, ax: Any = None) -> Any:
     return ax
 
 
-def study_figure(study: Any) -> Any:
+def study_figure(study: Study) -> Figure:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt
 
@@ -112,24 +135,31 @@ def study_figure(study: Any) -> Any:
     )
     for row, run in zip(grid, runs, strict=False):
         name = run.label if len(run.label) <= WIDEST_TITLE else f"{run.label[: WIDEST_TITLE - 13]}…{run.label[-12:]}"
-        eye_view(study.gbuffer, study.light, run.mask, row[0], title=f"{name}, {run.resolution}²", aspect=aspect)
+        eye_view(study.gbuffer, study.light, done(run.mask), row[0], title=f"{name}, {run.resolution}²", aspect=aspect)
         if run.errors is not None:
             title = f"{run.errors.count:,} wrong ({share_text(run.errors.fraction)})"
-            shown = (study.gbuffer, study.light, study.truth, run.errors.image, row[1])
+            shown = (study.gbuffer, study.light, done(study.truth), run.errors.image, row[1])
             # A picture of the figure is about 400 pixels wide on a screen; single pixels of a larger one would fade.
             difference_view(*shown, title=title, aspect=aspect, width=max(1, round(max(study.size) / 400)))
         if run.chosen is not None:
             chosen_view(
-                study.gbuffer, study.light, run.mask, run.chosen, row[-2], title="the map that is asked", aspect=aspect
+                study.gbuffer,
+                study.light,
+                done(run.mask),
+                run.chosen,
+                row[-2],
+                title="the map that is asked",
+                aspect=aspect,
             )
         elif several:
             row[-2].set_axis_off()
-        parts = run.parameterization.partitions
+        p, maps = done(run.parameterization), done(run.maps)
+        parts = p.partitions
         if len(parts) == 1 and parts[0].post_warp == "none":
-            shadow_map(run.maps, row[-1], title="from the light")
-            frustum(np.asarray(run.parameterization.matrices)[0], study.camera, row[-1])
+            shadow_map(maps, row[-1], title="from the light")
+            frustum(np.asarray(p.matrices)[0], study.camera, row[-1])
         else:
-            picture = mosaic(pictures_of_run(run, study.camera, max(1, 1024 // round(len(parts) ** 0.5))))
+            picture = mosaic(pictures_of(maps, p, study.camera, max(1, 1024 // round(len(parts) ** 0.5))))
             title = "from the light" if len(parts) == 1 else f"{len(parts)} maps from the light"
             _picture(row[-1], picture, title, picture.shape[1] / picture.shape[0])
     if not runs:

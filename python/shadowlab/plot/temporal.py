@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from ..experiments.temporal import Temporal
 from .arguments import columns_of, current_columns, numbers_of
 from .axes import _axes, curve_look, legend_beside, say, series_style, short_label
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
 # Drifts that span more than this are read on a logarithm only; below a thousandth of a texel a frame, at which a
 # lattice takes half a minute to move by one, the axis is linear.
 WIDE, SLOW_TEXELS = 30.0, 1e-3
@@ -18,7 +22,7 @@ WIDE, SLOW_TEXELS = 30.0, 1e-3
 RANDOM_RMS = float(np.sqrt(1 / 6))
 
 
-def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
+def drift(table: pd.DataFrame | Temporal, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the drift of the texel lattice over the frames, a line a label: root mean square, and thin the largest.
 
     Parameters
@@ -84,7 +88,7 @@ def drift(table: Any, ax: Any = None, *, title: str = "") -> Any:
     return ax
 
 
-def _drift_scale(ax: Any, values: np.ndarray) -> None:
+def _drift_scale(ax: Axes, values: np.ndarray) -> None:
     """The scale of the axis of drifts, and its limits."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 

@@ -6,18 +6,22 @@ import json
 import platform
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import ArgumentError
+from ..techniques.labels import is_parameterization
 from ..text import BIAS, plain
 from .reproduce import snippet_of
 from .study_record import camera_record, light_record, now, versions
 from .terminal import ADVICE_HEADS, advice_cells
 
+if TYPE_CHECKING:
+    from ..experiments.advise import Advice
 
-def advice_html(advice: Any) -> str:
+
+def advice_html(advice: Advice) -> str:
     """The verdict and the table for a notebook."""
     head = "".join(f"<th>{escape(name)}</th>" for name in ADVICE_HEADS)
     rows = "".join(
@@ -31,7 +35,7 @@ def advice_html(advice: Any) -> str:
     )
 
 
-def advice_data(advice: Any) -> dict[str, Any]:
+def advice_data(advice: Advice) -> dict[str, Any]:
     """The whole advice as data: every number, and the Python behind every row."""
     scene, measure = advice.scene, advice.measure
     runs = advice.runs.astype(object).where(advice.runs.notna(), None).to_dict("records")
@@ -58,7 +62,7 @@ def advice_data(advice: Any) -> dict[str, Any]:
         ],
         "candidates": [
             {"label": one.label, "technique": one.text, "name": one.technique, "settings": one.settings,
-             **({"matrices": np.asarray(one.item.matrices)} if one.given else {})}
+             **({"matrices": np.asarray(one.item.matrices)} if is_parameterization(one.item) else {})}
             for one in advice.candidates
         ],
         "table": [
@@ -73,7 +77,7 @@ def advice_data(advice: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def save_advice(advice: Any, directory: Path) -> Path:
+def save_advice(advice: Advice, directory: Path) -> Path:
     """Writes the tables, the data and the figure into a directory, which is made; the path of advice.json.
 
     Raises
@@ -95,7 +99,7 @@ def save_advice(advice: Any, directory: Path) -> Path:
     return path
 
 
-def draw(advice: Any, path: Path) -> None:
+def draw(advice: Advice, path: Path) -> None:
     """The figure as a PNG, whatever backend matplotlib has."""
     import matplotlib.pyplot as plt
 

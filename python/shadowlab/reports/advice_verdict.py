@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..aliasing.causes import CAUSES
-from ..conventions.doubts import CHECK_MATRIX
+from ..aliasing.causes import CAUSES, CauseName
 from ..experiments.candidates import Outcome
 from ..experiments.measures import Measure
 from ..experiments.memory import MOST_TEXELS, UNUSED_FROM, memory_text
-from ..experiments.ranking import MEMORY, NOTHING_SEEN, Standing, counted_views
+from ..experiments.ranking import MEMORY, Standing, counted_views
 from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, MAIN_CAUSE, hardly_wrong
 from ..experiments.views import degrees
 from ..text import listed, share_text
-from .words import times, unwarped_maps
+from .words import doubt_of, times, unwarped_maps
 
 # Switches, failures and the like that are told; the rest is counted and left to the tables.
 MOST_TOLD = 4
-OF_BIAS = {
+OF_BIAS: dict[CauseName, str] = {
     "acne": "surfaces that shadow themselves; more bias trades them for leaks",
     "leak": "light that its bias lets through (without the bias they would be dark); less bias trades them for acne",
 }
@@ -127,7 +126,7 @@ def _beside_uniform(best: Standing, plain: Standing | None, measure: Measure) ->
 def _nothing_wrong(outcomes: Sequence[Outcome]) -> bool:
     """Whether no run has wrong pixels worth the name."""
     wrong = [o.numbers for o in outcomes if o.error is not None and "misclassified" in o.numbers]
-    return bool(wrong) and all(hardly_wrong(n["misclassified"], n["share"]) for n in wrong)
+    return bool(wrong) and all(hardly_wrong(n["misclassified"] or 0, n["share"] or 0.0) for n in wrong)
 
 
 def _switches(switched: Sequence[Mapping[str, Any]], measure: Measure, several: bool, budgets: int) -> list[str]:
@@ -264,8 +263,8 @@ def _outside(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str
     names = {s.candidate for s in valid}
     lost: dict[str, int] = {}
     for one in outcomes:
-        if one.candidate in names and one.numbers.get("outside"):
-            lost[one.candidate] = max(lost.get(one.candidate, 0), int(one.numbers["outside"]))
+        if one.candidate in names and (outside := one.numbers.get("outside")):
+            lost[one.candidate] = max(lost.get(one.candidate, 0), int(outside))
     return [
         f"{name} leaves up to {n:,} pixels of a view outside of its maps, which are lit and count in no texel length."
         for name, n in lost.items()
@@ -311,16 +310,12 @@ def _unwarped(outcomes: Sequence[Outcome], counted: Sequence[str]) -> list[str]:
 
 def _left_out(ranking: Sequence[Standing]) -> list[str]:
     """What is not ranked, and why; candidates that fail for one reason together."""
-    doubted = {
-        s.candidate: s.notes.split(CHECK_MATRIX, 1)[1].rstrip(".") for s in ranking if s.doubted and not s.failure
-    }
+    doubted = {s.candidate: doubt_of(s.notes).rstrip(".") for s in ranking if s.doubted and not s.failure}
     sentences = [f"{name} is left out of the ranking: {doubt}." for name, doubt in doubted.items()]
     alike: dict[tuple[str, str], list[str]] = {}
     budgets = {s.memory for s in ranking}
     for name in sorted({s.candidate for s in ranking if s.failure}):
-        for reason in dict.fromkeys(
-            s.failure for s in ranking if s.candidate == name and s.failure != NOTHING_SEEN and s.failure
-        ):
+        for reason in dict.fromkeys(s.failure for s in ranking if s.candidate == name and s.failure and not s.unseen):
             where = [s.memory for s in ranking if s.candidate == name and s.failure == reason]
             at = "" if len(where) == len(budgets) else f" at {listed([memory_text(m) for m in where])}"
             alike.setdefault((reason, at), []).append(name)

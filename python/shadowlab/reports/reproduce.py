@@ -8,7 +8,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,22 +17,32 @@ from ..errors import ArgumentError, ShadowlabError
 from ..experiments.candidates import Candidate
 from ..experiments.memory import memory_text
 from ..experiments.views import LabelledView
+from ..techniques.labels import is_parameterization
 from ..techniques.registry import technique_of
 from ..text import format_bias, format_spec, format_value, shown
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
-def numbers(values: Any) -> str:
+    from .._core import Bias, Camera, Parameterization, Partition
+    from ..experiments.advise import Advice
+    from ..experiments.compare import Study
+    from ..experiments.run import Run
+    from ..types import Light
+
+
+def numbers(values: npt.ArrayLike) -> str:
     """Floats with all their digits, between commas."""
     return ", ".join(repr(float(v) + 0.0) for v in np.asarray(values, dtype=np.float64).ravel())
 
 
-def camera_target(camera: Any) -> np.ndarray:
+def camera_target(camera: Camera) -> np.ndarray:
     """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
     target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
     return target
 
 
-def camera_python(camera: Any) -> str:
+def camera_python(camera: Camera) -> str:
     """A line that makes the camera."""
     return (
         f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
@@ -41,7 +51,7 @@ def camera_python(camera: Any) -> str:
     )
 
 
-def light_python(light: Any) -> str:
+def light_python(light: Light) -> str:
     """A line that makes the light."""
     if light.kind == "directional":
         return f"light = sl.DirectionalLight(({numbers(light.direction)}))"
@@ -53,15 +63,15 @@ def light_python(light: Any) -> str:
     return f"light = sl.PointLight(({numbers(light.position)}), range={light.range!r})"
 
 
-def technique_python(run: Any) -> str:
+def technique_python(run: Run) -> str:
     """An expression that makes the technique of a run, every setting spelled out."""
-    if run.given:
-        return given_python(run.parameterization)
+    if is_parameterization(run.item):
+        return given_python(run.item)
     keywords = "".join(f", {key}={value!r}" for key, value in run.settings.items())
     return f"sl.technique({run.technique!r}{keywords})"
 
 
-def given_python(p: Any) -> str:
+def given_python(p: Parameterization) -> str:
     """An expression that makes a parameterization of somebody else's matrices, with what it knows beside them."""
     blocks = [",\n        ".join(f"[{numbers(row)}]" for row in m) for m in np.asarray(p.matrices)]
     parts, more = p.partitions, ""
@@ -79,7 +89,7 @@ def given_python(p: Any) -> str:
     )
 
 
-def post_warp(part: Any) -> tuple[str, float, float] | None:
+def post_warp(part: Partition) -> tuple[str, float, float] | None:
     """What follows the matrix of a map, as `Parameterization.from_matrix` takes it."""
     terms = part.post_warp_terms
     return (part.post_warp, terms["scale"], terms["offset"]) if terms else None
@@ -90,7 +100,7 @@ def far_python(depth: float) -> str:
     return repr(depth) if np.isfinite(depth) else "float('inf')"
 
 
-def technique_text(run: Any) -> str | None:
+def technique_text(run: Run) -> str | None:
     """The command line's text of a run's technique; None for a matrix that is in no file."""
     if not run.given:
         return format_spec(run.technique, run.settings)
@@ -100,7 +110,9 @@ def technique_text(run: Any) -> str | None:
         again = technique_of(run.label)
     except ShadowlabError:
         return None
-    p = run.parameterization
+    p = run.item
+    if not (is_parameterization(p) and is_parameterization(again)):
+        return None
     same = np.array_equal(again.matrices, p.matrices) and again.selection == p.selection
     same = same and all(
         (a.eye_depth, post_warp(a)) == (b.eye_depth, post_warp(b)) and np.array_equal(a.region, b.region)
@@ -109,7 +121,7 @@ def technique_text(run: Any) -> str | None:
     return run.label if same else None
 
 
-def light_arguments(light: Any, up: str) -> list[str]:
+def light_arguments(light: Light, up: str) -> list[str]:
     """The command line's options that make a light."""
     words = []
     if light.kind != "point":
@@ -122,19 +134,19 @@ def light_arguments(light: Any, up: str) -> list[str]:
     return words
 
 
-def own_numbers(vector: Any, up: str) -> str:
+def own_numbers(vector: npt.ArrayLike, up: str) -> str:
     """A world vector for the command line, in the axes of the file."""
     return numbers(in_file_axes(vector, up)).replace(" ", "")
 
 
-def bias_python(bias: Any) -> str:
+def bias_python(bias: Bias) -> str:
     """An expression that makes the bias."""
     limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
     parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
     return f"sl.Bias({parts}, slope_limit={limit})"
 
 
-def python_snippet(study: Any, runs: Sequence[Any]) -> str:
+def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     """A script that computes these runs again."""
     techniques = dict.fromkeys((run.label, technique_python(run)) for run in runs)
     entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
@@ -151,7 +163,7 @@ def python_snippet(study: Any, runs: Sequence[Any]) -> str:
     )
 
 
-def command_line(study: Any, runs: Sequence[Any]) -> str | None:
+def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     """The command that computes these runs again; None where it cannot say what the study was."""
     source, camera, light = study.source, study.camera, study.light
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
@@ -193,13 +205,13 @@ def command_line(study: Any, runs: Sequence[Any]) -> str | None:
     )
 
 
-def in_file_axes(vector: Any, up: str) -> np.ndarray:
+def in_file_axes(vector: npt.ArrayLike, up: str) -> np.ndarray:
     """A world vector in the axes of its file, which the command line speaks; a z-up file was turned when loaded."""
     x, y, z = np.asarray(vector, dtype=np.float64)
     return np.array([x, -z, y] if up == "z" else [x, y, z])
 
 
-def snippet_of(advice: Any, row: Any) -> str:
+def snippet_of(advice: Advice, row: object) -> str:
     """The Python that computes a row of the table, a row of the runs, or a choice again.
 
     Raises
@@ -218,7 +230,7 @@ def snippet_of(advice: Any, row: Any) -> str:
     return advice_snippet(advice, chosen, int(of[0].resolution or 0), views)
 
 
-def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
+def key_of(advice: Advice, row: object) -> tuple[str, int, str | None]:
     """Candidate, budget and view (None for all) of what stands for a row."""
     hint = "expected a row of .table or .runs, its position in .table, or a choice"
     if isinstance(row, (int, np.integer)) and not isinstance(row, (bool, np.bool_)):
@@ -236,7 +248,7 @@ def key_of(advice: Any, row: Any) -> tuple[str, int, str | None]:
     return key
 
 
-def advice_snippet(advice: Any, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
+def advice_snippet(advice: Advice, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
     """A script that computes the error of a candidate at a resolution in views, and prints it."""
     of_errors = "errors." in advice.measure.python
     lines = ["import numpy as np"] * candidate.given + [
@@ -249,7 +261,7 @@ def advice_snippet(advice: Any, candidate: Candidate, resolution: int, views: Se
     for view in views:
         lines += [camera_python(view.camera), light_python(view.light)]
         lines.append(f"views[{view.label!r}] = camera, light, {view.size}")
-    if candidate.given:
+    if is_parameterization(candidate.item):
         lines += [f"p = {given_python(candidate.item)}"]
     else:
         lines.append(f"technique = sl.technique({candidate.text!r})")

@@ -8,12 +8,20 @@ import math
 import platform
 from collections.abc import Sequence
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..text import BIAS, plain
 from .reproduce import command_line, python_snippet
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera
+    from ..experiments.compare import Study
+    from ..experiments.run import Run
+    from ..types import Light
 
 PACKAGES = ("shadowlab", "numpy", "pandas", "trimesh", "matplotlib")
 
@@ -34,7 +42,7 @@ def versions() -> dict[str, str]:
     return {**found, "Python": platform.python_version()}
 
 
-def camera_record(camera: Any) -> dict[str, Any]:
+def camera_record(camera: Camera) -> dict[str, Any]:
     """A camera as data."""
     vectors = ("eye", "right", "up", "forward")
     numbers = ("fov_y", "aspect", "near", "far")
@@ -42,13 +50,13 @@ def camera_record(camera: Any) -> dict[str, Any]:
     return {**record, **{name: float(getattr(camera, name)) for name in numbers}}
 
 
-def light_record(light: Any) -> dict[str, Any]:
+def light_record(light: Light) -> dict[str, Any]:
     """A light as data."""
     names = ("position", "direction", "cone_angle", "range")
     return {"kind": light.kind, **{n: plain(np.asarray(getattr(light, n))) for n in names if hasattr(light, n)}}
 
 
-def run_record(run: Any) -> dict[str, Any]:
+def run_record(run: Run) -> dict[str, Any]:
     """A run as data: its row, and everything that its technique made."""
     record = {**run.row(), "technique": run.technique, "label": run.label, "settings": dict(run.settings)}
     p = run.parameterization
@@ -65,7 +73,7 @@ def run_record(run: Any) -> dict[str, Any]:
             }
             for part in p.partitions
         ]
-        record["notes"] = list(run.notes)
+        record["notes"] = [str(note) for note in run.notes]
     if run.summary is not None:
         record["texels"] = run.summary.to_dict()
     if run.causes is not None:
@@ -77,7 +85,7 @@ def run_record(run: Any) -> dict[str, Any]:
     return record
 
 
-def study_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
+def study_data(study: Study, pictures: Sequence[str] = ()) -> dict[str, Any]:
     """The whole study as data, with the names of its pictures."""
     scene, bias = study.scene, study.bias
     return {
@@ -105,12 +113,12 @@ def study_data(study: Any, pictures: Sequence[str] = ()) -> dict[str, Any]:
     }
 
 
-def dumps(study: Any, pictures: Sequence[str] = ()) -> str:
+def dumps(study: Study, pictures: Sequence[str] = ()) -> str:
     """results.json, with the names of the pictures beside it."""
     return json.dumps(plain(study_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def facts(study: Any) -> list[tuple[str, str]]:
+def facts(study: Study) -> list[tuple[str, str]]:
     """What was run, as names and texts for people."""
     camera, light, scene = study.camera, study.light, study.scene
     low, high = np.asarray(scene.bounds)
@@ -136,7 +144,7 @@ def facts(study: Any) -> list[tuple[str, str]]:
     return lines
 
 
-def light_text(light: Any) -> str:
+def light_text(light: Light) -> str:
     """A light in words."""
     if light.kind == "directional":
         return f"directional, travelling along {vector(light.direction)}"
@@ -147,6 +155,6 @@ def light_text(light: Any) -> str:
     return f"{light.kind} at {vector(light.position)}, range {light.range:.4g}"
 
 
-def vector(v: Any) -> str:
+def vector(v: npt.ArrayLike) -> str:
     """A vector with four digits."""
-    return f"({', '.join(f'{float(x):.4g}' for x in v)})"
+    return f"({', '.join(f'{float(x):.4g}' for x in np.asarray(v, dtype=np.float64))})"

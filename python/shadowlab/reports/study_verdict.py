@@ -5,21 +5,23 @@ The question that readers bring: which technique at which resolution is good eno
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from itertools import repeat
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..conventions.doubts import CHECK_MATRIX
+from .._core import Note
 from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, SLIGHT, about_equal, hardly_wrong
 from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
 from .words import (
     count,
     count_details,
+    doubt_of,
     factor,
     maps_of,
     missing,
     place,
+    rows_of,
     size_text,
     span,
     texels,
@@ -27,9 +29,25 @@ from .words import (
     unwarped_maps,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, seen: float | None = None) -> str:
-    """A few sentences on the table of a study.
+
+class Remarks(NamedTuple):
+    """What a run says beside the numbers of its row: its notes, and what its technique says in refusing the view."""
+
+    notes: Sequence[Note] = ()
+    refusal: str = ""
+
+
+def sentences(
+    table: pd.DataFrame,
+    technique_of_label: Mapping[str, str] | None = None,
+    *,
+    remarks: Sequence[Remarks] | None = None,
+    seen: float | None = None,
+) -> list[str]:
+    """The sentences of a study's verdict on its table, the most important one first.
 
     Parameters
     ----------
@@ -38,51 +56,59 @@ def verdict(table: Any, technique_of_label: Mapping[str, str] | None = None, *, 
     technique_of_label : mapping, optional
         The technique behind each label, so that a uniform map is known as the baseline under any label. The labels
         themselves where none is given.
+    remarks : sequence of Remarks, optional
+        Those of the run behind each row; none where none are given. The texts in the table are not read.
     seen : float, optional
         The share of the picture's pixels that show any surface.
+
+    Returns
+    -------
+    list of str
     """
     technique_of_label = technique_of_label or {}
-    rows = table.to_dict("records")
-    failed = [row for row in rows if row["failure"]]
-    done = [row for row in rows if not row["failure"]]
-    doubted = [row for row in done if CHECK_MATRIX in row["notes"]]
-    drawn = [row for row in done if CHECK_MATRIX not in row["notes"]]
-    sentences = []
+    rows = rows_of(table)
+    told = list(zip(rows, repeat(Remarks()) if remarks is None else remarks, strict=remarks is not None))
+    failed = [(row, said.refusal) for row, said in told if row["failure"]]
+    done = [(row, said.notes) for row, said in told if not row["failure"]]
+    doubted = [(row["technique"], doubt_of(notes)) for row, notes in done if doubt_of(notes)]
+    noted = [(row, notes) for row, notes in done if not doubt_of(notes)]
+    drawn = [row for row, _ in noted]
+    found = []
     if not done:
-        sentences.append("No technique gave a result.")
+        found.append("No technique gave a result.")
     elif not drawn:
-        sentences.append("Nothing is ranked.")
+        found.append("Nothing is ranked.")
     elif any(missing(row["misclassified"]) for row in drawn):
-        sentences.append("The truth was not traced, so nothing is said about errors.")
+        found.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
-        sentences.append(_nothing_compared(drawn[0]))
+        found.append(_nothing_compared(drawn[0]))
     else:
         # Of several maps one that warps is enough.
-        flat = ((row, *unwarped_maps(row["notes"], maps_of(row))) for row in drawn)
-        unwarped = {row["technique"]: reason for row, found, reason in flat if found >= maps_of(row)}
+        flat = ((row, *unwarped_maps(notes, maps_of(row))) for row, notes in noted)
+        unwarped = {row["technique"]: reason for row, many, reason in flat if many >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
-        sentences += _fewest(warped or drawn)
+        found += _fewest(warped or drawn)
         if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
-            sentences.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
+            found.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
-            sentences += _warps_against_uniform(warped, technique_of_label)
-            sentences += _memory(drawn, technique_of_label)
-            sentences += error_sentences(best_row(warped or drawn))
+            found += _warps_against_uniform(warped, technique_of_label)
+            found += _memory(drawn, technique_of_label)
+            found += error_sentences(best_row(warped or drawn))
         for label, reason in unwarped.items():
-            sentences.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
-    for label, doubt in dict.fromkeys((row["technique"], row["notes"].split(CHECK_MATRIX, 1)[1]) for row in doubted):
-        sentences.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
+            found.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
+    for label, doubt in dict.fromkeys(doubted):
+        found.append(f"{label} is left out of the ranking: {doubt.rstrip('.')}.")
     if seen is not None and 0 < seen < LITTLE_SEEN:
-        sentences.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
-    return " ".join(sentences + _failures(failed))
+        found.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
+    return found + _failures(failed)
 
 
-def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+def _failures(failed: Sequence[tuple[Mapping[str, Any], str]]) -> list[str]:
     """What failed, techniques that did for one reason together."""
     alike: dict[str, dict[str, str]] = {}
-    for row in failed:
+    for row, refusal in failed:
         # The message names the technique, which sets apart what is one reason.
-        reason = re.sub(r'^technique "\w+" ', "such a technique ", row["failure"])
+        reason = f"such a technique {refusal}" if refusal else row["failure"]
         alike.setdefault(reason, {})[row["technique"]] = row["failure"]
     return [
         f"{listed(list(of))} failed: {(reason if len(of) > 1 else next(iter(of.values()))).rstrip('.')}."

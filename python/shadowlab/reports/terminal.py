@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
 from ..text import px_text, share_text
-from .words import size_text
+from .words import rows_of, size_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # What `study_cells` are. The length of a texel in the image is that of 95 % of the pixels.
 STUDY_HEADS = (
-    "technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "mask",
+    "technique", "resolution", "wrong", "share", "false shadow", "false light", "texel", "fit", "map", "look-up",
 )  # fmt: skip
 # What `advice_cells` are.
 ADVICE_HEADS = ("memory", "rank", "candidate", "maps", "taken", "mean", "worst", "of best", "of uniform")
@@ -23,25 +26,27 @@ LONGEST_FAILURE = 60
 FAILED = "failed"
 
 
-def study_table(table: Any) -> str:
+def study_table(table: pd.DataFrame) -> str:
     """The table of a study."""
-    return aligned(STUDY_HEADS, [study_cells(row) for row in table.to_dict("records")], left=(0,))
+    return aligned(STUDY_HEADS, [study_cells(row) for row in rows_of(table)], left=(0,))
 
 
 def advice_table(standings: Sequence[Standing], measure: Measure) -> str:
     """The table of an advice; a failure stands at the end of its line."""
-    return aligned(ADVICE_HEADS, [advice_cells(one, measure) for one in standings], left=(0, 2))
+    failed = [i for i, one in enumerate(standings) if not has_numbers(one)]
+    return aligned(ADVICE_HEADS, [advice_cells(one, measure) for one in standings], left=(0, 2), failed=failed)
 
 
-def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]], *, left: Collection[int]) -> str:
+def aligned(
+    heads: Sequence[str], rows: Sequence[Sequence[str]], *, left: Collection[int], failed: Collection[int] = ()
+) -> str:
     """The heads, a rule and the rows, columns as wide as their longest cell, those in `left` flush left.
 
-    A failure in the last column may be longer than the column is wide: no other line is widened for it.
+    The last cell of the rows in `failed` may be longer than its column is wide: no other line is widened for it.
     """
     lines, last = [heads, *rows], len(heads) - 1
-    widths = [
-        max(len(line[i]) for line in lines if i < last or not line[i].startswith(FAILED)) for i in range(len(heads))
-    ]
+    whole = [heads, *(row for i, row in enumerate(rows) if i not in failed)]
+    widths = [max(len(line[i]) for line in (lines if i < last else whole)) for i in range(len(heads))]
     text = [
         "  ".join(
             cell.ljust(width) if i in left else cell.rjust(width)
@@ -71,6 +76,11 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
         shown("map_ms", lambda v: f"{v:.1f} ms"),
         shown("lookup_ms", lambda v: f"{v:.1f} ms"),
     ]
+
+
+def has_numbers(one: Standing) -> bool:
+    """Whether it has numbers."""
+    return one.mean is not None and one.worst is not None
 
 
 def advice_cells(one: Standing, measure: Measure) -> tuple[str, ...]:

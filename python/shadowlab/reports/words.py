@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
+from .._core import Note
 from ..text import share_text
 
-# How a technique's note begins where it fell back to the uniform map; the reason follows.
-NO_WARP = "no warp, a uniform map: "
-# How a note begins that is about some of several maps; one about all of them names none.
-OF_MAPS = re.compile(r"maps? ([\d, to]+): ")
+if TYPE_CHECKING:
+    import pandas as pd
 
 
-def unwarped_maps(notes: str, maps: int) -> tuple[int, str]:
-    """How many of so many maps did not warp, as a row's notes say, and the reasons."""
-    found, reasons = 0, []
-    for note in re.split(r"; (?=maps? \d|no warp)", notes):
-        of_maps = OF_MAPS.match(note)
-        text = note[of_maps.end() :] if of_maps else note
-        if text.startswith(NO_WARP):
-            found += sum(map(_count_of, of_maps[1].split(", "))) if of_maps else maps
-            reasons.append(text.removeprefix(NO_WARP).split("; ")[0])
-    return found, "; ".join(dict.fromkeys(reasons))
+def unwarped_maps(notes: Sequence[Note], maps: int) -> tuple[int, str]:
+    """How many of so many maps did not warp, as a run's notes say, and the reasons."""
+    unwarped = [note for note in notes if note.kind == "no_warp"]
+    found = sum(maps if note.maps is None else len(note.maps) for note in unwarped)
+    # The first detail is the reason; others add numbers to it.
+    return found, "; ".join(dict.fromkeys(note.reasons[0] for note in unwarped if note.reasons))
 
 
-def _count_of(text: str) -> int:
-    """The number of maps of "3" or of "3 to 5"."""
-    ends = [int(end) for end in text.split(" to ")]
-    return ends[-1] - ends[0] + 1
+def doubt_of(notes: Sequence[Note]) -> str:
+    """What speaks against a given matrix; empty where nothing does."""
+    return "; ".join(reason for note in notes if note.kind == "check_matrix" for reason in note.reasons)
+
+
+def rows_of(table: pd.DataFrame) -> list[Mapping[str, Any]]:
+    """The rows of a table, by the names of its columns."""
+    return cast("list[Mapping[str, Any]]", table.to_dict("records"))
 
 
 def missing(value: Any) -> bool:

@@ -16,9 +16,14 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .._core import Camera, DirectionalLight, Scene
 
 # Chosen because it shows two sides and the top of a box, and leaves room for shadows that fall to the right.
 AZIMUTH_RAD = math.radians(30.0)
@@ -53,7 +58,7 @@ VERTICES_AT_ONCE = 2**13
 OUTLINE_DIRECTIONS = 64
 
 
-def default_view(scene: Any, *, aspect: float = 1.0, focus: Any = None) -> tuple[Any, Any]:
+def default_view(scene: Scene, *, aspect: float = 1.0, focus: Scene | None = None) -> tuple[Camera, DirectionalLight]:
     """A camera that shows the whole scene from a three-quarter angle, and a directional light from its left.
 
     Parameters
@@ -104,7 +109,9 @@ class Framing:
     area: float
 
 
-def framing(scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float) -> Framing:
+def framing(
+    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
+) -> Framing:
     """The eye of this orientation that holds the scene, and the area of the scene's rectangle in the picture."""
     points = outermost_vertices(scene, center, axes, aspect)
     eye = center + fitting_offset(points - center, *axes, FOV_Y_RAD, aspect)
@@ -119,7 +126,7 @@ def height_share(bounds: np.ndarray) -> float:
     return min(1.0, 2.0 * float(height) / float(max(across, depth))) if max(across, depth) > 0 else 1.0
 
 
-def fitting_depths(scene: Any, eye: Any, forward: Any) -> tuple[float, float]:
+def fitting_depths(scene: Scene, eye: npt.ArrayLike, forward: npt.ArrayLike) -> tuple[float, float]:
     """Near and far planes for an eye of one's own: hugging the scene's box, or in a fixed ratio from inside it."""
     corners = corners_of_box(padded_bounds(scene))
     depths = (corners - np.asarray(eye, float)) @ np.asarray(forward, float)
@@ -153,7 +160,7 @@ def side_light(right: np.ndarray, forward: np.ndarray, bounds: np.ndarray) -> np
     return travels
 
 
-def padded_bounds(scene: Any) -> np.ndarray:
+def padded_bounds(scene: Scene) -> np.ndarray:
     """The scene's box (2, 3), widened where it is a point or too small for its distance from the origin."""
     bounds: np.ndarray = np.asarray(scene.bounds, dtype=np.float64).reshape(2, 3)
     size = float(np.ptp(bounds, axis=0).max())
@@ -172,7 +179,7 @@ def corners_of_box(bounds: np.ndarray) -> np.ndarray:
 
 
 def outermost_vertices(
-    scene: Any, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
+    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
 ) -> np.ndarray:
     """The vertices (K, 3) that stand out furthest: what a picture along these axes must hold to hold the scene."""
     bounds = padded_bounds(scene)
@@ -193,7 +200,7 @@ def outermost_vertices(
     return furthest
 
 
-def world_points(scene: Any) -> Iterator[np.ndarray]:
+def world_points(scene: Scene) -> Iterator[np.ndarray]:
     """Vertices (N, 3) of all instances, some at a time; corners of boxes where there are too many."""
     meshes = [np.asarray(mesh.vertices, dtype=np.float64) for mesh in scene.meshes]
     index, transforms = np.asarray(scene.mesh_index), np.asarray(scene.transforms)

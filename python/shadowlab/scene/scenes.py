@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
-import os
-import warnings
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..errors import ArgumentError, LoadError, SceneError, ShadowlabWarning
-from ..text import shown
+from ..errors import ArgumentError
+from ..travel import check_version, checksum, damaged
+from .axes import up_axis, up_keyword
+from .foreign import cameras_of, gathered, lights_of, to_trimesh, warn_left_out, warn_notes
+from .placed import moved_camera, moved_light, unique
 
 if TYPE_CHECKING:
     import trimesh
+    from typing_extensions import Self
 
-Up = Literal["y", "z"]
+    from ..types import Light, Up
 
-#: Turns z-up coordinates (x, y, z) into y-up ones (x, z, -y): a rotation, so handedness stays.
-_Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 #: Full side of the default ground in largest extents of the scene: so wide that no ordinary view sees its edge.
 _GROUND_SIDE = 12.0
 
+
+#: No cameras or lights. Shared by all scenes without, so it cannot be written to.
+NONE: Mapping[str, Any] = MappingProxyType({})
+
+#: Of what is pickled.
+STATE_VERSION = 1
+
+T = TypeVar("T")
 
 _AS_GIVEN = np.eye(4)
 _AS_GIVEN.flags.writeable = False  # shared by all scenes that were not turned
@@ -44,11 +53,20 @@ class Scene(_core.Scene):
         How the source's coordinates were turned; the identity unless it was loaded with ``up="z"``.
     recipe : str
         The Python that makes it again (``sl`` is shadowlab), or "" where arrays went into it.
+    cameras, lights : mapping of str to Camera, and to DirectionalLight, SpotLight or PointLight
+        Those that the source brought, by name.
+
+    Notes
+    -----
+    Scenes are equal where their content is: `==`, `hash` and `content_hash` look at meshes and instances alone. The
+    attributes above do not count, but pickles and copies carry them.
     """
 
     source: str = ""
     recipe: str = ""
     world_from_source: npt.NDArray[np.float64] = _AS_GIVEN
+    cameras: Mapping[str, _core.Camera] = NONE
+    lights: Mapping[str, Light] = NONE
 
     @classmethod
     def from_arrays(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Scene:
@@ -69,16 +87,22 @@ class Scene(_core.Scene):
             For an index out of range, or where no triangle is left.
         """
         mesh = _core.Mesh(vertices, faces)
-        _warn_dropped(mesh.dropped_faces, [])
+        warn_left_out(mesh.dropped_faces, [], stacklevel=3)
         return cls([mesh], [0], np.eye(4)[None])
 
     @classmethod
-    def from_trimesh(cls, source: trimesh.Trimesh | trimesh.Scene) -> Scene:
-        """A scene from a trimesh mesh or scene graph; geometry that nodes share stays shared.
+    def from_trimesh(cls, source: Any) -> Scene:
+        """A scene from another program's: trimesh, pyrender, or anything with vertices and faces.
+
+        Geometry that nodes share stays shared. Coordinates are taken as they are, in the other program's unit and in
+        its world, which is right-handed in both. Objects are known by their attributes; no program is imported.
 
         Parameters
         ----------
-        source : trimesh.Trimesh or trimesh.Scene
+        source : trimesh.Trimesh, trimesh.Scene, pyrender.Mesh, pyrender.Scene, or object with `vertices` and `faces`
+            Perspective cameras and lights of a pyrender scene, and the camera that was set in a trimesh scene, become
+            `cameras` and `lights`. The cone of a spot is twice its `outerConeAngle`; a light without a range gets one
+            that reaches the whole scene.
 
         Raises
         ------
@@ -86,46 +110,44 @@ class Scene(_core.Scene):
             For anything else.
         SceneError
             Where no triangle is left, or for an index out of range.
-        """
-        import trimesh
 
-        if isinstance(source, trimesh.Trimesh):
-            return cls.from_arrays(source.vertices, source.faces)
-        if not isinstance(source, trimesh.Scene):
-            raise ArgumentError(
-                f"source: expected a trimesh.Trimesh or trimesh.Scene, got {type(source).__name__}; "
-                "load it with trimesh, or use Scene.from_arrays"
-            )
-        meshes: dict[str, _core.Mesh] = {}
-        left_out: list[str] = []
-        dropped = 0
-        for name, geometry in source.geometry.items():
-            if not isinstance(geometry, trimesh.Trimesh):
-                left_out.append(f"{name} ({type(geometry).__name__})")
-                continue
-            finite = np.isfinite(np.asarray(geometry.vertices)).all(axis=1)
-            inside = _indices_in_range(geometry)
-            if inside and not finite[np.asarray(geometry.faces)].all(axis=1).any():
-                left_out.append(f"{name} (no usable triangle)")
-                dropped += len(geometry.faces)
-                continue
-            meshes[name] = _core.Mesh(geometry.vertices, geometry.faces)
-            dropped += meshes[name].dropped_faces
-        order = {name: i for i, name in enumerate(meshes)}
-        index: list[int] = []
-        transforms: list[npt.NDArray[np.float64]] = []
-        for node in source.graph.nodes_geometry:
-            transform, name = source.graph.get(node)
-            if name in order:
-                index.append(order[name])
-                transforms.append(transform)
-        _warn_dropped(dropped, left_out)
-        if not index:
-            what = f"left out: {', '.join(left_out)}" if left_out else "the scene graph places no mesh"
-            raise SceneError(
-                f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
-            )
-        return cls(list(meshes.values()), index, np.asarray(transforms, dtype=np.float64))
+        Warns
+        -----
+        ShadowlabWarning
+            For what is left out: faces that are not finite, points and lines, orthographic cameras, cameras and lights
+            in mirrored or sheared frames. For a camera without an aspect ratio or a far plane, which gets one.
+
+        Examples
+        --------
+        >>> import shadowlab as sl, trimesh
+        >>> sl.Scene.from_trimesh(trimesh.creation.box((1, 2, 3))).triangle_count
+        12
+        """
+        found = gathered(source)
+        made = cls(*found.arrays())
+        cameras, notes = cameras_of(source, made.bounds)
+        lights, others = lights_of(source, made.bounds)
+        warn_notes(notes + others, stacklevel=3)
+        return made._with(cameras, lights)
+
+    def to_trimesh(self) -> trimesh.Scene:
+        """The scene as a `trimesh.Scene`, with one geometry per mesh and one node per instance.
+
+        Returns
+        -------
+        trimesh.Scene
+            In the same coordinates. `from_trimesh` makes an equal scene of it, unless faces had been dropped, whose
+            rows are not kept. To that end vertices carry their stored form (`vertex_attributes`), which counts as long
+            as it agrees with `vertices`. Cameras and lights stay here.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> sl.Scene.from_trimesh(scene.to_trimesh()) == scene
+        True
+        """
+        return to_trimesh(self)
 
     def with_ground(self, height: float | None = None, size: float | None = None, *, up: Up = "y") -> Scene:
         """The scene with a square horizontal floor under it.
@@ -145,7 +167,7 @@ class Scene(_core.Scene):
             For a height that is not finite or a size that is not above 0.
         """
         low, high = self.bounds
-        axis = _up_axis(up)
+        axis = up_axis(up)
         extent = float((high - low).max())
         height = float(low[axis]) if height is None else float(height)
         # A single point has no extent; any floor will do.
@@ -162,7 +184,7 @@ class Scene(_core.Scene):
         faces = [[0, 2, 1], [0, 3, 2]] if axis == 1 else [[0, 1, 2], [0, 2, 3]]
         grounded = self + Scene.from_arrays(corners, faces)
         if self.recipe:
-            grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{_up_keyword(up)})"
+            grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{up_keyword(up)})"
         return grounded
 
     def transformed(self, matrix: npt.ArrayLike) -> Scene:
@@ -171,7 +193,12 @@ class Scene(_core.Scene):
         Parameters
         ----------
         matrix : (4, 4) array_like
-            Acts on column vectors; the last row is 0, 0, 0, 1.
+            Acts on column vectors; the last row is 0, 0, 0, 1. `cameras` and `lights` move with the scene.
+
+        Warns
+        -----
+        ShadowlabWarning
+            For cameras and placed lights where the map mirrors, shears or scales unevenly: they are left out.
         """
         m = np.asarray(matrix, dtype=np.float64)
         if m.shape != (4, 4):
@@ -179,7 +206,11 @@ class Scene(_core.Scene):
         moved = type(self)._assemble(self.meshes, self.mesh_index, m @ self.transforms)
         moved.source, moved.world_from_source = self.source, m @ self.world_from_source
         moved.recipe = f"{self.recipe}.transformed({m.tolist()})" if self.recipe else ""
-        return moved
+        left_out: list[str] = []
+        cameras = _moved("camera", self.cameras, moved_camera, m, left_out)
+        lights = _moved("light", self.lights, moved_light, m, left_out)
+        warn_notes(left_out, stacklevel=3)
+        return moved._with(cameras, lights)
 
     def __add__(self, other: object) -> Scene:
         if not isinstance(other, _core.Scene):
@@ -190,7 +221,33 @@ class Scene(_core.Scene):
         joined.source, joined.world_from_source = self.source, self.world_from_source
         recipes = self.recipe, getattr(other, "recipe", "")
         joined.recipe = f"({recipes[0]} + {recipes[1]})" if all(recipes) else ""
-        return joined
+        cameras = _joined(self.cameras, getattr(other, "cameras", NONE))
+        return joined._with(cameras, _joined(self.lights, getattr(other, "lights", NONE)))
+
+    def _with(self, cameras: Mapping[str, _core.Camera], lights: Mapping[str, Light]) -> Scene:
+        """The same object with cameras and lights, if there are any."""
+        if cameras:
+            self.cameras = cameras
+        if lights:
+            self.lights = lights
+        return self
+
+    def __copy__(self) -> Self:
+        made = type(self).__new__(type(self), self)
+        made.__dict__.update(self.__dict__)
+        return made
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        # Geometry cannot change, so both share it.
+        made = type(self).__new__(type(self), self)
+        memo[id(self)] = made
+        made.__dict__.update(deepcopy(self.__dict__, memo))
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        attributes = dict(self.__dict__)
+        geometry = super().__reduce__()[1]
+        return restored, (type(self), STATE_VERSION, geometry, attributes, checksum(attributes))
 
     @staticmethod
     def _assemble(meshes: Sequence[_core.Mesh], index: npt.ArrayLike, transforms: npt.ArrayLike) -> Scene:
@@ -218,94 +275,45 @@ class Scene(_core.Scene):
         return f"<table>{body}</table>"
 
 
-def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
-    """A scene from any file trimesh loads (glb, gltf, ply, obj, stl, off, 3mf...); instances stay instances.
+def _moved(
+    kind: str, things: Mapping[str, T], move: Callable[[T, Any], T], matrix: Any, left_out: list[str]
+) -> Mapping[str, T]:
+    """Cameras or lights moved with their scene."""
+    made = {}
+    for name, thing in things.items():
+        try:
+            made[name] = move(thing, matrix)
+        except ArgumentError as e:
+            left_out.append(f"left out {kind} {name!r}: {e}")
+    return made
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    up : {"y", "z"}
-        The file's up axis. "z" turns the scene so that y is up: (x, y, z) becomes (x, z, -y). `Scene.world_from_source`
-        keeps the turn; `turned` applies it to the points and directions that belong to the file.
+
+def _joined(first: Mapping[str, T], second: Mapping[str, T]) -> Mapping[str, T]:
+    """Cameras or lights of both scenes; a name that is taken gets a number."""
+    made = dict(first)
+    for name, thing in second.items():
+        made[unique(name, made)] = thing
+    return made
+
+
+def restored(*parts: Any) -> Scene:
+    """The scene of a class, a version, its geometry's state, its attributes and their checksum.
 
     Raises
     ------
-    ArgumentError
-        For what is no path.
-    LoadError
-        The file is missing, of an unknown kind, broken, or holds no mesh.
-    SceneError
-        No triangle is left, or a face points at a vertex that does not exist.
+    StateError
+        For a state that is damaged, or that a newer version wrote.
     """
-    axis = _up_axis(up)
-    if not isinstance(path, (str, os.PathLike)):
-        raise ArgumentError(f'path: expected the path of a mesh file, got {shown(path)}; try "scene.glb"')
-    path = Path(path)
-    if not path.exists():
-        raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")
-    if path.is_dir():
-        raise LoadError(f"{path}: expected a mesh file, found a directory; name a file in it")
-    import trimesh
-
-    known = trimesh.available_formats()
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in known:
-        listed = ", ".join(sorted(known))
-        raise LoadError(f"{path}: expected a file of a kind that trimesh loads ({listed}), got {kind or 'no ending'!r}")
-    try:
-        # process=False: no merging, no reordering, so face numbers stay the file's.
-        loaded = trimesh.load_scene(str(path), process=False)
-    except Exception as e:  # noqa: BLE001 - each of trimesh's loaders raises what its own parser raises
-        _broken(path, f"{type(e).__name__}: {e}", e)
-    if not loaded.geometry:
-        _broken(path, "no geometry in it", None)
-    scene = Scene.from_trimesh(loaded)
-    if axis == 2:
-        scene = scene.transformed(_Y_UP_FROM_Z_UP)
-    scene.source = str(path)
-    scene.recipe = f"sl.load_scene({str(path)!r}{_up_keyword(up)})"
-    return scene
-
-
-def turned(vectors: npt.ArrayLike, *, up: Up) -> npt.NDArray[np.float64]:
-    """Points or directions of a file with this up axis, in the y-up coordinates of the loaded scene.
-
-    Parameters
-    ----------
-    vectors : (..., 3) array_like
-    up : {"y", "z"}
-        The file's up axis, as given to `load_scene`.
-    """
-    v = np.array(vectors, dtype=np.float64)
-    return np.einsum("ij,...j->...i", _Y_UP_FROM_Z_UP[:3, :3], v) if _up_axis(up) == 2 else v
-
-
-def _up_axis(up: str) -> int:
-    if up not in ("y", "z"):
-        raise ArgumentError(f"up: expected 'y' or 'z', got {up!r}; name the axis that points up")
-    return 1 if up == "y" else 2
-
-
-def _up_keyword(up: Up) -> str:
-    return f", up={up!r}" if up != "y" else ""
-
-
-def _indices_in_range(geometry: Any) -> bool:
-    faces = np.asarray(geometry.faces)
-    return faces.size == 0 or (faces.min() >= 0 and faces.max() < len(geometry.vertices))
-
-
-def _warn_dropped(faces: int, left_out: list[str]) -> None:
-    parts = []
-    if faces:
-        parts.append(f"{faces} face{'s' if faces > 1 else ''} with vertices that are not finite")
-    if left_out:
-        shown = ", ".join(left_out[:5]) + (", ..." if len(left_out) > 5 else "")
-        parts.append(f"{len(left_out)} geometr{'ies' if len(left_out) > 1 else 'y'} without triangles: {shown}")
-    if parts:
-        warnings.warn(f"left out: {' and '.join(parts)}", ShadowlabWarning, stacklevel=3)
-
-
-def _broken(path: Path, why: str, cause: Exception | None) -> NoReturn:
-    raise LoadError(f"{path}: expected a readable mesh, could not load it ({why}); check the file") from cause
+    cls = parts[0] if parts else None
+    if not (isinstance(cls, type) and issubclass(cls, Scene) and len(parts) == 5):
+        raise damaged("Scene", "its class is missing")
+    version, state, attributes, digest = parts[1:]
+    check_version(cls.__name__, version, STATE_VERSION)
+    if not isinstance(attributes, dict) or checksum(attributes) != digest or not isinstance(state, tuple):
+        raise damaged(cls.__name__, "its checksum is another")
+    geometry = _core.restore(*state)
+    if not isinstance(geometry, _core.Scene):
+        raise damaged(cls.__name__, f"it holds a {type(geometry).__name__}")
+    made = cls.__new__(cls, geometry)
+    made.__dict__.update(attributes)
+    return made

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .. import _core
+from ..travel import Value
 
 UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 
 
-@dataclass(frozen=True)
-class Source:
+@dataclass(frozen=True, eq=False)
+class Source(Value):
     """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
 
     `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a

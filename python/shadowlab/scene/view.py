@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from ..errors import ArgumentError
 from .kept import Kept
 
 if TYPE_CHECKING:
-    from ..types import Light, RendererLike
+    from ..types import Light, PerLight, RendererArgument, RendererLike, Size, TruthImage
 
 # G-buffers and truths of the views that were used last: 20 pictures of 1024 x 1024 pixels with their truths.
 KEPT_VIEWS = Kept(1 << 30)
@@ -60,9 +60,20 @@ class View:
 
     scene: _core.Scene
     camera: _core.Camera
-    light: Any
-    size: Any = (1024, 1024)
+    light: Light | tuple[Light, ...]
+    size: tuple[int, int] = (1024, 1024)
     label: str = ""
+
+    if TYPE_CHECKING:
+        # What may be given is more than what is kept.
+        def __init__(
+            self,
+            scene: _core.Scene,
+            camera: _core.Camera,
+            light: Light | Iterable[Light],
+            size: Size | None = (1024, 1024),
+            label: str = "",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         check_scene(self.scene)
@@ -85,7 +96,7 @@ class View:
         names = [f"{self.label}, light {i + 1}" if self.label else f"light {i + 1}" for i in range(len(self.light))]
         return tuple(replace(self, light=one, label=name) for one, name in zip(self.light, names, strict=True))
 
-    def gbuffer(self, renderer: RendererLike | str | None = None) -> _core.GBuffer:
+    def gbuffer(self, renderer: RendererArgument = None) -> _core.GBuffer:
         """What the camera sees, made once by each renderer and kept.
 
         Parameters
@@ -105,7 +116,7 @@ class View:
         )
         return made
 
-    def truth(self) -> Any:
+    def truth(self) -> PerLight[TruthImage]:
         """The traced truth, made once and kept.
 
         Returns
@@ -123,7 +134,7 @@ class View:
         """Milliseconds that tracing the truth of all lights took when it was traced."""
         return sum(view._traced()[1] for view in self.views)
 
-    def filled(self, renderer: RendererLike | str | None = None) -> float:
+    def filled(self, renderer: RendererArgument = None) -> float:
         """Share of the picture's pixels that show a surface."""
         return float(np.mean(np.asarray(self.gbuffer(renderer).triangle) >= 0))
 
@@ -143,19 +154,19 @@ class View:
 
     @property
     def _seen(self) -> tuple[Hashable, ...]:
-        return (getattr(self.scene, "content_hash", self.scene), repr(self.camera), self.size)
+        return (self.scene.content_hash, self.camera, self.size)
 
     def _traced(self) -> tuple[NDArray[np.int8], float]:
         def trace() -> tuple[NDArray[np.int8], float]:
             start = time.perf_counter()
-            truth = _core.trace_shadow_mask(self.scene, self.camera, self.light, size=self.size)
+            truth = _core.trace_shadow_mask(self.scene, self.camera, light_of(self), size=self.size)
             truth.flags.writeable = False
             return truth, 1e3 * (time.perf_counter() - start)
 
-        return KEPT_VIEWS.get(self._seen, ("truth", repr(self.light)), trace, lambda made: made[0].nbytes)
+        return KEPT_VIEWS.get(self._seen, ("truth", self.light), trace, lambda made: made[0].nbytes)
 
 
-def checked_light(light: Any) -> Light | tuple[Light, ...]:
+def checked_light(light: object) -> Light | tuple[Light, ...]:
     """The light, or the tuple of several.
 
     Raises
@@ -172,7 +183,20 @@ def checked_light(light: Any) -> Light | tuple[Light, ...]:
         )
     for one in several:
         check_light(one)
-    return several
+    return cast("tuple[Light, ...]", several)
+
+
+def light_of(view: View) -> Light:
+    """The light of a view with one.
+
+    Raises
+    ------
+    ArgumentError
+        For several.
+    """
+    if isinstance(view.light, tuple):
+        raise ArgumentError(f"view: expected one light, got {len(view.light)}; take each of its views")
+    return view.light
 
 
 def identity_of(renderer: RendererLike) -> tuple[Hashable, ...]:

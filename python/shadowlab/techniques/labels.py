@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 from ..errors import ArgumentError, ShadowlabError
 from ..text import format_spec, settings_text
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
-def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
+    from .._core import Parameterization
+    from ..types import Item, Light, TechniqueArgument, Techniques
+
+
+def labelled(techniques: Techniques | None, light: Light | None = None) -> list[tuple[str, Item]]:
     """(label, Technique or Parameterization) of all entries, in order; "all" is all that serve the light.
 
     Raises
@@ -18,7 +24,7 @@ def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
         For nothing, two entries under one label, or something that is no technique.
     """
     if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
-        techniques = [techniques]
+        techniques = [cast("TechniqueArgument", techniques)]
     if techniques is None or not isinstance(techniques, Iterable):
         raise ArgumentError(
             f"techniques: expected names, Technique or Parameterization objects, got {type(techniques).__name__}; "
@@ -47,26 +53,26 @@ def labelled(techniques: Any, light: Any = None) -> list[tuple[str, Any]]:
     return entries
 
 
-def resolved(item: Any) -> Any:
+def resolved(item: object) -> Item:
     """The Technique or Parameterization that an entry means."""
     if isinstance(item, str):
         from .registry import technique_of
 
         return technique_of(item)
     if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
-        return item
+        return cast("Item", item)
     raise ArgumentError(
         f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
         "sl.Parameterization.from_matrix(m) takes a matrix of your own"
     )
 
 
-def is_parameterization(item: Any) -> bool:
+def is_parameterization(item: object) -> TypeIs[Parameterization]:
     """Whether it is the result of a technique rather than a technique."""
     return hasattr(item, "matrices") and hasattr(item, "technique")
 
 
-def spec_of(label: str, item: Any) -> str:
+def spec_of(label: str, item: Item) -> str:
     """The text that makes a technique again: its label where that does, else with all its settings.
 
     Of matrices always the label.

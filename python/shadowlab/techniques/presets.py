@@ -10,17 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
 from ..errors import UnknownNameError, UnsupportedError
+from ..travel import Value
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ..types import Light
 
-@dataclass(frozen=True)
-class ReceiversBody:
+
+@dataclass(frozen=True, eq=False)
+class ReceiversBody(Value):
     """What the formulas look at: the receivers' body as eye and light see it.
 
     Attributes
@@ -46,8 +49,12 @@ class ReceiversBody:
     sine: float
 
 
-@dataclass(frozen=True)
-class Preset:
+#: Of a scene, camera and light the technique with an engine's numbers, and the camera with the engine's clip planes.
+Choose: TypeAlias = "Callable[[_core.Scene, _core.Camera, Light], tuple[_core.Technique, _core.Camera]]"
+
+
+@dataclass(frozen=True, eq=False)
+class Preset(Value):
     """An engine's shadows as a technique: `parameterize` works as a `Technique`'s does.
 
     Attributes
@@ -68,7 +75,7 @@ class Preset:
     formula: str
     source: str
     differs: str
-    choose: Callable[[Any, Any, Any], tuple[_core.Technique, Any]]
+    choose: Choose
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -80,12 +87,18 @@ class Preset:
         """Presets never look at receivers."""
         return False
 
-    def technique(self, scene: Any, camera: Any, light: Any) -> _core.Technique:
+    def technique(self, scene: _core.Scene, camera: _core.Camera, light: Light) -> _core.Technique:
         """The technique with the numbers that the engine's formula gives for this view."""
         return self.choose(scene, camera, light)[0]
 
     def parameterize(
-        self, scene: Any, camera: Any, light: Any, *, resolution: int = 1024, samples: Any = None
+        self,
+        scene: _core.Scene,
+        camera: _core.Camera,
+        light: Light,
+        *,
+        resolution: int = 1024,
+        samples: _core.GBuffer | None = None,
     ) -> _core.Parameterization:
         """The maps for a scene, camera and light; see `Technique.parameterize`.
 
@@ -98,6 +111,10 @@ class Preset:
             raise UnsupportedError(f"preset {self.name!r} serves directional lights, got a {light.kind} light")
         technique, seen = self.choose(scene, camera, light)
         return technique.parameterize(scene, seen, light, resolution=resolution)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Those of the table are known by name wherever the package is; `choose` of another is a function of a module.
+        return (preset, (self.name,)) if any(entry is self for entry in PRESETS) else super().__reduce__()
 
     def __repr__(self) -> str:
         return f"Preset({self.name!r}: {self.engine})"
@@ -125,7 +142,7 @@ def presets() -> pd.DataFrame:
     return pd.DataFrame([[getattr(entry, c) for c in columns] for entry in PRESETS], columns=columns)
 
 
-def receivers_body(scene: Any, camera: Any, light: Any) -> ReceiversBody | None:
+def receivers_body(scene: _core.Scene, camera: _core.Camera, light: Light) -> ReceiversBody | None:
     """The body as our LiSPSM sees it; None where there is no warp (the light along the view, nothing seen)."""
     p = _core.Technique("lispsm").parameterize(scene, camera, light, resolution=1024)
     (only,) = p.partitions
@@ -185,10 +202,10 @@ def godot_distances(near: float, maximum: float, offsets: tuple[float, ...] = (0
     return [near + share * (maximum - near) for share in offsets]
 
 
-def _warped(near: Callable[[ReceiversBody], float]) -> Callable[[Any, Any, Any], tuple[_core.Technique, Any]]:
+def _warped(near: Callable[[ReceiversBody], float]) -> Choose:
     """LiSPSM with an engine's warp distance; uniform where the engine has none."""
 
-    def choose(scene: Any, camera: Any, light: Any) -> tuple[_core.Technique, Any]:
+    def choose(scene: _core.Scene, camera: _core.Camera, light: Light) -> tuple[_core.Technique, _core.Camera]:
         body = receivers_body(scene, camera, light)
         distance = math.inf if body is None else near(body)
         if math.isinf(distance):
@@ -199,32 +216,24 @@ def _warped(near: Callable[[ReceiversBody], float]) -> Callable[[Any, Any, Any],
     return choose
 
 
-def _cut(camera: Any, near: float, far: float) -> Any:
-    """The camera with other clip planes."""
-    return _core.Camera.look_at(
-        camera.eye, camera.eye + camera.forward, up=camera.up,
-        fov_y=camera.fov_y, aspect=camera.aspect, near=near, far=far,
-    )  # fmt: skip
-
-
 def _cascades(
     splits: Callable[[float, float], list[float]],
     maximum: float,
     planes: tuple[float, float] | None = None,
-) -> Callable[[Any, Any, Any], tuple[_core.Technique, Any]]:
+) -> Choose:
     """Stable uniform maps between an engine's split depths, up to its maximum distance.
 
     Between the camera's near plane and its far plane or the maximum, or between planes that the engine takes instead.
     """
 
-    def choose(scene: Any, camera: Any, light: Any) -> tuple[_core.Technique, Any]:
+    def choose(scene: _core.Scene, camera: _core.Camera, light: Light) -> tuple[_core.Technique, _core.Camera]:
         near, far = planes or (camera.near, min(camera.far, maximum))
         if camera.near >= maximum:
             raise UnsupportedError(
                 f"the engine draws shadows up to a depth of {maximum:g}, the camera sees nothing nearer than "
                 f"{camera.near:g}; move its near plane"
             )
-        seen = camera if (near, far) == (camera.near, camera.far) else _cut(camera, near, far)
+        seen = camera if (near, far) == (camera.near, camera.far) else camera.replace(near=near, far=far)
         return _core.Technique("z_partition", distances=splits(near, far), stable=True, range="camera"), seen
 
     return choose

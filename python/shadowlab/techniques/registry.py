@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, overload
 
 from .. import _core
 from ..errors import ArgumentError, ShadowlabWarning
@@ -14,20 +15,30 @@ from ..text import parse_spec, shown
 ALL = "all"
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     import pandas as pd
 
-    from .presets import Preset
+    from ..types import ConventionLike, Item, Light, Setting, TechniqueArgument, TechniqueLike
 
-    T = TypeVar("T", _core.Technique, _core.Parameterization, Preset)
-else:
-    T = TypeVar("T")
+T = TypeVar("T", bound="Item")
+A = TypeVar("A", bound="TechniqueArgument")
 
 
 @overload
 def technique(name: T) -> T: ...
 @overload
-def technique(name: str, **params: Any) -> Any: ...
-def technique(name: Any, **params: Any) -> Any:
+def technique(  # type: ignore[overload-overlap]  # the one text of which the kind is known
+    name: Literal["matrix"],
+    *,
+    file: str | os.PathLike[str],
+    convention: ConventionLike | str | None = None,
+    resolution: int = 1024,
+    eye_depth: npt.ArrayLike | None = None,
+    selection: Literal["depth", "containment"] = "depth",
+) -> _core.Parameterization: ...
+@overload
+def technique(name: str, **params: Setting) -> TechniqueLike: ...
+def technique(name: Item | str, **params: object) -> Item:
     """The technique of that name with its parameters.
 
     Parameters
@@ -68,17 +79,17 @@ def technique(name: Any, **params: Any) -> Any:
         from ..conventions.files import matrix_technique
 
         return matrix_technique(text, {**given, **params})
-    return _core.Technique(name, **{**given, **params})
+    return _core.Technique(name, **cast("dict[str, Any]", {**given, **params}))
 
 
-def without(params: Mapping[str, Any], what: str, made: T) -> T:
+def without(params: Mapping[str, object], what: str, made: T) -> T:
     """What was made, unless it was to have parameters."""
     if params:
         raise ArgumentError(f"technique {what}: expected no parameters, got {', '.join(params)}; leave them away")
     return made
 
 
-def technique_of(text: str) -> Any:
+def technique_of(text: str) -> Item:
     """What a text names: the technique of `name:param=value,...`, an engine's of `preset:NAME`, a file's matrices.
 
     Raises
@@ -89,24 +100,21 @@ def technique_of(text: str) -> Any:
     return technique(text)
 
 
-def with_all(items: Iterable[Any], light: Any = None) -> list[Any]:
+def with_all(items: Iterable[A], light: Light | None = None) -> list[A | str]:
     """The items, the text "all" replaced by the names of all techniques that serve the light, if one is given.
 
     A name beside "all" is there once, and stays where it serves no such light. Warns of what is left out.
     """
     items = list(items)
     if not any(isinstance(item, str) and item == ALL for item in items):
-        return items
+        return [*items]
     specs = _core.technique_specs()
-    left_out = [
-        s["name"] for s in specs if light is not None and light.kind not in s["lights"] and s["name"] not in items
-    ]
+    kind = None if light is None else light.kind
+    left_out = [s["name"] for s in specs if kind is not None and kind not in s["lights"] and s["name"] not in items]
     if left_out:
-        warnings.warn(
-            f"left out, they serve no {light.kind} light: {', '.join(left_out)}", ShadowlabWarning, stacklevel=4
-        )
+        warnings.warn(f"left out, they serve no {kind} light: {', '.join(left_out)}", ShadowlabWarning, stacklevel=4)
     names = [s["name"] for s in specs if s["name"] not in left_out]
-    found: list[Any] = []
+    found: list[A | str] = []
     for item in items:
         for one in names if isinstance(item, str) and item == ALL else [item]:
             if not (isinstance(one, str) and one in names and one in found):

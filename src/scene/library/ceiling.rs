@@ -16,7 +16,7 @@ use super::architecture::arch;
 use super::assembly::{Assembly, turned};
 use super::builder::Shape;
 use super::random::Random;
-use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
+use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use crate::error::Result;
 use crate::scene::{Camera, DirectionalLight, Light};
 

@@ -16,7 +16,7 @@ use super::assembly::{Assembly, standing, turned};
 use super::builder::Shape;
 use super::figures::{Pose, figure};
 use super::random::Random;
-use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
+use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::trees::{poplar, topiary};
 use crate::error::Result;
 use crate::scene::{Camera, DirectionalLight, Light};

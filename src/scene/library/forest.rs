@@ -12,7 +12,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::assembly::{Assembly, standing};
 use super::random::{Noise, Random};
-use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
+use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::terrain::HeightField;
 use super::trees::{oak, poplar, shrub, spruce};
 use crate::error::Result;

@@ -12,10 +12,12 @@ mod random;
 mod registry;
 mod robots;
 mod skylight;
+mod spec;
 mod terrain;
 mod trees;
 
-pub use registry::{LibraryParam, LibraryScene, LibrarySpec, build, names, specs};
+pub use registry::{build, names, specs};
+pub use spec::{LibraryParam, LibraryScene, LibrarySpec};
 
 /// Every scene, in the order they are listed.
 static SPECS: &[LibrarySpec] =

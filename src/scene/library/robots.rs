@@ -8,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 use super::assembly::{Assembly, Part, standing};
 use super::builder::Shape;
 use super::random::Random;
-use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
+use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use crate::error::Result;
 use crate::scene::{Camera, DirectionalLight, Light};
 

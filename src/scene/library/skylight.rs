@@ -10,7 +10,7 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 use super::assembly::{Assembly, turned};
 use super::builder::{Shape, ring};
 use super::random::Random;
-use super::registry::{LibraryParam, LibraryScene, LibrarySpec, Values};
+use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::terrain::HeightField;
 use crate::error::Result;
 use crate::scene::{Camera, DirectionalLight, Light, SpotLight};

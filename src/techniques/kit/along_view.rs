@@ -15,6 +15,7 @@ use super::maps::Part;
 use super::technique::{Named, Provisional};
 use super::warp_space::WarpSpace;
 use crate::focus::{Coverage, FocusedView};
+use crate::note::Note;
 use crate::scene::Light;
 
 /// A view under a directional light whose warp runs along the view direction.
@@ -51,7 +52,7 @@ pub(in crate::techniques) struct SeenBody {
 pub(in crate::techniques) fn warped_along_view(
     view: &FocusedView,
     part: &Part,
-    distance: impl FnOnce(&AlongView, &mut Vec<Named>, &mut Vec<String>) -> f64,
+    distance: impl FnOnce(&AlongView, &mut Vec<Named>, &mut Vec<Note>) -> f64,
 ) -> Provisional {
     let (mut values, mut notes) = (Vec::with_capacity(16), Vec::new());
     let clip_from_local = match AlongView::new(view, &mut notes) {
@@ -82,11 +83,11 @@ pub(in crate::techniques) fn warped_along_view(
 
 impl<'a> AlongView<'a> {
     /// Nothing where no warp can act; the note says why.
-    fn new(view: &'a FocusedView, notes: &mut Vec<String>) -> Option<Self> {
+    fn new(view: &'a FocusedView, notes: &mut Vec<Note>) -> Option<Self> {
         let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return None };
         let (forward, along) = (view.camera.forward(), light.direction());
         let space = WarpSpace::directional(view, along, forward, &view.casters())
-            .map_err(|reason| notes.push(format!("no warp, a uniform map: {}", reason.reason())))
+            .map_err(|reason| notes.push(Note::no_warp(&[reason], &[])))
             .ok()?;
         let cosine = forward.dot(along);
         let towards = if cosine < 0.0 { -along } else { along };

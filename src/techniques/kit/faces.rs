@@ -32,19 +32,19 @@ pub(in crate::techniques) fn side_by_side(parts: Vec<Maps>) -> Maps {
     let by_depth = |part: &Maps| part.maps.len() > 1 && part.selection == Selection::Depth;
     let selection = if parts.iter().any(by_depth) { Selection::Depth } else { Selection::Containment };
     let mut all = Maps { maps: Vec::with_capacity(parts.len()), selection, notes: Vec::new() };
-    let ends = parts.iter().flat_map(|part| &part.maps).map(|map| map.partition.eye_depth[1]);
+    let ends = parts.iter().flat_map(|part| &part.maps).map(|map| map.eye_depth[1]);
     let farthest = ends.fold(0.0, f64::max);
     for mut part in parts {
         if selection == Selection::Depth {
             // The last has no end, nor has any map that is found by containment.
             let endless = if part.selection == Selection::Depth { part.maps.len() - 1 } else { 0 };
-            part.maps[endless..].iter_mut().for_each(|map| map.partition.eye_depth[1] = farthest);
+            part.maps[endless..].iter_mut().for_each(|map| map.eye_depth[1] = farthest);
         }
         all.maps.extend(part.maps);
         all.notes.extend(part.notes.into_iter().filter(|note| !all.notes.contains(note)).collect::<Vec<_>>());
     }
     if selection == Selection::Depth {
-        all.maps.sort_by(|a, b| a.partition.eye_depth[1].total_cmp(&b.partition.eye_depth[1]));
+        all.maps.sort_by(|a, b| a.eye_depth[1].total_cmp(&b.eye_depth[1]));
     }
     all
 }

@@ -2,8 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::maps::{Map, Maps, Part};
-use super::notes::{INSIDE_A_BOX, begins_late};
+use super::maps::{Maps, Part};
 use super::settings::Settings;
 use super::spec::Spec;
 use super::technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
@@ -11,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
 use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Rows;
+use crate::note::{Kind, Note};
 use crate::parameterization::{Partition, PostWarp, Selection, Value};
 use crate::scene::Light;
 
@@ -40,7 +40,7 @@ impl Technique for Focused {
 
 impl Focused {
     /// The map for all that a camera sees between its near and far planes.
-    fn map(&self, part: &Part) -> Result<Map> {
+    fn map(&self, part: &Part) -> Result<Partition> {
         let Part { scene, camera, light, size, region, .. } = part;
         let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
         match (self.warp.fitting(), self.warp.focus(), light) {
@@ -55,25 +55,24 @@ impl Focused {
             // Made without the camera, it stands still by itself.
             (Fitting::StableGrid, ..) => {
                 let mut map = self.fitted(&view(Focus::Scene), part)?;
-                let note = "stable: the map covers all that the light reaches, whatever the camera sees";
-                map.notes.push(note.to_string());
+                map.notes.push(Note::new(Kind::Stable, &[]));
                 Ok(map)
             }
         }
     }
-    fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Map> {
+    fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Partition> {
         let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
         let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
         let (rows, post_warp) = match self.warp.spacing() {
             Spacing::Projective => {
                 let fitted = fit(&clip_from_local, view, scene, size, tightening);
                 if fitted.begins_late {
-                    notes.retain(|note| !note.starts_with(INSIDE_A_BOX));
+                    notes.retain(|note| note.kind() != Kind::LightInBox);
                     let distance = fitted.begins_at(view);
                     values.push(("begins_at", distance));
                     // Where nothing is seen there is no caster to miss.
                     if view.coverage == Coverage::AsAsked {
-                        notes.push(begins_late(distance));
+                        notes.push(Note::new(Kind::LightInBox, &[("distance", distance)]));
                     }
                 }
                 (fitted.clip_from_local, PostWarp::None)
@@ -82,7 +81,7 @@ impl Focused {
         };
         let seen = view.coverage == Coverage::AsAsked;
         if self.warp.spacing() == Spacing::Logarithmic && post_warp == PostWarp::None && seen && notes.is_empty() {
-            notes.push("no logarithm: w hardly varies over what is seen".to_string());
+            notes.push(Note::new(Kind::NoLogarithm, &[]));
         }
         values.extend(self.warp.values_of_fit(view, &rows, size));
         let clip_from_world = rows.moved_to_world(view.origin);
@@ -95,7 +94,7 @@ impl Focused {
             });
         }
         let mut map = self.finished(view, part, &clip_from_world, values, notes);
-        map.partition.post_warp = post_warp;
+        map.post_warp = post_warp;
         Ok(map)
     }
     /// A map with the notes every technique owes.
@@ -105,24 +104,21 @@ impl Focused {
         part: &Part,
         clip_from_world: &Rows,
         values: Vec<Named>,
-        mut notes: Vec<String>,
-    ) -> Map {
+        mut notes: Vec<Note>,
+    ) -> Partition {
         if view.coverage == Coverage::NothingSeen {
-            let lit = if view.spot().is_some() { " that the light reaches" } else { "" };
-            notes.insert(
-                0,
-                format!("the camera sees no part of the scene{lit}: the map covers what the light can reach"),
-            );
+            let kind = if view.spot().is_some() { Kind::NothingLit } else { Kind::NothingSeen };
+            notes.insert(0, Note::new(kind, &[]));
         }
-        let partition = Partition {
+        Partition {
             shadow_clip_from_world: through_light(clip_from_world, &view.light, view.origin).matrix(),
             post_warp: PostWarp::None,
             eye_depth: view.eye_depth,
             region: part.region,
             technique: self.spec.name,
             values,
-        };
-        Map { partition, notes }
+            notes,
+        }
     }
 }
 

@@ -4,16 +4,16 @@
 
 use glam::DVec3;
 
-use super::notes::begins_late;
 use crate::fit::spot_depths;
 use crate::focus::{Focus, FocusedView, SpotFrustum};
 use crate::geometry::Rows;
+use crate::note::{Kind, Note};
 use crate::rays::LightFrame;
 use crate::scene::{Light, Scene};
 
 /// The light's own projection before the fit (theory.md 2): orthographic, or a spot's perspective over the depths of
 /// receivers and casters. The frame leans on the view direction, so that the map stands upright as a warped one does.
-pub(in crate::techniques) fn uniform_rows(view: &FocusedView, scene: &Scene, notes: &mut Vec<String>) -> Rows {
+pub(in crate::techniques) fn uniform_rows(view: &FocusedView, scene: &Scene, notes: &mut Vec<Note>) -> Rows {
     match (&view.light, view.spot()) {
         (_, Some(spot)) => {
             let [near, far] = spot_depth_range(&spot, view, scene, notes);
@@ -30,11 +30,11 @@ pub(in crate::techniques) fn spot_depth_range(
     spot: &SpotFrustum,
     view: &FocusedView,
     scene: &Scene,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> [f64; 2] {
     let depths = spot_depths(spot, view, scene);
     if depths.begins_late {
-        notes.push(begins_late(spot.frustum.near));
+        notes.push(Note::new(Kind::LightInBox, &[("distance", spot.frustum.near)]));
     }
     depths.range
 }

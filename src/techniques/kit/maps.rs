@@ -1,7 +1,8 @@
-//! What a technique is given, a view or a part of one, and what it returns: maps, each with its notes.
+//! What a technique is given, a view or a part of one, and what it returns.
 
 use crate::fit::MapSize;
 use crate::focus::ReceiverSamples;
+use crate::note::Note;
 use crate::parameterization::{Partition, Region, Selection};
 use crate::scene::{Camera, Light, Scene};
 
@@ -26,18 +27,9 @@ pub struct Part<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Maps {
     /// Nearest first; at least one.
-    pub maps: Vec<Map>,
+    pub maps: Vec<Partition>,
     /// How a receiver finds its map.
     pub selection: Selection,
     /// What the user should know of all of them.
-    pub notes: Vec<String>,
-}
-
-/// One map with what there is to say of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Map {
-    /// The map.
-    pub partition: Partition,
-    /// What the user should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }

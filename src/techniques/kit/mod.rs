@@ -5,14 +5,13 @@ pub(super) mod faces;
 pub(super) mod focused;
 pub(super) mod light_projection;
 mod maps;
-mod notes;
 mod settings;
 mod spec;
 mod technique;
 mod warp_space;
 
-pub use maps::{Map, Maps, Part};
+pub use maps::{Maps, Part};
 pub use settings::Settings;
 pub use spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
 pub use technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
-pub use warp_space::{LEAST_KAPPA, LEAST_LAMBDA, NoWarp, WarpSpace};
+pub use warp_space::{LEAST_KAPPA, LEAST_LAMBDA, WarpSpace};

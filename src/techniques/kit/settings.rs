@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::spec::{Default, Kind, LightSupport, ParamSpec, Spec};
 use crate::error::{Error, Result};
+use crate::fit::Tightening;
 use crate::parameterization::Value;
 use crate::scene::Light;
 
@@ -160,6 +161,48 @@ impl Settings {
     fn get(&self, name: &str) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
     }
+    fn undeclared(&self, name: &str) -> Error {
+        let valid = self.0.iter().map(|(name, _)| name.to_string()).collect();
+        Error::UnknownName { kind: "setting of this kind".into(), name: name.to_string(), valid }
+    }
+    /// A number that is always one: the spec has its default.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a name that the spec does not declare as a number.
+    pub fn declared_number(&self, name: &str) -> Result<f64> {
+        self.number(name).ok_or_else(|| self.undeclared(name))
+    }
+    /// What the word of a parameter stands for, by the list of all its words.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a name that the spec does not declare as words; [`Error::InvalidArgument`] for a word that
+    /// is not in the list.
+    pub fn meaning<T: Clone>(&self, name: &str, meanings: &[(&str, T)]) -> Result<T> {
+        let Some(Value::Choice(word)) = self.get(name) else { return Err(self.undeclared(name)) };
+        let found = meanings.iter().find(|(known, _)| known == word);
+        found.map(|(_, meaning)| meaning.clone()).ok_or_else(|| {
+            let words = meanings.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(", ");
+            Error::argument(
+                name.to_string(),
+                format!("one of {words}"),
+                format!("{word:?}"),
+                "choose one of these words",
+            )
+        })
+    }
+    /// How closely the map is cut: what [`FIT`](super::spec::FIT) says, or `published`, XPSM's, with the least w that it
+    /// declares beside.
+    ///
+    /// # Errors
+    /// As [`Settings::meaning`].
+    pub fn tightening(&self) -> Result<Tightening> {
+        if self.word("fit") == "published" {
+            return Ok(Tightening::Ignoring { least_w: self.declared_number("epsilon_w")? });
+        }
+        let (exact, receivers) = (("exact", Tightening::Exact), ("receivers", Tightening::Receivers));
+        let (intersection, none) = (("intersection", Tightening::Intersection), ("none", Tightening::None));
+        self.meaning("fit", &[exact, receivers, intersection, none])
+    }
     /// A number; nothing for a word.
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.get(name)? {
@@ -253,6 +296,21 @@ mod tests {
         }
         assert!(SPEC.resolve(&given("on", Value::Choice("True".into()))).unwrap().flag("on"));
         assert_eq!(SPEC.resolve(&given("steps", Value::Number(8.0))).unwrap().number("steps"), Some(8.0));
+    }
+
+    #[test]
+    fn a_technique_reads_what_its_spec_declares() {
+        let settings = SPEC.resolve(&[]).unwrap();
+        assert_eq!(settings.declared_number("length"), Ok(1.0));
+        assert_eq!(settings.meaning("near", &[("far", 1), ("auto", 2)]), Ok(2));
+        for undeclared in ["width", "near", "on"] {
+            let error = settings.declared_number(undeclared).unwrap_err();
+            assert!(matches!(&error, Error::UnknownName { name, .. } if name == undeclared), "{error}");
+        }
+        assert!(settings.meaning("length", &[("auto", 1)]).is_err());
+        let forgotten = settings.meaning("near", &[("far", 1)]).unwrap_err().to_string();
+        assert!(forgotten.contains("one of far") && forgotten.contains("auto"), "{forgotten}");
+        assert!(settings.tightening().is_err(), "this spec declares no fit");
     }
 
     #[test]

@@ -9,12 +9,12 @@ use std::fmt::Debug;
 
 use super::faces::faces_of;
 use super::maps::{Maps, Part};
-use super::notes::gathered;
 use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::fit::MapSize;
 use crate::focus::{Focus, FocusedView, ReceiverSamples};
 use crate::geometry::Rows;
+use crate::note::{Note, gathered};
 use crate::parameterization::{Parameterization, Region, Value};
 use crate::scene::{Camera, Light, Scene};
 
@@ -83,11 +83,10 @@ pub trait Technique: Debug + Send + Sync {
             _ => self.maps(&part)?,
         };
         notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
-        let partitions = maps.into_iter().map(|map| map.partition).collect();
         Ok(Parameterization {
             technique: self.spec().name.to_string(),
             settings: self.settings(),
-            partitions,
+            partitions: maps,
             selection,
             resolution: size.resolution,
             border_texels: size.border,
@@ -136,7 +135,7 @@ pub struct Provisional {
     /// Intermediate numbers.
     pub values: Vec<Named>,
     /// What the user should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// How a provisional map is brought to the unit cube.

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 
 use crate::focus::{FocusedView, SpotFrustum};
 use crate::geometry::{ConvexBody, Rows};
+use crate::note::{Detail, Kind, Note};
 use crate::rays::LightFrame;
 
 /// Below this sine between light and view (theory.md 5.2) the axis turns with every rounding error and the warp distance is a
@@ -17,31 +18,6 @@ pub const LEAST_KAPPA: f64 = 1e-6;
 /// The smallest warp distance as a share of the body. Derived from f64: w spans one over this, and half of the digits of its
 /// smallest value must be left.
 pub const LEAST_LAMBDA: f64 = 1.0 / (1 << 26) as f64;
-
-/// Why a view has no warp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoWarp {
-    /// The light runs along the axis.
-    LightAlongAxis,
-    /// The body has no extent along the axis.
-    FlatBody,
-    /// Eye depth does not grow along the axis.
-    DepthFallsAlongAxis,
-    /// The line from which the distance is derived begins behind the eye.
-    BehindEye,
-}
-
-impl NoWarp {
-    /// For notes.
-    pub fn reason(self) -> &'static str {
-        match self {
-            Self::LightAlongAxis => "the light runs along the view",
-            Self::FlatBody => "what is seen has no extent along the view as the light sees it",
-            Self::DepthFallsAlongAxis => "eye depth does not grow along the warp axis",
-            Self::BehindEye => "the near end of what is seen lies behind the eye as the light sees it",
-        }
-    }
-}
 
 /// Where a warp acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,15 +40,15 @@ pub struct WarpSpace {
 }
 
 impl WarpSpace {
-    /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3).
-    pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, NoWarp> {
-        let (frame, across) = LightFrame::towards(along, towards).ok_or(NoWarp::LightAlongAxis)?;
+    /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3); where no warp can act, the reason.
+    pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, Detail> {
+        let (frame, across) = LightFrame::towards(along, towards).ok_or(Detail::LightAlongAxis)?;
         if across < LEAST_KAPPA {
-            return Err(NoWarp::LightAlongAxis);
+            return Err(Detail::LightAlongAxis);
         }
         let rate = frame.up.dot(view.camera.forward());
         if rate < LEAST_KAPPA {
-            return Err(NoWarp::DepthFallsAlongAxis);
+            return Err(Detail::DepthFallsAlongAxis);
         }
         let rows = frame.orthographic();
         let (y_min, y_max) = view.receivers.range(rows.y);
@@ -89,15 +65,15 @@ impl WarpSpace {
         space.checked()
     }
     /// The NDC of a spot's perspective between two depths, turned so that `towards` at the middle of the receivers points
-    /// along y (theory.md 5.4).
-    pub fn spot(view: &FocusedView, spot: &SpotFrustum, depth_range: [f64; 2], towards: DVec3) -> Result<Self, NoWarp> {
+    /// along y (theory.md 5.4); where no warp can act, the reason.
+    pub fn spot(view: &FocusedView, spot: &SpotFrustum, depth_range: [f64; 2], towards: DVec3) -> Result<Self, Detail> {
         let upright = spot.perspective(depth_range[0], depth_range[1]);
         let mean = view.receivers.vertex_mean();
         let moved = upright.derivative(mean, towards).truncate();
-        let ray = view.rays.direction_at(mean).ok_or(NoWarp::LightAlongAxis)?;
+        let ray = view.rays.direction_at(mean).ok_or(Detail::LightAlongAxis)?;
         let across = towards - ray * ray.dot(towards);
         let (axis, length) = (moved.try_normalize(), across.length());
-        let axis = axis.filter(|_| length > LEAST_KAPPA).ok_or(NoWarp::LightAlongAxis)?;
+        let axis = axis.filter(|_| length > LEAST_KAPPA).ok_or(Detail::LightAlongAxis)?;
         let rows = upright.then(&[
             [axis.y, -axis.x, 0.0, 0.0],
             [axis.x, axis.y, 0.0, 0.0],
@@ -141,17 +117,17 @@ impl WarpSpace {
         };
         space.checked()
     }
-    fn checked(self) -> Result<Self, NoWarp> {
+    fn checked(self) -> Result<Self, Detail> {
         let scale = self.y[0].abs().max(self.y[1].abs());
         if self.extent() <= f64::EPSILON.sqrt() * scale {
-            return Err(NoWarp::FlatBody);
+            return Err(Detail::FlatBody);
         }
         if self.eye_depth <= 0.0 {
-            return Err(NoWarp::BehindEye);
+            return Err(Detail::BehindEye);
         }
         // The far end must lie deeper by more than rounding.
         let grows = self.rate * self.extent() > f64::EPSILON * self.eye_depth;
-        if grows { Ok(self) } else { Err(NoWarp::DepthFallsAlongAxis) }
+        if grows { Ok(self) } else { Err(Detail::DepthFallsAlongAxis) }
     }
     /// Extent of the receivers' body along the axis.
     pub fn extent(&self) -> f64 {
@@ -174,11 +150,11 @@ impl WarpSpace {
     }
     /// A warp distance kept within what digits can hold; notes what is raised. Beyond the largest, infinity included, the map
     /// is uniform to the last bit.
-    pub fn limited(&self, distance: f64, notes: &mut Vec<String>) -> f64 {
+    pub fn limited(&self, distance: f64, notes: &mut Vec<Note>) -> f64 {
         let least = LEAST_LAMBDA * self.extent();
         if distance < least {
             let (given, least) = (distance / self.per_length, least / self.per_length);
-            notes.push(format!("warp distance {given:e} raised to {least:e}, the least for the body"));
+            notes.push(Note::new(Kind::WarpDistanceRaised, &[("given", given), ("least", least)]));
         }
         distance.clamp(least, self.extent() / f64::EPSILON)
     }

@@ -87,16 +87,16 @@ pub struct BodyError {
 const MOST_POINTS: usize = 512;
 
 /// Points on an edge: one for each of these ratios of depth, and at least and at most so many. Chosen because the worst of
-/// 8000 random views and weights then is missed by 5 %, and by up to 55 % at vertices alone (tests/optimal.rs).
+/// 8000 random views and weights then is missed by 5 %, and by up to 55 % at vertices alone (tests/rust/techniques/lispsm/optimal.rs).
 const EDGE_RATIO: f64 = 2.0;
 const EDGE_POINTS: [f64; 2] = [4.0, 12.0];
 
 /// A warp that gains no more than this at the points is none. Chosen because between them two maps of one body may have this
-/// much more than each other: of 8000 random views none then is worse than uniform by a finer look (tests/optimal.rs).
+/// much more than each other: of 8000 random views none then is worse than uniform by a finer look (tests/rust/techniques/lispsm/optimal.rs).
 const BETWEEN_POINTS: f64 = 0.01;
 
 /// Ray grid of a mean, along each side of the body's rectangle in the image. Chosen because the mean of a slanted body then
-/// is within a few percent of that over a million pixels (tests/optimal.rs).
+/// is within a few percent of that over a million pixels (tests/rust/techniques/lispsm/optimal.rs).
 const RAYS: usize = 6;
 
 /// Ratio of depths that three Gauss nodes span in a mean. Chosen because 1 / z² over it is then integrated to 0.2 %.

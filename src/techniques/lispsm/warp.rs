@@ -18,10 +18,11 @@ use crate::error::Result;
 use crate::fit::{Tightening, receivers_room};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
+use crate::note::{Detail, Note};
 use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, Named, NoWarp, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+    Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
 };
 
 /// What the technique says of itself.
@@ -100,23 +101,17 @@ struct Lispsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let distance = match (settings.number("near"), settings.word("near")) {
-        (Some(length), _) => Distance::Length(length),
-        (None, "basic") => Distance::Basic,
-        (None, "optimal") => {
-            let norm = match settings.word("norm") {
-                "linf" => ErrorNorm::Linf,
-                "mean" => ErrorNorm::Mean,
-                _ => ErrorNorm::Storage,
-            };
-            Distance::Optimal(ErrorMeasure { norm, near_weight: settings.number("near_weight").unwrap_or(1.0) })
-        }
-        _ => Distance::DeltaZ,
+    let norms = [("linf", ErrorNorm::Linf), ("storage", ErrorNorm::Storage), ("mean", ErrorNorm::Mean)];
+    let measure =
+        ErrorMeasure { norm: settings.meaning("norm", &norms)?, near_weight: settings.declared_number("near_weight")? };
+    let formulas = [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(measure))];
+    let distance = match settings.number("near") {
+        Some(length) => Distance::Length(length),
+        None => settings.meaning("near", &formulas)?,
     };
-    let factor = settings.number("near_factor").unwrap_or(1.0);
-    let axis = if settings.word("axis") == "middle" { Axis::Middle } else { Axis::View };
-    // Warps know the words of `fit` alone; XPSM's published step is not among them.
-    let tightening = Tightening::named(settings.word("fit"), 0.0);
+    let factor = settings.declared_number("near_factor")?;
+    let axis = settings.meaning("axis", &[("view", Axis::View), ("middle", Axis::Middle)])?;
+    let tightening = settings.tightening()?;
     Ok(Box::new(Lispsm { distance, factor, axis, tightening }))
 }
 
@@ -139,7 +134,7 @@ impl Warp for Lispsm {
                         values.push(("warp_distance", distance));
                         values.push(("lambda", distance / space.extent()));
                     }
-                    None => notes.push("no warp, a uniform map: no warp distance has less error".into()),
+                    None => notes.push(Note::no_warp(&[Detail::NoLessError], &[])),
                 }
                 values.push(("kappa", space.rate));
                 if let Light::Directional(l) = &view.light {
@@ -151,8 +146,8 @@ impl Warp for Lispsm {
             }
             Some(Err(reason)) => {
                 values.push(("kappa", 0.0));
-                notes.push(format!("no warp, a uniform map: {}", reason.reason()));
-                // What there is to note of the spot's depths is noted.
+                notes.push(Note::no_warp(&[reason], &[]));
+                // `warp_space` has recorded the notes on the spot's depths already; discard the duplicates.
                 uniform_rows(view, scene, &mut Vec::new())
             }
             None => uniform_rows(view, scene, &mut notes),
@@ -167,8 +162,8 @@ impl Lispsm {
         &self,
         view: &FocusedView,
         scene: &Scene,
-        notes: &mut Vec<String>,
-    ) -> Option<std::result::Result<WarpSpace, NoWarp>> {
+        notes: &mut Vec<Note>,
+    ) -> Option<std::result::Result<WarpSpace, Detail>> {
         if view.coverage == Coverage::NothingSeen {
             return None;
         }
@@ -187,7 +182,7 @@ impl Lispsm {
         }
     }
     /// The distance from the reference point to the near end, in units of the warp space's y (5.2).
-    fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<String>) -> f64 {
+    fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<Note>) -> f64 {
         let [near, far] = match formula {
             Distance::Basic => view.eye_depth,
             _ => space.line(),

@@ -22,6 +22,7 @@ use super::dominant::dominant_plane;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
+use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
@@ -87,7 +88,7 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
         [x, y, z, d] => Choice::Given(Plane::given(DVec3::new(*x, *y, *z), *d)?),
         _ => Choice::Dominant,
     };
-    let fallback = if settings.word("fallback") == "uniform" { Fallback::Uniform } else { Fallback::None };
+    let fallback = settings.meaning("fallback", &[("none", Fallback::None), ("uniform", Fallback::Uniform)])?;
     Ok(Box::new(PlaneOptimal { plane, fallback }))
 }
 
@@ -115,11 +116,17 @@ impl Plane {
 
 /// Why a plane cannot serve a view, and what to do.
 struct Unsuited {
-    reason: String,
+    why: Note,
     fix: &'static str,
 }
 
-const OTHER_PLANE: &str = "give another plane, or fallback=uniform for a uniform map here";
+impl Unsuited {
+    /// What another plane mends.
+    fn plane(why: Detail, values: &[Named]) -> Self {
+        let fix = "give another plane, or fallback=uniform for a uniform map here";
+        Self { why: Note::no_warp(&[why], values), fix }
+    }
+}
 
 impl Warp for PlaneOptimal {
     fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
@@ -142,12 +149,12 @@ impl Warp for PlaneOptimal {
                 Ok(Provisional { clip_from_local, values, notes })
             }
             (Err(unsuited), Fallback::Uniform) => {
-                notes.push(format!("no warp, a uniform map: {}", unsuited.reason));
+                notes.push(unsuited.why);
                 let clip_from_local = uniform_rows(view, part.scene, &mut notes);
                 Ok(Provisional { clip_from_local, values: Vec::new(), notes })
             }
-            (Err(Unsuited { reason, fix }), Fallback::None) => {
-                Err(Error::UnsuitedView { technique: SPEC.name.into(), reason, fix: fix.into() })
+            (Err(Unsuited { why, fix }), Fallback::None) => {
+                Err(Error::UnsuitedView { technique: SPEC.name.into(), reason: why.reason(), fix: fix.into() })
             }
         }
     }
@@ -176,9 +183,8 @@ impl PlaneOptimal {
                     Plane { normal: found.normal, offset: found.offset }.moved_to(-view.origin)
                 }
                 None => {
-                    let of = samples.points.len();
-                    let reason = format!("none of the {of} samples is in this part of the view and faces the light");
-                    return Ok(Err(Unsuited { reason, fix: OTHER_PLANE }));
+                    let samples = [("samples", samples.points.len() as f64)];
+                    return Ok(Err(Unsuited::plane(Detail::NoSample, &samples)));
                 }
             },
         };
@@ -201,20 +207,17 @@ fn through_plane(
     // Of these two each is a height over the plane in a unit of which LEAST_KAPPA is nothing: a sine, or a share of a length.
     let light_height = pi.dot(light);
     let reach = if light.w == 0.0 { 1.0 } else { farthest(light.truncate()) };
-    let light_in_plane = || Unsuited { reason: "the light lies in the plane".into(), fix: OTHER_PLANE };
+    let light_in_plane = || Unsuited::plane(Detail::LightInPlane, &[]);
     if light_height.abs() <= LEAST_KAPPA * reach {
         return Err(light_in_plane());
     }
     // Beyond all digits of what is seen.
     if pi.w.abs() > farthest(view.eye) / f64::EPSILON {
-        return Err(Unsuited { reason: "the plane lies too far from what is seen".into(), fix: OTHER_PLANE });
+        return Err(Unsuited::plane(Detail::PlaneTooFar, &[]));
     }
     let eye_height = pi.dot(view.eye.extend(1.0));
     if eye_height.abs() <= LEAST_KAPPA * farthest(view.eye) {
-        return Err(Unsuited {
-            reason: "the eye lies in the plane, so the camera sees it as a line".into(),
-            fix: OTHER_PLANE,
-        });
+        return Err(Unsuited::plane(Detail::EyeInPlane, &[]));
     }
     let (tx, ty) = view.camera.tan_half_fov();
     let row = |v: DVec3| {
@@ -251,7 +254,14 @@ fn through_plane(
 fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuited {
     let vertices = view.receivers.vertices();
     let behind = vertices.iter().filter(|p| w.dot(p.extend(1.0)) <= 0.0).count();
-    let lost_of_samples = part.samples.map(|samples| {
+    let world = plane.moved_to(-view.origin);
+    // To four places; adding zero takes the sign from one.
+    let [x, y, z, d] =
+        [world.normal.x, world.normal.y, world.normal.z, world.offset].map(|v| (v * 1e4).round() / 1e4 + 0.0);
+    let mut why = vec![Detail::RaysBehindEye];
+    let mut values = vec![("plane_x", x), ("plane_y", y), ("plane_z", z), ("plane_d", d)];
+    values.extend([("behind", behind as f64), ("corners", vertices.len() as f64)]);
+    if let Some(samples) = part.samples {
         let [near, far] = [part.camera.near(), part.camera.far()];
         let here = |p: &&DVec3| (near..=far).contains(&part.camera.depth_of(**p)) && part.region.contains(**p);
         let (mut lost, mut all) = (0, 0);
@@ -259,20 +269,11 @@ fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuit
             all += 1;
             lost += usize::from(w.dot((*p - view.origin).extend(1.0)) <= 0.0);
         }
-        format!("; of {all} visible samples {lost} are lost")
-    });
-    let world = plane.moved_to(-view.origin);
-    // To four places; adding zero takes the sign from one.
-    let [x, y, z, d] =
-        [world.normal.x, world.normal.y, world.normal.z, world.offset].map(|v| (v * 1e4).round() / 1e4 + 0.0);
-    let reason = format!(
-        "light rays through receivers must meet the plane ({x}, {y}, {z}, {d}) before the eye, and do not at {behind} of {} \
-         corners of the receivers' body{}",
-        vertices.len(),
-        lost_of_samples.unwrap_or_default()
-    );
+        why.push(Detail::SamplesLost);
+        values.extend([("samples", all as f64), ("lost", lost as f64)]);
+    }
     Unsuited {
-        reason,
+        why: Note::no_warp(&why, &values),
         fix: "give another plane, divide the view (z_partition, face_partition), or fallback=uniform for a uniform map here",
     }
 }

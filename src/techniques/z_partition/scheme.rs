@@ -17,6 +17,7 @@
 use super::splits::{blended, equal_log};
 use crate::error::{Error, Result};
 use crate::focus::{Focus, FocusedView};
+use crate::note::{self, Note};
 use crate::parameterization::{Selection, Value};
 use crate::scene::Light;
 use crate::techniques::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
@@ -157,17 +158,17 @@ pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
         let got = format!("{} before {}", w[0], w[1]);
         return Err(Error::argument("distances", "ascending camera depths", got, "sort them, each once"));
     }
-    let rule = match settings.word("splits") {
-        _ if !distances.is_empty() => Rule::Distances(distances),
-        "uniform" => Rule::Blended(0.0),
-        "logarithmic" => Rule::Blended(1.0),
-        "min-max" => Rule::MinMax,
-        "equal-log" => Rule::EqualLog,
-        _ => Rule::Blended(settings.number("blend").unwrap_or(0.5)),
-    };
+    let rules = [
+        ("uniform", Rule::Blended(0.0)),
+        ("logarithmic", Rule::Blended(1.0)),
+        ("practical", Rule::Blended(settings.declared_number("blend")?)),
+        ("min-max", Rule::MinMax),
+        ("equal-log", Rule::EqualLog),
+    ];
+    let rule = if distances.is_empty() { settings.meaning("splits", &rules)? } else { Rule::Distances(distances) };
     let count = match &rule {
         Rule::Distances(list) => list.len() + 1,
-        _ => settings.number("count").map_or(1, |n| n as usize),
+        _ => settings.declared_number("count")? as usize,
     };
     settings.set("count", Value::Integer(count as i64));
     let inner = techniques_of(settings.word("inner"))?;
@@ -176,14 +177,12 @@ pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
         return Err(Error::argument("inner", "no more techniques than splits", got, "name fewer, or split into more"));
     }
     let stable = settings.flag("stable");
-    let range = match settings.word("range") {
-        "camera" => Range::Camera,
-        "auto" if stable => Range::Camera,
-        _ => Range::Receivers,
-    };
+    let auto = if stable { Range::Camera } else { Range::Receivers };
+    let range =
+        settings.meaning("range", &[("auto", auto), ("camera", Range::Camera), ("receivers", Range::Receivers)])?;
     let inner = if stable { stable_ones(&rule, range, inner)? } else { inner };
-    let cover = if settings.word("cover") == "samples" { Cover::Samples } else { Cover::Receivers };
-    let overlap = settings.number("overlap").unwrap_or(0.0);
+    let cover = settings.meaning("cover", &[("receivers", Cover::Receivers), ("samples", Cover::Samples)])?;
+    let overlap = settings.declared_number("overlap")?;
     Ok(Box::new(ZPartition { settings, count, rule, range, cover, overlap, inner }))
 }
 
@@ -237,7 +236,7 @@ impl Technique for ZPartition {
             let Maps { mut maps, selection, notes } = inner.maps(&Part { camera, ..*part })?;
             let last = maps.len() - 1;
             for (k, map) in maps.iter_mut().enumerate() {
-                let depths = &mut map.partition.eye_depth;
+                let depths = &mut map.eye_depth;
                 // Maps that divide the split by depth meet its ends; others serve all of it.
                 if k == 0 || selection == Selection::Containment {
                     depths[0] = split.serves[0];
@@ -245,7 +244,7 @@ impl Technique for ZPartition {
                 if k == last || selection == Selection::Containment {
                     depths[1] = split.serves[1];
                 }
-                map.partition.values.extend([("covered_near", near), ("covered_far", far)]);
+                map.values.extend([("covered_near", near), ("covered_far", far)]);
             }
             all.maps.append(&mut maps);
             all.notes.extend(notes);
@@ -256,7 +255,7 @@ impl Technique for ZPartition {
 
 impl ZPartition {
     /// The splits, nearest first, each beginning where the one before ends or behind.
-    fn splits(&self, part: &Part, notes: &mut Vec<String>) -> Vec<Split> {
+    fn splits(&self, part: &Part, notes: &mut Vec<Note>) -> Vec<Split> {
         let camera = &part.camera;
         let planes = [camera.near(), camera.far()];
         let whole = match self.range {
@@ -273,7 +272,7 @@ impl ZPartition {
         };
         let sampled = matches!(self.rule, Rule::MinMax | Rule::EqualLog);
         if self.cover == Cover::Samples && !sampled {
-            notes.push("cover has no effect: the splits do not come from samples".to_string());
+            notes.push(Note::new(note::Kind::CoverUnused, &[]));
         }
         let cover = if sampled { self.cover } else { Cover::Receivers };
         let last = served.len() - 1;
@@ -294,13 +293,13 @@ impl ZPartition {
         served.iter().enumerate().map(split).collect()
     }
     /// Splits from the depths of what is seen.
-    fn sampled(&self, part: &Part, whole: [f64; 2], notes: &mut Vec<String>) -> Vec<[f64; 2]> {
+    fn sampled(&self, part: &Part, whole: [f64; 2], notes: &mut Vec<Note>) -> Vec<[f64; 2]> {
         let Part { camera, light, region, .. } = part;
         let lit = part.samples.into_iter().flat_map(|samples| samples.lit(camera, light, region));
         let depths: Vec<f64> = lit.map(|(p, _)| camera.depth_of(p)).collect();
         let (near, far) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(*d), b.max(*d)));
         if depths.is_empty() {
-            notes.push("no sample faces the light: splits are logarithmic over all that can be seen".to_string());
+            notes.push(Note::new(note::Kind::NoLitSample, &[]));
             return between(&blended(whole[0], whole[1], self.count, 1.0));
         }
         let mut splits = match self.rule {
@@ -309,7 +308,7 @@ impl ZPartition {
         };
         match self.cover {
             Cover::Samples => {
-                notes.push(format!("the maps cover camera depths {near:.4} to {far:.4} alone: those of the samples"));
+                notes.push(Note::new(note::Kind::CoversSamples, &[("near", near), ("far", far)]));
             }
             Cover::Receivers => {
                 for i in 1..splits.len() {
@@ -330,13 +329,11 @@ fn between(borders: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// Ends and given inner borders; those outside of the camera's planes are moved there, so that the count of maps stays.
-fn borders(distances: &[f64], whole: [f64; 2], planes: [f64; 2], notes: &mut Vec<String>) -> Vec<f64> {
+fn borders(distances: &[f64], whole: [f64; 2], planes: [f64; 2], notes: &mut Vec<Note>) -> Vec<f64> {
     let inner = distances.iter().map(|d| {
         if !(planes[0]..=planes[1]).contains(d) {
-            notes.push(format!(
-                "the border {d} is not between the camera's planes ({} and {}): a split is empty",
-                planes[0], planes[1]
-            ));
+            let values = [("border", *d), ("near", planes[0]), ("far", planes[1])];
+            notes.push(Note::new(note::Kind::BorderOutside, &values));
         }
         d.clamp(planes[0], planes[1])
     });

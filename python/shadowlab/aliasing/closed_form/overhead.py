@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from ...errors import ArgumentError
 from ...text import shown
+from ...travel import Value
 from .arguments import END_SLACK, Array, Numbers, check_depths, check_name, check_within, refuse, returned, together
 
 # "perspective" is what the LiSPSM paper calls a perspective shadow map.
@@ -167,7 +168,7 @@ def dp_dt(
 
 
 @dataclass(frozen=True, eq=False)
-class Worst:
+class Worst(Value):
     """The largest and least errors of a map in the ideal case, and where; floats, or arrays of one shape.
 
     Where an error has one value at several depths, the nearest of them is named.

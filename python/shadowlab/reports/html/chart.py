@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Of [okabe2008], in the lightness that stands on white and on near-black; each series has its own marker too.
 LINE_COLOURS = ("#009e73", "#cc79a7", "#3f9fd8", "#c98500", "#7a7a7a", "#a05a2c")
@@ -12,7 +15,7 @@ WIDTH, HEIGHT = 760, 340
 LEFT, RIGHT, TOP, BOTTOM = 78, 150, 16, 44
 
 
-def error_chart(table: Any) -> str:
+def error_chart(table: pd.DataFrame) -> str:
     """A chart of the share of wrong pixels, both axes logarithmic; nothing for fewer than two resolutions."""
     measured = table[(table["failure"] == "") & table["share"].notna() & (table["share"] > 0)]
     resolutions = sorted({int(r) for r in measured["resolution"]})

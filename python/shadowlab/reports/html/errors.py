@@ -4,29 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import pictures
 from ...aliasing.causes import CAUSES, MEANINGS
+from ...experiments.run import done
 from ...pictures.causes import CAUSE_RGB, cause_picture
 from ...pictures.errors import error_picture, error_scale_svg
 from ...text import digits, px_text, share_text
-from ..words import size_text
+from ..words import rows_of, size_text
 from .parts import BAR_HEAD, bar, css_rgb, figure, head_cell, picture, swatch, table_html
+
+if TYPE_CHECKING:
+    from ...aliasing.causes import Causes
+    from ...experiments.compare import Study
+    from ...experiments.run import Run
 
 COLOURS = {name: css_rgb(CAUSE_RGB[code]) for code, name in CAUSES.items()}
 
 
-def section_errors(study: Any) -> str:
+def section_errors(study: Study) -> str:
     """Why pixels are wrong, and how large the runs' texels are; nothing where no run was measured."""
-    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, study.table.to_dict("records"), strict=True))]
+    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, rows_of(study.table), strict=True))]
     rows = [entry for entry in rows if entry[1].summary is not None]
     parts = [why(rows)] if any(run.causes is not None for _, run, _ in rows) else []
     parts += [how_large(rows)] if rows else []
     return "".join(parts)
 
 
-def why(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+def why(rows: Sequence[tuple[int, Run, Mapping[str, Any]]]) -> str:
     """The table of causes."""
     most = max((run.causes.count for _, run, _ in rows if run.causes is not None), default=0)
     lines = [
@@ -44,7 +50,7 @@ def why(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
     )
 
 
-def how_large(rows: Sequence[tuple[int, Any, Mapping[str, Any]]]) -> str:
+def how_large(rows: Sequence[tuple[int, Run, Mapping[str, Any]]]) -> str:
     """The table of texels."""
     forms: dict[str, Callable[[Any], str]] = {
         "texel_mean": px_text, "texel_p95": px_text, "texel_max": px_text, "undersampled": share_text,
@@ -70,7 +76,7 @@ def table_of_runs(heads: list[str], lines: Sequence[str]) -> str:
     return f'<div class="scroll">{found}</div>'
 
 
-def all_causes(causes: Any) -> list[tuple[int, str]]:
+def all_causes(causes: Causes | None) -> list[tuple[int, str]]:
     """What a bar of all causes is made of; nothing where they were not counted."""
     return [] if causes is None else [(causes.counts[name], colour) for name, colour in COLOURS.items()]
 
@@ -87,15 +93,15 @@ def cell(row: Mapping[str, Any], key: str, form: Callable[[Any], str]) -> str:
     return f"<td>{'–' if pd.isna(row[key]) else escape(form(row[key]))}</td>"
 
 
-def error_figures(study: Any, run: Any, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
+def error_figures(study: Study, run: Run, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
     """The size of texels at every pixel of a run, and the causes of its wrong pixels, `width` pixels wide each."""
     aspect = study.camera.aspect
     e = study.footprint(run.label, run.resolution)
     drawn = error_picture(e, gbuffer=study.gbuffer, light=study.light)
     files[f"{stem}_texels.png"] = pictures.png(drawn)
-    s = run.summary
+    s = done(run.summary)
     told = "Nothing looks up a texel."
-    if s.measured:
+    if s.percentiles is not None and s.undersampled is not None:
         told = f"95 % of the pixels up to {px_text(s.percentiles[95])}, {share_text(s.undersampled)} undersampled."
     text = f"Length of a texel of {name} at every pixel. {told}"
     caption = (
@@ -105,8 +111,8 @@ def error_figures(study: Any, run: Any, name: str, stem: str, files: dict[str, b
     if run.causes is None:
         return found
     image = run.causes.image
-    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, study.truth, image))
-    wide = cause_picture(study.gbuffer, study.light, study.truth, image, width=width)
+    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, done(study.truth), image))
+    wide = cause_picture(study.gbuffer, study.light, done(study.truth), image, width=width)
     counts = ", ".join(f"{count:,} {cause}" for cause, count in run.causes.counts.items())
     keys = "".join(f"{swatch(colour)}{cause} " for cause, colour in COLOURS.items())
     caption = f'<b>Why pixels are wrong</b>: {counts}.<br><span class="key">{keys}</span>'

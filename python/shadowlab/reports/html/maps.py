@@ -3,42 +3,52 @@
 from __future__ import annotations
 
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import pictures
-from ...pictures.maps import chosen_picture, map_colour, pictures_of_run
+from ...experiments.run import done
+from ...pictures.maps import chosen_picture, map_colour, pictures_of
 from ...text import share_text
 from .parts import css_rgb, figure, head_cell, picture, swatch, table_html
+
+if TYPE_CHECKING:
+    from ..._core import Camera
+    from ...experiments.compare import Study
+    from ...experiments.run import Run
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024
 
 
-def map_figure(camera: Any, run: Any, name: str, stem: str, files: dict[str, bytes]) -> str:
+def map_figure(camera: Camera, run: Run, name: str, stem: str, files: dict[str, bytes]) -> str:
     """The map or maps as the light sees them, with the camera frustum."""
-    layers = run.maps if run.maps.ndim == 3 else run.maps[None]
+    maps = done(run.maps)
+    layers = maps if maps.ndim == 3 else maps[None]
     several = len(layers) > 1
     made = []
-    for i, (layer, drawn) in enumerate(zip(layers, pictures_of_run(run, camera, MAP_SIDE), strict=True)):
+    for i, (layer, drawn) in enumerate(
+        zip(layers, pictures_of(maps, done(run.parameterization), camera, MAP_SIDE), strict=True)
+    ):
         which = f", part {i + 1}" if several else ""
         files[f"{stem}_map{f'_{i + 1}' if several else ''}.png"] = pictures.png(drawn)
         covered = share_text(float(np.mean(layer < 1.0)))
         text = f"Shadow map of {name}{which} as the light sees it, with the camera frustum; {covered} of it covered"
         made.append(picture(drawn, text, drawn.shape[1] / drawn.shape[0]))
-    covered = share_text(float(np.mean(run.maps < 1.0)))
+    covered = share_text(float(np.mean(maps < 1.0)))
     frustum = "the part of the camera frustum that a map serves" if several else "the camera frustum"
     caption = f"<b>From the light</b>, near is pale; {frustum} in orange. {covered} of the texels hold a caster."
     return figure(f'<div class="layers">{"".join(made)}</div>' if several else made[0], caption, 1.0)
 
 
-def chosen_figure(study: Any, run: Any, name: str, stem: str, files: dict[str, bytes]) -> str:
+def chosen_figure(study: Study, run: Run, name: str, stem: str, files: dict[str, bytes]) -> str:
     """The eye view in the colours of the maps that its pixels ask."""
-    drawn = chosen_picture(study.gbuffer, study.light, run.mask, run.chosen)
+    chosen = done(run.chosen)
+    drawn = chosen_picture(study.gbuffer, study.light, done(run.mask), chosen)
     files[f"{stem}_chosen.png"] = pictures.png(drawn)
     seen = int((np.asarray(study.gbuffer.triangle) >= 0).sum())
-    shares = [int((run.chosen == i).sum()) / max(1, seen) for i in range(len(run.maps))]
+    shares = [int((chosen == i).sum()) / max(1, seen) for i in range(len(done(run.maps)))]
     keys = "".join(
         f"{swatch(css_rgb(map_colour(i)))}map {i + 1}: {share_text(share)} " for i, share in enumerate(shares)
     )
@@ -47,9 +57,9 @@ def chosen_figure(study: Any, run: Any, name: str, stem: str, files: dict[str, b
     return figure(picture(drawn, text, study.camera.aspect), caption, study.camera.aspect)
 
 
-def map_table(run: Any, camera: Any) -> str:
+def map_table(run: Run, camera: Camera) -> str:
     """The numbers of every map: camera depths, what made it, intermediate values. Nothing for a map without any."""
-    parts = run.parameterization.partitions
+    parts = done(run.parameterization).partitions
     if not any(part.values for part in parts) and len(parts) == 1:
         return ""
     lines = []

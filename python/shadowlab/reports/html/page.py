@@ -11,15 +11,17 @@ import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ... import pictures
 from ...errors import ArgumentError
 from ...experiments.progress import Steps
+from ...experiments.run import done
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
 from ..terminal import STUDY_HEADS, study_cells
+from ..words import rows_of
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table
@@ -41,6 +43,11 @@ from .parts import (
     use,
 )
 
+if TYPE_CHECKING:
+    from ..._core import Misclassified
+    from ...experiments.compare import Study
+    from ...experiments.run import Run
+
 # What the pictures of a report are called: letters, digits and the like, no folder.
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")
 # The close look is this part of the picture's shorter side: pixels become visible, and where they are stays clear.
@@ -49,7 +56,7 @@ WINDOW_SHARE = 8
 SHOWN_PX = 520
 
 
-def save_study(study: Any, directory: Path, progress: bool = True) -> Path:
+def save_study(study: Study, directory: Path, progress: bool = True) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
     Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
@@ -88,12 +95,12 @@ def own_pictures(results: Path) -> set[str]:
     return {name for name in names if PNG_NAME.fullmatch(name) and (results.parent / name).is_file()}
 
 
-def build(study: Any, progress: bool = False) -> tuple[str, dict[str, bytes]]:
+def build(study: Study, progress: bool = False) -> tuple[str, dict[str, bytes]]:
     """The page, and its pictures by file name."""
     files: dict[str, bytes] = {}
     shared: list[str] = []
-    if study.truth is not None:
-        lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(study.truth))
+    if (truth := study.truth) is not None:
+        lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(truth))
         files["truth.png"] = pictures.png(lit)
         shared.append(symbol("truth", files["truth.png"], study.camera.aspect))
     with Steps(1 + len(study.runs), progress) as step:
@@ -116,7 +123,7 @@ def build(study: Any, progress: bool = False) -> tuple[str, dict[str, bytes]]:
     return document(f"Shadow report: {study.source.name}", "".join(shared), "".join(body)), files
 
 
-def head_of(study: Any) -> str:
+def head_of(study: Study) -> str:
     """Title, facts and verdict."""
     scene = study.scene
     instances = f" in {scene.instance_count:,} instances" if scene.instance_count > 1 else ""
@@ -127,8 +134,8 @@ def head_of(study: Any) -> str:
         f"{study.filter} lookup",
         f"{study.backend} renderer",
     ]
-    sentences = re.split(r"(?<=[.;])\s+(?=[A-Za-z])(?<![a-z]\.[a-z]\.\s)", study.verdict, maxsplit=1)
-    paragraphs = "".join(f"<p>{escape(s)}</p>" for s in sentences)
+    first, *others = study.sentences
+    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
     return (
         f'<header class="top"><p class="eyebrow">shadowlab · shadow report</p><h1>{escape(study.source.name)}</h1>'
         f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
@@ -136,9 +143,9 @@ def head_of(study: Any) -> str:
     )
 
 
-def section_table(study: Any) -> str:
+def section_table(study: Study) -> str:
     """The numbers, with a bar for the wrong pixels, and a chart where there are several resolutions."""
-    rows = study.table.to_dict("records")
+    rows = rows_of(study.table)
     wrong = [int(run.errors.count) for run in study.runs if run.errors is not None]
     most, least = max(wrong, default=0), min(wrong, default=0)
     lines = []
@@ -156,7 +163,7 @@ def section_table(study: Any) -> str:
     key += f"{swatch(FALSE_LIGHT)}<span>false light: lit by the map, dark in truth</span></p>"
     heads = [head_cell(text) for text in ("technique", "resolution", "wrong pixels", "share")]
     heads += [BAR_HEAD, head_cell("false shadow"), head_cell("false light")]
-    heads += [head_cell(text, "timing") for text in ("fit", "map", "mask")]
+    heads += [head_cell(text, "timing") for text in ("fit", "map", "look-up")]
     return (
         '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
         "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "
@@ -165,22 +172,23 @@ def section_table(study: Any) -> str:
     )
 
 
-def both_kinds(errors: Any) -> list[tuple[int, str]]:
+def both_kinds(errors: Misclassified | None) -> list[tuple[int, str]]:
     """What a bar of both kinds of error is made of; nothing where none were counted."""
     return [] if errors is None else [(int(errors.false_shadow), FALSE_SHADOW), (int(errors.false_light), FALSE_LIGHT)]
 
 
-def section_look(study: Any) -> str:
+def section_look(study: Study) -> str:
     """The same small window of the truth and of every run, magnified: where most pixels are wrong."""
-    runs = [run for run in study.runs if run.errors is not None]
-    if not any(int(run.errors.count) for run in runs):
+    runs = [(run, errors) for run in study.runs if (errors := run.errors) is not None]
+    if not any(int(errors.count) for _, errors in runs):
         return ""
+    truth = done(study.truth)
     width, height = study.size
     side = max(1, min(width, height) // WINDOW_SHARE)
-    row, column = pictures.densest_window([run.errors.image for run in runs], side)
+    row, column = pictures.densest_window([errors.image for _, errors in runs], side)
     window = (slice(row, row + side), slice(column, column + side))
     aspect = study.camera.aspect * height / width
-    lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(study.truth))[window]
+    lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(truth))[window]
     frame = (
         f'<rect x="{100 * column / width}" y="{100 * row / height / study.camera.aspect}" width="{100 * side / width}" '
         f'height="{100 * side / height / study.camera.aspect}" fill="none" stroke="#d00068" stroke-width="1.2"/>'
@@ -189,11 +197,11 @@ def section_look(study: Any) -> str:
     figures = [
         f"<figure>{picture(lit, 'Truth, magnified', aspect, True)}{place}<figcaption><b>truth</b></figcaption></figure>"
     ]
-    for run in runs:
+    for run, errors in runs:
         name = f"{run.label}, {run.resolution}²"
-        shaded = pictures.shade(study.gbuffer, study.light, run.mask)[window]
-        wrong = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image)[window]
-        inside = run.errors.image[window]
+        shaded = pictures.shade(study.gbuffer, study.light, done(run.mask))[window]
+        wrong = pictures.difference(study.gbuffer, study.light, truth, errors.image)[window]
+        inside = errors.image[window]
         counts = f"{int((inside == 1).sum()):,} false shadow, {int((inside == 2).sum()):,} false light here"
         figures.append(
             f"<figure>{picture(shaded, f'{name}, magnified', aspect, True)}"
@@ -207,11 +215,11 @@ def section_look(study: Any) -> str:
     )
 
 
-def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
+def section_run(study: Study, run: Run, files: dict[str, bytes]) -> str:
     """One run: its pictures, its notes, and how to get it again. Adds its pictures to `files`."""
     index = study.runs.index(run)
     title = f'<h3>{escape(run.label)} <span class="res">{run.resolution}²</span></h3>'
-    notes = "".join(f"<li>{escape(note)}</li>" for note in run.notes)
+    notes = "".join(f"<li>{escape(str(note))}</li>" for note in run.notes)
     tail = (f'<ul class="notes">{notes}</ul>' if notes else "") + again(study, [run], "Run it again")
     if run.failure:
         return (
@@ -220,7 +228,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     stem = f"{slug(run.label)}_{run.resolution}"
     stem = stem if f"{stem}_eye.png" not in files else f"{stem}_{index}"
     aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
-    shaded = pictures.shade(study.gbuffer, study.light, run.mask)
+    shaded = pictures.shade(study.gbuffer, study.light, done(run.mask))
     files[f"{stem}_eye.png"] = pictures.png(shaded)
     light_view = map_figure(study.camera, run, name, stem, files)
     eye_text = f"Eye view with the shadows of {name}"
@@ -230,10 +238,10 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     else:
         hint = '<span class="screen-only"> Point at it or tap it to see the truth in its place.</span>'
         flip = flipping(files[f"{stem}_eye.png"], eye_text, aspect)
-        wrong = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image)
+        wrong = pictures.difference(study.gbuffer, study.light, done(study.truth), run.errors.image)
         files[f"{stem}_difference.png"] = pictures.png(wrong)
         width = max(1, round(max(study.size) / SHOWN_PX))
-        wide = pictures.difference(study.gbuffer, study.light, study.truth, run.errors.image, width=width)
+        wide = pictures.difference(study.gbuffer, study.light, done(study.truth), run.errors.image, width=width)
         drawn = f", each drawn {width} pixels wide" if width > 1 else ""
         counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
         swatches = f'<span class="key">{swatch(FALSE_SHADOW)}false shadow {swatch(FALSE_LIGHT)}false light</span>'
@@ -252,7 +260,7 @@ def section_run(study: Any, run: Any, files: dict[str, bytes]) -> str:
     return f'<article class="run" id="run-{index}">{title}{numbers_line(run)}{grid}{tail}</article>\n'
 
 
-def numbers_line(run: Any) -> str:
+def numbers_line(run: Run) -> str:
     """The line under the title of a run."""
     parts = []
     if run.errors is not None:
@@ -267,7 +275,7 @@ def numbers_line(run: Any) -> str:
     return f'<p class="numbers">{" · ".join(parts)}</p>'
 
 
-def again(study: Any, runs: Sequence[Any], title: str) -> str:
+def again(study: Study, runs: Sequence[Run], title: str) -> str:
     """The Python and the command line that compute these runs again."""
     command = command_line(study, runs)
     shell = (
@@ -278,7 +286,7 @@ def again(study: Any, runs: Sequence[Any], title: str) -> str:
     return f"<details><summary>{title}</summary><pre>{escape(python_snippet(study, runs))}</pre>{shell}</details>"
 
 
-def section_record(study: Any) -> str:
+def section_record(study: Study) -> str:
     """What the study was: scene, camera, light, settings, versions."""
     lines = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in record.facts(study))
     versions = ", ".join(f"{k} {v}" for k, v in record.versions().items())
@@ -289,9 +297,9 @@ def section_record(study: Any) -> str:
     )
 
 
-def study_html(study: Any) -> str:
+def study_html(study: Study) -> str:
     """What a notebook shows: the verdict, the table, small pictures."""
-    rows = study.table.to_dict("records")
+    rows = rows_of(study.table)
     cell = "padding:4px 12px 4px 0;text-align:right"
     head = "".join(f'<th style="{cell}">{h}</th>' for h in STUDY_HEADS)
     lines = "".join(
@@ -302,7 +310,7 @@ def study_html(study: Any) -> str:
         if run.mask is None:
             continue
         step = max(1, -(-max(study.size) // 320))
-        shaded = pictures.shade(study.gbuffer, study.light, run.mask)[::step, ::step]
+        shaded = pictures.shade(study.gbuffer, study.light, done(run.mask))[::step, ::step]
         uri = data_uri(pictures.png(shaded))
         text = escape(f"{run.label}, {run.resolution}²", quote=True)
         width = f"width:240px;aspect-ratio:{study.camera.aspect}"

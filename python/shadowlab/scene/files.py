@@ -1,0 +1,69 @@
+"""Scenes from files: whatever trimesh loads."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from ..errors import ArgumentError, LoadError
+from ..text import shown
+from .axes import Y_UP_FROM_Z_UP, up_axis, up_keyword
+from .scenes import Scene
+
+if TYPE_CHECKING:
+    from ..types import Up
+
+
+def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
+    """A scene from any file trimesh loads (glb, gltf, ply, obj, stl, off, 3mf...); instances stay instances.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    up : {"y", "z"}
+        The file's up axis. "z" turns the scene so that y is up: (x, y, z) becomes (x, z, -y). `Scene.world_from_source`
+        keeps the turn; `turned` applies it to the points and directions that belong to the file.
+
+    Raises
+    ------
+    ArgumentError
+        For what is no path.
+    LoadError
+        The file is missing, of an unknown kind, broken, or holds no mesh.
+    SceneError
+        No triangle is left, or a face points at a vertex that does not exist.
+    """
+    axis = up_axis(up)
+    if not isinstance(path, (str, os.PathLike)):
+        raise ArgumentError(f'path: expected the path of a mesh file, got {shown(path)}; try "scene.glb"')
+    path = Path(path)
+    if not path.exists():
+        raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")
+    if path.is_dir():
+        raise LoadError(f"{path}: expected a mesh file, found a directory; name a file in it")
+    import trimesh
+
+    known = trimesh.available_formats()
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in known:
+        listed = ", ".join(sorted(known))
+        raise LoadError(f"{path}: expected a file of a kind that trimesh loads ({listed}), got {kind or 'no ending'!r}")
+    try:
+        # process=False: no merging, no reordering, so face numbers stay the file's.
+        loaded = trimesh.load_scene(str(path), process=False)
+    except Exception as e:  # noqa: BLE001 - each of trimesh's loaders raises what its own parser raises
+        _broken(path, f"{type(e).__name__}: {e}", e)
+    if not loaded.geometry:
+        _broken(path, "no geometry in it", None)
+    scene = Scene.from_trimesh(loaded)
+    if axis == 2:
+        scene = scene.transformed(Y_UP_FROM_Z_UP)
+    scene.source = str(path)
+    scene.recipe = f"sl.load_scene({str(path)!r}{up_keyword(up)})"
+    return scene
+
+
+def _broken(path: Path, why: str, cause: Exception | None) -> NoReturn:
+    raise LoadError(f"{path}: expected a readable mesh, could not load it ({why}); check the file") from cause

@@ -1,0 +1,317 @@
+"""Scenes of other programs: of trimesh and pyrender, and of anything with vertices and faces; and back to trimesh.
+
+Known by their attributes, so that no program is imported to look at its objects. Coordinates are taken as they are: a
+right-handed world with y up in pyrender and glTF, as here; any unit.
+
+| object | attributes | what is taken |
+| --- | --- | --- |
+| trimesh.Scene | geometry, graph | meshes, shared where nodes share them; the camera that was set, if one was |
+| pyrender.Scene | mesh_nodes, get_pose | the same, with its instances; perspective cameras; all three kinds of lights |
+| pyrender.Mesh | primitives | meshes with their instances |
+| other meshes | vertices, faces | one mesh |
+"""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
+from .placed import camera_at, farthest, unique
+
+if TYPE_CHECKING:
+    import trimesh
+
+    from ..types import Light
+
+# Where a mesh of ours leaves its stored form in trimesh: an attribute of vertices, and the frame in the metadata.
+LOCAL, FRAME = "shadowlab_local", "shadowlab_frame"
+# Primitives of triangles, as OpenGL and glTF number modes.
+TRIANGLES = 4
+# Room beyond the scene for what has no end, as a share of its distance.
+ROOM = 0.05
+# Of a camera that takes its viewport's shape: what `Camera.look_at` takes.
+ASPECT = 16 / 9
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """What a scene of another program is made of, and what was left out of it."""
+
+    meshes: dict[Any, _core.Mesh] = field(default_factory=dict)
+    index: list[Any] = field(default_factory=list)
+    transforms: list[NDArray[np.float64]] = field(default_factory=list)
+    #: Names of what has no triangle.
+    empty: list[str] = field(default_factory=list)
+    #: Cameras and lights that were left out, or completed, in words.
+    notes: list[str] = field(default_factory=list)
+    dropped: list[int] = field(default_factory=list)
+
+    def add(self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None) -> None:
+        """Adds a mesh under a key, unless it has no usable triangle."""
+        if made is None and _unusable(vertices, faces):
+            self.empty.append(f"{name} (no usable triangle)")
+            self.dropped.append(len(faces))
+            return
+        self.meshes[key] = _core.Mesh(vertices, faces) if made is None else made
+        self.dropped.append(self.meshes[key].dropped_faces)
+
+    def place(self, key: Any, transform: Any) -> None:
+        """Places a mesh, if there is one under the key."""
+        if key in self.meshes:
+            self.index.append(key)
+            self.transforms.append(np.asarray(transform, np.float64))
+
+    def arrays(self) -> tuple[list[_core.Mesh], list[int], NDArray[np.float64]]:
+        """What a scene is made of.
+
+        Raises
+        ------
+        SceneError
+            Where nothing is placed.
+        """
+        if not self.index:
+            what = f"left out: {', '.join(self.empty)}" if self.empty else "the scene graph places no mesh"
+            raise SceneError(
+                f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
+            )
+        order = {key: i for i, key in enumerate(self.meshes)}
+        return list(self.meshes.values()), [order[key] for key in self.index], np.array(self.transforms)
+
+
+def gathered(source: Any) -> Gathered:
+    """The meshes of another program's object and their places.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    SceneError
+        For an index out of range.
+    """
+    found = Gathered()
+    if is_graph(source):
+        _of_trimesh_scene(source, found)
+    elif is_pyrender_scene(source):
+        for node, pose in _in_order(source, source.mesh_nodes):
+            _of_pyrender_mesh(node.mesh, node.name or "a mesh", pose, found)
+    elif hasattr(source, "primitives"):
+        _of_pyrender_mesh(source, getattr(source, "name", None) or "the mesh", np.eye(4), found)
+    elif hasattr(source, "vertices") and hasattr(source, "faces"):
+        # A mesh alone: what is wrong with it is an error, and nothing to leave out.
+        mesh = mesh_of(source)
+        found.meshes[0] = mesh
+        found.dropped.append(mesh.dropped_faces)
+        found.place(0, np.eye(4))
+    else:
+        raise ArgumentError(
+            "source: expected a trimesh.Trimesh or trimesh.Scene, a pyrender scene or mesh, or an object with vertices "
+            f"and faces, got {type(source).__name__}; load it with trimesh, or use Scene.from_arrays"
+        )
+    warn_left_out(sum(found.dropped), found.empty, stacklevel=4)
+    return found
+
+
+def is_graph(source: Any) -> bool:
+    """Whether it is a trimesh scene."""
+    return hasattr(source, "geometry") and hasattr(source, "graph")
+
+
+def is_pyrender_scene(source: Any) -> bool:
+    """Whether it is a pyrender scene."""
+    return hasattr(source, "mesh_nodes") and hasattr(source, "get_pose")
+
+
+def mesh_of(geometry: Any) -> _core.Mesh:
+    """The mesh of vertices and faces; the very one that `to_trimesh` wrote where neither was changed since."""
+    attributes, metadata = getattr(geometry, "vertex_attributes", None), getattr(geometry, "metadata", None)
+    if isinstance(attributes, Mapping) and isinstance(metadata, Mapping) and LOCAL in attributes and FRAME in metadata:
+        try:
+            scale, *center = metadata[FRAME]
+            mesh = _core.Mesh.from_local(attributes[LOCAL], geometry.faces, float(scale), center)
+        except (ShadowlabError, TypeError, ValueError):
+            pass  # changed since: its vertices and faces are what counts
+        else:
+            if np.array_equal(mesh.vertices, geometry.vertices):
+                return mesh
+    return _core.Mesh(geometry.vertices, geometry.faces)
+
+
+def _unusable(vertices: Any, faces: Any) -> bool:
+    """Whether no face has all of its vertices finite; what else may be wrong with them is an error of the mesh."""
+    points, indices = np.asarray(vertices), np.asarray(faces)
+    if points.ndim != 2 or points.dtype.kind not in "fiu" or indices.ndim != 2 or indices.dtype.kind not in "iu":
+        return False
+    if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
+        return False
+    finite = np.logical_and.reduce(np.isfinite(points), axis=1)
+    return not bool(finite[indices].all(axis=1).any())
+
+
+def _of_trimesh_scene(source: Any, found: Gathered) -> None:
+    for name, geometry in source.geometry.items():
+        if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+            found.empty.append(f"{name} ({type(geometry).__name__})")
+            continue
+        own = LOCAL in getattr(geometry, "vertex_attributes", ())
+        found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+    for node in source.graph.nodes_geometry:
+        transform, name = source.graph.get(node)
+        found.place(name, transform)
+
+
+def _of_pyrender_mesh(mesh: Any, name: str, pose: NDArray[np.float64], found: Gathered) -> None:
+    for primitive in mesh.primitives:
+        key = id(primitive)
+        if key not in found.meshes:
+            if getattr(primitive, "mode", TRIANGLES) not in (TRIANGLES, None):
+                found.empty.append(f"{name} (a primitive of another kind than triangles)")
+                continue
+            positions, indices = primitive.positions, primitive.indices
+            # Without indices three vertices in a row are a face.
+            faces = np.arange(len(positions)) if indices is None else _whole(np.asarray(indices))
+            found.add(key, name, positions, faces.reshape(-1, 3))
+        for instance in [np.eye(4)] if primitive.poses is None else primitive.poses:
+            found.place(key, pose @ np.asarray(instance, np.float64))
+
+
+def _whole(indices: NDArray[Any]) -> NDArray[Any]:
+    """Indices as whole numbers; pyrender keeps them as floats."""
+    whole = indices.dtype.kind == "f" and bool((np.floor(indices) == indices).all())
+    return indices.astype(np.int64) if whole else indices
+
+
+def cameras_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, _core.Camera], list[str]]:
+    """The cameras of a scene by name, and what there is to say of the others."""
+    found: dict[str, _core.Camera] = {}
+    notes: list[str] = []
+    for name, camera, pose in _cameras(source):
+        label = f"camera {name!r}"
+        try:
+            settings = _lens(camera, pose, bounds, label, notes)
+            found[unique(name, found)] = camera_at(pose, **settings)
+        except ArgumentError as e:
+            notes.append(f"left out {label}: {e}")
+    return found, notes
+
+
+def _cameras(source: Any) -> Iterator[tuple[str, Any, NDArray[np.float64]]]:
+    if is_pyrender_scene(source):
+        for i, (node, pose) in enumerate(_in_order(source, source.camera_nodes)):
+            yield node.name or node.camera.name or f"camera {i + 1}", node.camera, pose
+    elif getattr(source, "has_camera", False):
+        # Asked for only where one was set: trimesh would make one.
+        yield source.camera.name or "camera", source.camera, np.asarray(source.camera_transform, np.float64)
+
+
+def _lens(
+    camera: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64], label: str, notes: list[str]
+) -> dict[str, float]:
+    """Field of view, aspect, near and far of another program's camera."""
+    if hasattr(camera, "yfov"):
+        aspect, far = camera.aspectRatio, camera.zfar
+        if aspect is None:
+            aspect = ASPECT
+            notes.append(f"{label} has no aspect ratio: 16:9 is taken; camera.replace(aspect=...) changes it")
+        if far is None:
+            scale = float(np.linalg.norm(pose[:3, 2]))
+            far = (1 + ROOM) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * camera.znear)
+            notes.append(f"{label} has no far plane: one beyond the scene is taken; camera.replace(far=...) changes it")
+        return {"fov_y": float(camera.yfov), "aspect": float(aspect), "near": float(camera.znear), "far": float(far)}
+    if hasattr(camera, "fov") and hasattr(camera, "z_far"):
+        across, up = np.tan(0.5 * np.radians(np.asarray(camera.fov, np.float64)))
+        near, far = float(camera.z_near), float(camera.z_far)
+        return {"fov_y": 2 * float(np.arctan(up)), "aspect": float(across / up), "near": near, "far": far}
+    if hasattr(camera, "xmag"):
+        raise ArgumentError("it is orthographic, and a Camera is a perspective one")
+    raise ArgumentError(
+        f"{type(camera).__name__} does not say how wide its picture is; sl.Camera.from_matrices takes its matrices"
+    )
+
+
+def lights_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, Light], list[str]]:
+    """The lights of a pyrender scene by name, and what there is to say of the others; other scenes have none."""
+    found: dict[str, Light] = {}
+    notes: list[str] = []
+    nodes = _in_order(source, source.light_nodes) if is_pyrender_scene(source) else []
+    for i, (node, pose) in enumerate(nodes):
+        name = node.name or node.light.name or f"light {i + 1}"
+        try:
+            made = _light(node.light, pose, bounds)
+            found[unique(name, found)] = made
+        except ArgumentError as e:
+            notes.append(f"left out light {name!r}: {e}")
+    return found, notes
+
+
+def _light(light: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) -> Light:
+    way, position = -pose[:3, 2], pose[:3, 3]
+    if not hasattr(light, "range"):
+        return _core.DirectionalLight(way)
+    # Light without a range has no end; one that reaches all of the scene is the same for it. A point has no extent.
+    whole = (1 + ROOM) * farthest(bounds, position) or 1.0
+    reach = whole if light.range is None else float(light.range)
+    if hasattr(light, "outerConeAngle"):
+        # Theirs is from the axis to the edge, ours from edge to edge.
+        return _core.SpotLight(position, way, cone_angle=2 * float(light.outerConeAngle), range=reach)
+    return _core.PointLight(position, range=reach)
+
+
+def _in_order(scene: Any, nodes: Any) -> list[tuple[Any, NDArray[np.float64]]]:
+    """Nodes with their poses, in an order that follows from them: pyrender keeps them in sets."""
+
+    def key(placed: tuple[Any, NDArray[np.float64]]) -> Any:
+        node, pose = placed
+        arrays = [np.ascontiguousarray(p.positions) for p in getattr(node.mesh, "primitives", ())]
+        numbers = {name: value for name, value in vars(node.camera or node.light or node).items() if np.isscalar(value)}
+        digests = [hashlib.blake2b(array.tobytes()).hexdigest() for array in arrays]
+        return str(node.name or ""), pose.ravel().tolist(), digests, repr(sorted(numbers.items()))
+
+    return sorted(((node, np.asarray(scene.get_pose(node), np.float64)) for node in nodes), key=key)
+
+
+def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
+    """The scene as trimesh has it; see `Scene.to_trimesh`."""
+    import trimesh
+
+    made = trimesh.Scene()
+    graph: Any = made.graph
+    names = [f"mesh {i}" for i in range(scene.mesh_count)]
+    for name, mesh in zip(names, scene.meshes, strict=True):
+        scale, center = mesh.frame
+        made.geometry[name] = trimesh.Trimesh(
+            mesh.vertices,
+            mesh.faces,
+            process=False,
+            validate=False,
+            vertex_attributes={LOCAL: mesh.positions_local},
+            metadata={FRAME: [scale, *map(float, center)]},
+        )
+    for i, (index, transform) in enumerate(zip(scene.mesh_index, scene.transforms, strict=True)):
+        graph.update(frame_to=f"instance {i}", matrix=transform, geometry=names[index])
+    return made
+
+
+def warn_left_out(faces: int, empty: list[str], *, stacklevel: int) -> None:
+    """Warns of faces and geometries that were left out, if any were."""
+    parts = []
+    if faces:
+        parts.append(f"{faces} face{'s' if faces > 1 else ''} with vertices that are not finite")
+    if empty:
+        shown = ", ".join(empty[:5]) + (", ..." if len(empty) > 5 else "")
+        parts.append(f"{len(empty)} geometr{'ies' if len(empty) > 1 else 'y'} without triangles: {shown}")
+    if parts:
+        warnings.warn(f"left out: {' and '.join(parts)}", ShadowlabWarning, stacklevel=stacklevel)
+
+
+def warn_notes(notes: list[str], *, stacklevel: int) -> None:
+    """Warns of cameras and lights that were left out or completed, if any were."""
+    if notes:
+        warnings.warn("; ".join(notes), ShadowlabWarning, stacklevel=stacklevel)

@@ -1,0 +1,103 @@
+"""Cameras and lights by a pose, and moved with a scene.
+
+A pose is world from local (4, 4): the camera or light stands at its origin, looks or shines along its -z, and has y up,
+as in glTF and OpenGL.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..errors import ArgumentError
+
+if TYPE_CHECKING:
+    from ..types import Light
+
+# How far axes may be from orthogonal and of one length, relative to it: poses of single precision and their products.
+ROUNDING = 32 * float(np.finfo(np.float32).eps)
+
+
+def scale_of(matrix: NDArray[np.float64]) -> float:
+    """The factor by which an affine map that is a rotation, one scale and a translation changes lengths.
+
+    Raises
+    ------
+    ArgumentError
+        For a map that mirrors, shears or scales unevenly.
+    """
+    axes = matrix[:3, :3]
+    scale = float(np.cbrt(abs(np.linalg.det(axes))))
+    even = scale > 0 and np.abs(axes.T @ axes / scale**2 - np.eye(3)).max() <= ROUNDING
+    if not even or np.linalg.det(axes) < 0:
+        raise ArgumentError("its pose mirrors, shears or scales unevenly")
+    return scale
+
+
+def camera_at(pose: NDArray[np.float64], *, fov_y: float, aspect: float, near: float, far: float) -> _core.Camera:
+    """The camera of a pose; near and far are in local units.
+
+    Raises
+    ------
+    ArgumentError
+        For a pose that mirrors, shears or scales unevenly, or settings outside their range.
+    """
+    scale = scale_of(pose)
+    # Turned at the origin and moved afterwards, so that a place far away takes no digits from the direction.
+    turned = _core.Camera.look_at(
+        (0.0, 0.0, 0.0), -pose[:3, 2], up=pose[:3, 1], fov_y=fov_y, aspect=aspect, near=near * scale, far=far * scale
+    )
+    return turned.replace(eye=pose[:3, 3])
+
+
+def moved_camera(camera: _core.Camera, matrix: NDArray[np.float64]) -> _core.Camera:
+    """The camera that sees the moved world as it saw the world.
+
+    Raises
+    ------
+    ArgumentError
+        As `scale_of`.
+    """
+    scale, turn = scale_of(matrix), matrix[:3, :3]
+    return camera.replace(
+        eye=matrix[:3, :3] @ camera.eye + matrix[:3, 3],
+        forward=turn @ camera.forward,
+        up=turn @ camera.up,
+        near=camera.near * scale,
+        far=camera.far * scale,
+    )
+
+
+def moved_light(light: Light, matrix: NDArray[np.float64]) -> Light:
+    """The light that lights the moved world as it lit the world.
+
+    Raises
+    ------
+    ArgumentError
+        For a direction that the map sends to zero; for placed lights as `scale_of`.
+    """
+    turn = matrix[:3, :3]
+    if isinstance(light, _core.DirectionalLight):
+        return _core.DirectionalLight(turn @ light.direction)
+    reach = light.range * scale_of(matrix)
+    position = turn @ light.position + matrix[:3, 3]
+    if isinstance(light, _core.PointLight):
+        return _core.PointLight(position, range=reach)
+    return _core.SpotLight(position, turn @ light.direction, cone_angle=light.cone_angle, range=reach)
+
+
+def farthest(bounds: NDArray[np.float64], point: Any) -> float:
+    """The distance from a point to the farthest corner of a box (2, 3)."""
+    return float(np.linalg.norm(np.abs(bounds - np.asarray(point, np.float64)).max(axis=0)))
+
+
+def unique(name: str, taken: Any) -> str:
+    """The name, with a number where it is taken."""
+    found, n = name, 1
+    while found in taken:
+        n += 1
+        found = f"{name} ({n})"
+    return found

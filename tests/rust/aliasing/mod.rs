@@ -1,0 +1,3 @@
+//! What texels look like in the image.
+
+mod footprint;

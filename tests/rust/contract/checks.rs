@@ -1,0 +1,300 @@
+//! What one parameterization is held against: the contract itself.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DMat4, DVec3};
+use shadowlab::focus::{Coverage, Focus, FocusedView, ReceiverSamples, SpotFrustum};
+use shadowlab::geometry::{OrientedBox, Rows};
+use shadowlab::note::{Kind, Note};
+use shadowlab::parameterization::{Held, Partition, PostWarp, Region};
+use shadowlab::rays::LightRays;
+use shadowlab::scene::{Light, SpotLight};
+use shadowlab::techniques::{Technique, Value};
+use shadowlab::{Error, Parameterization, Result};
+
+use super::TOLERANCE;
+use crate::support::views::{Random, View};
+
+/// What techniques answered: maps, or that a view does not suit them.
+#[derive(Debug, Default)]
+pub struct Answers(BTreeMap<&'static str, [usize; 2]>);
+
+impl Answers {
+    pub fn count(&mut self, technique: &'static str, maps: bool) {
+        self.0.entry(technique).or_default()[usize::from(!maps)] += 1;
+    }
+    /// A technique that answers nothing but errors is none.
+    pub fn assert_maps_of_all(&self) {
+        for (technique, [maps, unsuited]) in &self.0 {
+            println!("{technique}: {maps} answers with maps, {unsuited} views that do not suit it");
+            assert!(*maps > 0, "{technique}: no view suits it");
+        }
+    }
+}
+
+/// The maps; nothing where the view does not suit the technique.
+pub fn answer(
+    t: &dyn Technique,
+    v: &View,
+    resolution: u32,
+    samples: &ReceiverSamples,
+) -> Result<Option<Parameterization>> {
+    match t.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(samples)) {
+        Ok(p) => Ok(Some(p)),
+        Err(Error::UnsuitedView { reason, fix, .. }) if !reason.is_empty() && !fix.is_empty() => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// What a map of this view has to show: points of instances' boxes that the camera can see and the light reaches.
+pub struct Receivers {
+    pub boxes: Vec<OrientedBox>,
+    /// To coordinates in which the box is [-1, 1]³; not finite for a flat box.
+    inverses: Vec<DMat3>,
+    pub view: FocusedView,
+    /// The pyramids of a placed light: one of a spot, six around a point.
+    pyramids: Vec<SpotFrustum>,
+}
+
+impl Receivers {
+    pub fn new(v: &View) -> Self {
+        let view = FocusedView::new(&v.scene, &v.camera, &v.light, Focus::SceneFit);
+        let transforms = v.scene.world_from_local().iter().enumerate();
+        let boxes: Vec<OrientedBox> =
+            transforms.map(|(i, m)| OrientedBox::new(v.scene.mesh_of(i).bounds_local(), m, view.origin)).collect();
+        let inverses = boxes.iter().map(|b| DMat3::from_cols(b.half[0], b.half[1], b.half[2]).inverse()).collect();
+        let pyramids = match v.light {
+            Light::Directional(_) => Vec::new(),
+            Light::Spot(_) => view.spot().into_iter().collect(),
+            Light::Point(light) => {
+                let quarter = std::f64::consts::FRAC_PI_2;
+                let face = |axis| SpotLight::new(light.position(), axis, quarter, light.range()).expect("a face");
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
+                axes.map(|axis| SpotFrustum::new(&face(axis), view.origin, &view.scene_box)).collect()
+            }
+        };
+        Self { boxes, inverses, view, pyramids }
+    }
+    pub fn random_in(random: &mut Random, b: &OrientedBox) -> DVec3 {
+        b.center + b.half.iter().map(|h| *h * random.between(-1.0, 1.0)).sum::<DVec3>()
+    }
+    /// Random points in the instances' boxes.
+    pub fn some(&self) -> Vec<DVec3> {
+        let mut random = Random(11);
+        let mut one = || {
+            let i = random.below(self.boxes.len());
+            Self::random_in(&mut random, &self.boxes[i])
+        };
+        std::iter::repeat_with(&mut one).take(100).collect()
+    }
+    /// Some of the samples that a map has to answer for.
+    fn some_of(&self, v: &View, samples: &ReceiverSamples) -> Vec<DVec3> {
+        let lit: Vec<DVec3> =
+            samples.lit(&v.camera, &v.light, &Region::ALL).map(|(p, _)| p - self.view.origin).collect();
+        lit.iter().step_by(1 + lit.len() / 100).copied().collect()
+    }
+    /// Whether a local point can be seen and lit and is in the scene's box.
+    pub fn counts(&self, p: DVec3) -> bool {
+        self.view.receiver_planes().all(|plane| plane.distance(p) <= 0.0)
+            && self.view.scene_box.contains(p)
+            && (self.pyramids.is_empty() || self.pyramids.iter().any(|pyramid| is_in(pyramid, p)))
+    }
+    /// Whether a map can show a caster there: a placed light's begin somewhere.
+    fn reached(&self, p: DVec3) -> bool {
+        self.pyramids.iter().all(|pyramid| {
+            let depth = (p - pyramid.frustum.apex).abs().max_element();
+            // Of a spot the depth is that along its axis; of a point light's face, its axis is the longest component's.
+            let depth = if self.pyramids.len() == 1 { pyramid.depth().dot(p.extend(1.0)) } else { depth };
+            depth > pyramid.frustum.near
+        })
+    }
+    /// Where the ray from p towards the light, in units of `to_light`, runs through a box: two distances.
+    fn through(&self, i: usize, p: DVec3, to_light: DVec3) -> Option<(f64, f64)> {
+        let (at, along) = (self.inverses[i] * (p - self.boxes[i].center), self.inverses[i] * to_light);
+        if !at.is_finite() {
+            return None;
+        }
+        let (mut near, mut far) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let (a, d) = (at[axis], along[axis]);
+            let (s, t) = ((-1.0 - a) / d, (1.0 - a) / d);
+            if d == 0.0 && a.abs() > 1.0 {
+                return None;
+            }
+            if d != 0.0 {
+                (near, far) = (near.max(s.min(t)), far.min(s.max(t)));
+            }
+        }
+        (near < far && far.is_finite()).then_some((near, far))
+    }
+}
+
+fn is_in(pyramid: &SpotFrustum, p: DVec3) -> bool {
+    pyramid.frustum.planes().iter().all(|plane| plane.distance(p) <= 0.0)
+}
+
+/// A map in coordinates relative to the eye, as it is made.
+pub struct Local {
+    pub rows: Rows,
+    post_warp: PostWarp,
+}
+
+impl Local {
+    pub fn new(partition: &Partition, origin: DVec3) -> Self {
+        let rows = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(origin)));
+        Self { rows, post_warp: partition.post_warp }
+    }
+    pub fn w(&self, p: DVec3) -> f64 {
+        self.rows.w.dot(p.extend(1.0))
+    }
+    pub fn project(&self, p: DVec3) -> DVec3 {
+        self.post_warp.apply(self.rows.project(p), self.w(p))
+    }
+    /// How fast it moves along a direction.
+    pub fn derivative(&self, p: DVec3, direction: DVec3) -> f64 {
+        let d = self.rows.derivative(p, direction);
+        match self.post_warp {
+            PostWarp::None => d.length(),
+            // d(scale ln w) = scale dw / w.
+            PostWarp::Log { scale, .. } => {
+                DVec3::new(d.x, scale * self.rows.w.dot(direction.extend(0.0)) / self.w(p), d.z).length()
+            }
+        }
+    }
+}
+
+/// What a map of several has to show, where a directional or spot light's view tells: the depths and rays that it serves.
+pub fn own_view(v: &View, partition: &Partition) -> FocusedView {
+    let [near, far] = partition.eye_depth;
+    let camera = v.camera.with_depths(near, far).unwrap_or(v.camera);
+    FocusedView::new(&v.scene, &camera, &v.light, Focus::SceneFit).restricted(&v.scene, &partition.region)
+}
+
+/// All of the contract that a result can show by itself.
+pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &ReceiverSamples) {
+    assert!(!p.partitions.is_empty(), "{what}: no map");
+    let seen = r.view.coverage == Coverage::AsAsked;
+    for (k, partition) in p.partitions.iter().enumerate() {
+        let what = format!("{what}, map {k}");
+        let m = partition.shadow_clip_from_world;
+        assert!(m.is_finite(), "{what}: {m:?}");
+        let [near, far] = partition.eye_depth;
+        assert!(near > 0.0 && near <= far && far.is_finite(), "{what}: {:?}", partition.eye_depth);
+        assert!(partition.values.iter().all(|(_, x)| x.is_finite()), "{what}: {:?}", partition.values);
+        assert!(partition.region.functionals().iter().all(|f| f.is_finite()), "{what}: {:?}", partition.region);
+        let rows = Rows::of(&m);
+        // (0.1): the rows x, y, w vanish on the light, up to the rounding of their terms.
+        let light = v.light.point();
+        let across = [rows.x, rows.y, rows.w];
+        let terms = across.iter().map(|row| (*row * light).abs().element_sum()).fold(0.0, f64::max);
+        for row in across {
+            assert!(row.dot(light).abs() <= 1e-12 * terms, "{what}: {row} on {light}");
+        }
+        assert!(rows.z.dot(light) != 0.0, "{what}: depth does not see the light");
+        if seen && !matches!(v.light, Light::Point(_)) {
+            assert_own_view(&what, v, r, partition, p.partitions.len());
+        }
+    }
+    // Where nothing is seen there is no receiver; maps that say so cover all that the light reaches.
+    let says_so = |note: &Note| matches!(note.kind(), Kind::NothingSeen | Kind::NothingLit) && note.maps().is_none();
+    let all_say_so = p.notes.iter().any(says_so);
+    if seen || all_say_so {
+        assert_pairs(what, v, r, p, samples);
+    }
+}
+
+/// w and orientation over all that the map serves.
+fn assert_own_view(what: &str, v: &View, r: &Receivers, partition: &Partition, count: usize) {
+    let own = if count == 1 { r.view } else { own_view(v, partition) };
+    if own.coverage == Coverage::NothingSeen {
+        return;
+    }
+    let local = Local::new(partition, own.origin);
+    for q in own.receivers.vertices() {
+        assert!(local.w(*q) > 0.0, "{what}: w <= 0 at {q}");
+    }
+    let rays = LightRays::new(&v.light, own.origin);
+    assert_eq!(rays.orientation(&local.rows, own.receivers.vertex_mean()), 1.0, "{what}: orientation");
+}
+
+/// Random receivers lie inside the border of a map that is made for them, and find a map that holds them; there, whatever box
+/// a ray from them to the light meets shares x and y, lies in [0, 1] and before them.
+fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &ReceiverSamples) {
+    let fit = |word: &str| p.settings.contains(&("fit", Value::Choice(word.into())));
+    if fit("published") {
+        // Loses casters and is offered as that; tests/rust/techniques/xpsm.rs shows it.
+        return;
+    }
+    // This fit leaves out receivers that nothing casts on.
+    let only_cast_on = fit("intersection");
+    // This promises no more than its samples.
+    let covers_samples = p.notes.iter().any(|note| note.kind() == Kind::CoversSamples);
+    let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
+    let locals: Vec<Local> = p.partitions.iter().map(|partition| Local::new(partition, r.view.origin)).collect();
+    let rays = LightRays::new(&v.light, r.view.origin);
+    let holds = |k: usize, q: DVec3| {
+        let ndc = locals[k].project(q);
+        let across = ndc.truncate().abs().max_element();
+        let inside = across <= inset + TOLERANCE && (-TOLERANCE..=1.0 + TOLERANCE).contains(&ndc.z);
+        p.partitions[k].region.contains(q + r.view.origin) && locals[k].w(q) > 0.0 && inside
+    };
+    let seen = r.view.coverage == Coverage::AsAsked;
+    let receivers = if covers_samples { r.some_of(v, samples) } else { r.some() };
+    // Maps of a placed light among its casters begin at a distance, and say so.
+    let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + TOLERANCE);
+    let shown = |q: DVec3| v.light.to_light(q + r.view.origin).length() > begins;
+    let shown: &dyn Fn(DVec3) -> bool = if matches!(v.light, Light::Directional(_)) { &|_| true } else { &shown };
+    for q in receivers.into_iter().filter(|q| r.counts(*q) && shown(*q)) {
+        let q_world = q + r.view.origin;
+        let depth = v.camera.depth_of(q_world);
+        let within = |[near, far]: [f64; 2]| (near..=far).contains(&depth);
+        // The rounding of a depth at the ends of all of them, where there is no other map.
+        let served = |k: usize| {
+            let [near, far] = p.partitions[k].eye_depth;
+            !seen || within([near * (1.0 - TOLERANCE), far * (1.0 + TOLERANCE)])
+        };
+        let made_for = (0..locals.len()).find(|&k| served(k) && holds(k, q));
+        assert!(
+            made_for.is_some() || only_cast_on || covers_samples,
+            "{what}: receiver {q} at depth {depth} in no map"
+        );
+        if let Some(k) = made_for {
+            assert_eq!(rays.orientation(&locals[k].rows, q), 1.0, "{what}, map {k}: orientation at {q}");
+        }
+        let chosen = p.choose(q_world, depth);
+        let chosen = chosen.filter(|&k| p.partitions[k].holds(q_world) == Held::Within);
+        assert!(chosen.is_some() || only_cast_on, "{what}: receiver {q} at depth {depth} finds no map");
+        assert_casters(what, v, r, q, chosen.map(|k| &locals[k]), shown);
+    }
+}
+
+/// What any box between a receiver and the light shows in the receiver's map.
+fn assert_casters(what: &str, v: &View, r: &Receivers, q: DVec3, map: Option<&Local>, shown: &dyn Fn(DVec3) -> bool) {
+    let mut random = Random(q.x.to_bits() ^ q.z.to_bits());
+    let to_light = match v.light {
+        Light::Directional(l) => -l.direction(),
+        Light::Spot(l) => l.position() - r.view.origin - q,
+        Light::Point(l) => l.position() - r.view.origin - q,
+    };
+    let all = r.boxes.len() <= 64;
+    for i in 0..if all { r.boxes.len() } else { 16 } {
+        let other = if all { i } else { random.below(r.boxes.len()) };
+        let Some((near, far)) = r.through(other, q, to_light) else { continue };
+        let far = if matches!(v.light, Light::Directional(_)) { far } else { far.min(1.0) };
+        if near >= far {
+            continue;
+        }
+        // The farthest point of every second box: nothing may be cut off there.
+        let at = if i % 2 == 0 { far * (1.0 - 1e-9) } else { random.between(near, far) };
+        let caster = q + to_light * at;
+        let apart = (caster - q).length() > 1e-9 * r.view.scene_box.diagonal();
+        if !(apart && at > 0.0 && r.reached(caster) && shown(caster)) {
+            continue;
+        }
+        let Some(map) = map else { panic!("{what}: receiver {q} under {caster} in no map") };
+        let (ndc, image) = (map.project(q), map.project(caster));
+        assert!(map.w(caster) > 0.0, "{what}: w = {} at {caster} over {q} with {}", map.w(caster), map.w(q));
+        assert!((image - ndc).truncate().abs().max_element() < TOLERANCE, "{what}: {image} over {ndc}");
+        assert!(image.z >= -TOLERANCE && image.z < ndc.z + 1e-12, "{what}: caster {image} over {ndc}");
+    }
+}

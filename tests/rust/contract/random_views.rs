@@ -1,0 +1,315 @@
+//! Ten thousand random configurations for every technique: a correct map or a typed error, never anything else.
+//!
+//! A configuration is a scene (a single point to thirty kilometres), a camera (fields of view from 1 to 170 degrees, far over
+//! near from 1.001 to a million, the eye inside boxes), a light (parallel to the view, to its up, or hardly off that) and a
+//! resolution; every technique gets all of them, with random settings now and then. The environment variables
+//! SHADOWLAB_CONFIGURATIONS (a count) and SHADOWLAB_CONFIGURATION (one number) choose others.
+
+#[allow(dead_code, reason = "shared with the contract tests")]
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
+use rayon::prelude::*;
+use shadowlab::focus::ReceiverSamples;
+use shadowlab::geometry::Rows;
+use shadowlab::parameterization::{PostWarp, Region};
+use shadowlab::rays::{LightFrame, LightRays};
+use shadowlab::techniques::{TECHNIQUES, Technique, Value, technique};
+use shadowlab::{Error, Parameterization, Partition};
+
+use super::configuration::{Configuration, random_settings};
+use crate::support::boxes::Boxes;
+use crate::support::views::Random;
+
+const COUNT: u64 = 10_000;
+/// Receivers looked at in each map; each with all casters above it.
+const POINTS: usize = 16;
+
+/// Of f64 in the rows of a matrix and in the coordinates of a point: a dozen operations, and the cuts of three planes that
+/// bound a body (measured: 16 roundings at most).
+const ROUNDINGS: f64 = 1024.0 * f64::EPSILON;
+/// A map in which NDC is not known to this is not looked at: less than a hundredth of the map.
+const VAGUE: f64 = 0.01;
+
+/// A thousandth of a texel in NDC, times the resolution: receivers beyond their border by that are far inside of the map. The
+/// crop of a strong warp to receivers that begin far behind its near end cancels more digits than the matrix shows.
+const SLIGHT: f64 = 2e-3;
+
+/// How one configuration went.
+#[derive(Debug, Default, Clone)]
+struct Tally {
+    maps: u64,
+    receivers: u64,
+    casters: u64,
+    vague: u64,
+    errors: BTreeMap<String, u64>,
+    refused: u64,
+    failures: Vec<String>,
+}
+
+impl Tally {
+    fn join(mut self, other: Self) -> Self {
+        self.maps += other.maps;
+        self.receivers += other.receivers;
+        self.casters += other.casters;
+        self.vague += other.vague;
+        self.refused += other.refused;
+        for (kind, count) in other.errors {
+            *self.errors.entry(kind).or_default() += count;
+        }
+        self.failures.extend(other.failures);
+        self
+    }
+}
+
+/// What the rounding of a world point, found relative to `origin`, and of a map's rows makes of NDC, and of w relative to it.
+fn rounding(partition: &Partition, p_world: DVec3, origin: DVec3) -> (f64, f64) {
+    let rows = Rows::of(&partition.shadow_clip_from_world);
+    let size = p_world.length() + origin.length();
+    let terms = |row: DVec4| (row * p_world.extend(1.0)).abs().element_sum() + row.truncate().length() * size;
+    let clip = rows.clip(p_world);
+    let of_w = ROUNDINGS * terms(rows.w) / clip.w.abs();
+    let [x, y, z] = [(rows.x, clip.x), (rows.y, clip.y), (rows.z, clip.z)]
+        .map(|(row, c)| ROUNDINGS * terms(row) / clip.w.abs() + of_w * (c / clip.w).abs());
+    let log = match partition.post_warp {
+        PostWarp::Log { scale, .. } => scale.abs() * of_w,
+        PostWarp::None => 0.0,
+    };
+    (x.max(y).max(z).max(log), of_w)
+}
+
+/// Whether triangles keep the winding that the light sees; nothing where that is lost in rounding.
+fn keeps_winding(rows: &Rows, rays: &LightRays, p: DVec3, origin: DVec3) -> Option<bool> {
+    let frame = LightFrame::any(rays.direction_at(p)?);
+    let on = |v: DVec4| DVec3::new(rows.x.dot(v), rows.y.dot(v), rows.w.dot(v));
+    let h = DMat3::from_cols(on(frame.right.extend(0.0)), on(frame.up.extend(0.0)), on(p.extend(1.0)));
+    // Each entry may be off by a rounding of its row, or of the row's terms at the point.
+    let terms = |row: DVec4| (row * p.extend(1.0)).abs().element_sum() + row.truncate().length() * origin.length();
+    let [x, y, w] = [rows.x, rows.y, rows.w].map(|row| DVec2::new(row.truncate().length(), terms(row)));
+    let size = x.x * y.x * w.y + x.x * y.y * w.x + x.y * y.x * w.x;
+    (h.determinant().abs() > ROUNDINGS * size).then(|| h.determinant() * h.z_axis.z > 0.0)
+}
+
+fn check(
+    c: &Configuration,
+    boxes: &Boxes,
+    p: &Parameterization,
+    samples: Option<&ReceiverSamples>,
+    random: &mut Random,
+    tally: &mut Tally,
+) {
+    assert!(!p.partitions.is_empty(), "no map");
+    let light = c.light.point();
+    for partition in &p.partitions {
+        let m = partition.shadow_clip_from_world;
+        assert!(m.is_finite(), "not finite: {m:?}");
+        assert!(partition.values.iter().all(|v| v.1.is_finite()), "not finite: {:?}", partition.values);
+        let [near, far] = partition.eye_depth;
+        assert!(near > 0.0 && near <= far && far.is_finite(), "depths {near} {far}");
+        if let PostWarp::Log { scale, offset } = partition.post_warp {
+            assert!(scale.is_finite() && offset.is_finite() && scale != 0.0, "logarithm {scale} {offset}");
+        }
+        let rows = Rows::of(&m);
+        for row in [rows.x, rows.y, rows.w] {
+            let along = row.dot(light);
+            // Subnormal numbers have fewer digits.
+            let size = (row * light).abs().element_sum().max(f64::MIN_POSITIVE / f64::EPSILON);
+            assert!(along.abs() <= ROUNDINGS * size, "(0.1): {row} on {light} is {along:e}; {rows:?}");
+        }
+        // Where w spans more than depth has digits for, or a light far from the origin stands near what it lights.
+        let sees = rows.z.dot(light).abs() > ROUNDINGS * (rows.z * light).abs().element_sum();
+        if !sees {
+            tally.vague += 1;
+            return;
+        }
+    }
+    let is = |name: &str, word: &str| {
+        p.settings.contains(&(
+            match name {
+                "fit" => "fit",
+                _ => "",
+            },
+            Value::Choice(word.into()),
+        ))
+    };
+    if is("fit", "published") {
+        return;
+    }
+    let gaps = is("fit", "intersection");
+    let stable = p.settings.contains(&("stable", Value::Flag(true)));
+    // Maps may be made for the depths of the samples that face the light and no others.
+    let only = p.settings.contains(&("cover", Value::Choice("samples".into())));
+    let sampled = samples.filter(|_| only);
+    let lit = |s: &ReceiverSamples| s.lit(&c.camera, &c.light, &Region::ALL).map(|(q, _)| q).collect::<Vec<_>>();
+    let sampled = sampled.map(lit);
+    // Maps of a placed light among its casters begin at a distance, and say so.
+    let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + 1e-9);
+    let shown = |q: DVec3| begins == 0.0 || c.light.to_light(q + boxes.origin).length() > begins;
+    for _ in 0..POINTS {
+        let receiver = match &sampled {
+            Some(points) if points.is_empty() => None,
+            Some(points) => Some(points[random.below(points.len())] - boxes.origin),
+            None => boxes.receiver(random).map(|receiver| receiver.p),
+        };
+        let Some(receiver) = receiver.filter(|q| shown(*q)) else { continue };
+        let q = receiver + boxes.origin;
+        let above = boxes.casters(receiver, random);
+        let Some(chosen) = p.choose(q, c.camera.depth_of(q)) else {
+            if gaps && above.is_empty() {
+                continue;
+            }
+            // On the rim of a map, up to rounding.
+            let rim = p.partitions.iter().any(|partition| {
+                let (ndc, w) = partition.project(q);
+                let (room, of_w) = rounding(partition, q, boxes.origin);
+                let known = room < VAGUE && of_w < VAGUE;
+                !known || (w > 0.0 && ndc.truncate().abs().max_element() <= 1.0 + room && ndc.z <= 1.0 + room)
+            });
+            assert!(
+                rim,
+                "no map holds the receiver {q}: {:?}",
+                p.partitions.iter().map(|m| m.project(q)).collect::<Vec<_>>()
+            );
+            tally.vague += 1;
+            continue;
+        };
+        let partition = &p.partitions[chosen];
+        let (ndc, w) = partition.project(q);
+        let (room, of_w) = rounding(partition, q, boxes.origin);
+        if !(room < VAGUE && of_w < VAGUE) {
+            tally.vague += 1;
+            continue;
+        }
+        tally.receivers += 1;
+        // With several maps the border of one may hold what another is made for; a stable one moves by up to a texel.
+        let border = if p.partitions.len() == 1 && !stable { p.border_texels } else { 0 };
+        let inset = f64::from(p.resolution - 2 * border) / f64::from(p.resolution);
+        let inside = w > 0.0
+            && ndc.truncate().abs().max_element() <= inset + room + SLIGHT / f64::from(p.resolution)
+            && (-room..=1.0 + room).contains(&ndc.z);
+        assert!(
+            inside || (gaps && above.is_empty()),
+            "map {chosen}: receiver {q} at {ndc}, w {w:e}, rounding {room:e}"
+        );
+        let local = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(boxes.origin)));
+        let Some(keeps_winding) = keeps_winding(&local, &boxes.parts[0].view.rays, receiver, boxes.origin) else {
+            tally.vague += 1;
+            continue;
+        };
+        assert!(keeps_winding, "map {chosen}: mirrored at {q}");
+        for caster in above.into_iter().filter(|q| shown(*q)) {
+            let (image, w) = partition.project(caster + boxes.origin);
+            let (more, of_w) = rounding(partition, caster + boxes.origin, boxes.origin);
+            let room = room + more;
+            if !(room < VAGUE && of_w < VAGUE) {
+                continue;
+            }
+            tally.casters += 1;
+            let apart = (image - ndc).truncate().abs().max_element();
+            assert!(
+                w > 0.0 && apart <= room,
+                "map {chosen}: caster {image}, w {w:e}, above {ndc}: {apart:e} > {room:e}"
+            );
+            let before = image.z >= -room && image.z < ndc.z + room;
+            assert!(before, "map {chosen}: caster {image} before {ndc}, rounding {room:e}");
+        }
+    }
+}
+
+fn attempt(c: &Configuration, t: &dyn Technique, boxes: &Boxes, random: &mut Random, tally: &mut Tally) {
+    let samples = t.needs_samples().then(|| boxes.samples(random, 64));
+    match t.parameterize_seen(&c.scene, &c.camera, &c.light, c.resolution, samples.as_ref()) {
+        Ok(p) => {
+            tally.maps += 1;
+            check(c, boxes, &p, samples.as_ref(), random, tally);
+        }
+        Err(Error::UnsuitedView { technique, reason, .. }) => {
+            let digits = |ch: char| ch.is_ascii_digit();
+            let kind = reason.split(digits).next().unwrap_or_default();
+            *tally.errors.entry(format!("{technique}: {kind}")).or_default() += 1;
+        }
+        Err(error) => panic!("an error of another kind: {error}"),
+    }
+}
+
+/// One configuration for all techniques, by name.
+fn run(seed: u64) -> BTreeMap<&'static str, Tally> {
+    let c = Configuration::random(seed);
+    let boxes = Boxes::new(&c.scene, &c.camera, &c.light, c.resolution);
+    let served = TECHNIQUES.iter().filter(|entry| entry.spec.lights.serves(&c.light));
+    let mut all = BTreeMap::new();
+    for entry in served {
+        let mut random = Random(seed.wrapping_mul(31) ^ 0x5EED);
+        let mut tally = Tally::default();
+        let settings = random_settings(entry.spec, &c, &mut random);
+        match technique(entry.spec.name, &settings) {
+            // A combination of settings that contradict each other.
+            Err(Error::InvalidArgument { .. }) if !settings.is_empty() => tally.refused += 1,
+            Err(error) => tally.failures.push(format!("{}: {error}", entry.spec.name)),
+            Ok(t) => {
+                let went = catch_unwind(AssertUnwindSafe(|| attempt(&c, t.as_ref(), &boxes, &mut random, &mut tally)));
+                if let Err(panic) = went {
+                    let text = panic.downcast_ref::<String>().cloned();
+                    let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()));
+                    let name = entry.spec.name;
+                    let text = text.unwrap_or_default();
+                    tally.failures.push(format!("configuration {seed}, {name} {settings:?}: {text}\n    {c:?}"));
+                }
+            }
+        }
+        all.insert(entry.spec.name, tally);
+    }
+    all
+}
+
+#[test]
+fn every_technique_makes_a_correct_map_or_says_why_not() {
+    let of_environment = |name: &str| std::env::var(name).ok().map(|n| n.parse::<u64>().expect("a number"));
+    let seeds = match of_environment("SHADOWLAB_CONFIGURATION") {
+        Some(one) => one..one + 1,
+        None => 0..of_environment("SHADOWLAB_CONFIGURATIONS").unwrap_or(COUNT),
+    };
+    let many = seeds.end - seeds.start >= COUNT;
+    // Panics are caught and counted; their traces would hide the list of them.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let all = seeds.into_par_iter().map(run).reduce(BTreeMap::new, |mut a, b| {
+        for (name, tally) in b {
+            let before = a.remove(name).unwrap_or_default();
+            a.insert(name, Tally::join(before, tally));
+        }
+        a
+    });
+    std::panic::set_hook(hook);
+    let mut failed = 0;
+    for (name, t) in &all {
+        let errors: u64 = t.errors.values().sum();
+        println!(
+            "{name}: {} maps, {} receivers, {} casters, {} too vague, {errors} errors, {} settings refused, {} failures",
+            t.maps,
+            t.receivers,
+            t.casters,
+            t.vague,
+            t.refused,
+            t.failures.len()
+        );
+        for (kind, count) in &t.errors {
+            println!("    {count} x {kind}");
+        }
+        for failure in t.failures.iter().take(4) {
+            println!("  FAILED {failure}");
+        }
+        failed += t.failures.len();
+    }
+    assert_eq!(failed, 0, "see the output");
+    if many {
+        assert_eq!(all.len(), TECHNIQUES.len());
+        for (name, t) in &all {
+            let errors: u64 = t.errors.values().sum();
+            assert!(errors <= t.maps, "{name}: {errors} errors and {} maps", t.maps);
+            assert!(t.receivers > t.maps && t.casters > t.maps / 4, "{name}: hardly anything was looked at");
+            assert!(t.vague < t.receivers / 4, "{name}: {} of {} too vague", t.vague, t.receivers);
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! What a map is cut to.
+
+mod stable;
+mod unit_cube;

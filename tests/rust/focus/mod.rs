@@ -1,0 +1,3 @@
+//! What a map must cover.
+
+mod bodies;

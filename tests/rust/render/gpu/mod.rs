@@ -1,0 +1,9 @@
+//! The renderer on a graphics device, against closed forms and against the one on the processor.
+
+mod against_cpu;
+mod agreement;
+mod closed_form;
+mod footprint;
+mod footprints;
+mod selection;
+mod strong_warps;

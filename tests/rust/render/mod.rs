@@ -1,0 +1,8 @@
+//! Depth maps, G-buffers and masks, by both renderers.
+
+mod against_truth;
+mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
+mod selection;
+mod strong;

@@ -1,0 +1,3 @@
+//! The scenes of the library.
+
+mod library;

@@ -1,0 +1,11 @@
+//! What tests share.
+
+pub mod boxes;
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod measure;
+pub mod published_view;
+pub mod setup;
+pub mod tables;
+pub mod views;

@@ -1,0 +1,6 @@
+//! Truth by ray casting.
+
+mod exact;
+mod input;
+mod library;
+mod shadows;

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from ..types import Light
 
 # Where a mesh of ours leaves its stored form in trimesh: an attribute of vertices, and the frame in the metadata.
-LOCAL, GLTF_FRAME = "shadowlab_local", "shadowlab_frame"
+LOCAL, FRAME_KEY = "shadowlab_local", "shadowlab_frame"
 # Primitives of triangles, as OpenGL and glTF number modes.
 TRIANGLES = 4
 # Room beyond the scene for what has no end, as a share of its distance.
-MARGIN = 0.05
+SPARE = 0.05
 # Of a camera that takes its viewport's shape: what `Camera.look_at` takes.
 ASPECT = 16 / 9
 
@@ -132,9 +132,14 @@ def is_pyrender_scene(source: Any) -> bool:
 def mesh_of(geometry: Any) -> _core.Mesh:
     """The mesh of vertices and faces; the very one that `to_trimesh` wrote where neither was changed since."""
     attributes, metadata = getattr(geometry, "vertex_attributes", None), getattr(geometry, "metadata", None)
-    if isinstance(attributes, Mapping) and isinstance(metadata, Mapping) and LOCAL in attributes and GLTF_FRAME in metadata:
+    if (
+        isinstance(attributes, Mapping)
+        and isinstance(metadata, Mapping)
+        and LOCAL in attributes
+        and FRAME_KEY in metadata
+    ):
         try:
-            scale, *center = metadata[GLTF_FRAME]
+            scale, *center = metadata[FRAME_KEY]
             mesh = _core.Mesh.from_local(attributes[LOCAL], geometry.faces, float(scale), center)
         except (ShadowlabError, TypeError, ValueError):
             pass  # changed since: its vertices and faces are what counts
@@ -222,7 +227,7 @@ def _lens(
             notes.append(f"{label} has no aspect ratio: 16:9 is taken; camera.replace(aspect=...) changes it")
         if far is None:
             scale = float(np.linalg.norm(pose[:3, 2]))
-            far = (1 + MARGIN) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * theirs.znear)
+            far = (1 + SPARE) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * theirs.znear)
             notes.append(f"{label} has no far plane: one beyond the scene is taken; camera.replace(far=...) changes it")
         return {"fov_y": float(theirs.yfov), "aspect": float(aspect), "near": float(theirs.znear), "far": float(far)}
     if hasattr(theirs, "fov") and hasattr(theirs, "z_far"):
@@ -256,7 +261,7 @@ def _light(theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) 
     if not hasattr(theirs, "range"):
         return _core.DirectionalLight(way)
     # Light without a range has no end; one that reaches all of the scene is the same for it. A point has no extent.
-    whole = (1 + MARGIN) * farthest(bounds, position) or 1.0
+    whole = (1 + SPARE) * farthest(bounds, position) or 1.0
     reach = whole if theirs.range is None else float(theirs.range)
     if hasattr(theirs, "outerConeAngle"):
         # Theirs is from the axis to the edge, ours from edge to edge.
@@ -292,7 +297,7 @@ def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
             process=False,
             validate=False,
             vertex_attributes={LOCAL: mesh.positions_local},
-            metadata={GLTF_FRAME: [scale, *map(float, center)]},
+            metadata={FRAME_KEY: [scale, *map(float, center)]},
         )
     for i, (index, transform) in enumerate(zip(scene.mesh_index, scene.transforms, strict=True)):
         graph.update(frame_to=f"instance {i}", matrix=transform, geometry=names[index])

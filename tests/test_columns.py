@@ -58,7 +58,7 @@ def test_each_column_stands_once_and_is_used() -> None:
     assert len(set(names)) == len(names)
     used = {name for table in columns.TABLES.values() for name in table}
     assert used - {"angle_deg"} <= set(names)
-    from shadowlab.experiments.run import MEASURED
+    from shadowlab.experiments.metrics import MEASURED
 
     assert set(names) <= used | set(MEASURED), "a column that no table and no run has is no column"
     assert set(MEASURED) <= set(names)

@@ -7,7 +7,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.experiments import columns
-from shadowlab.experiments.run import KNOWN_METRICS, MEASURED
+from shadowlab.experiments.metrics import KNOWN_METRICS, MEASURED
 
 SIZE = (160, 90)
 

@@ -23,7 +23,7 @@ from shadowlab.aliasing.causes import CAUSES, MEANINGS, CauseName
 from shadowlab.aliasing.codes import Cause
 from shadowlab.conventions.files import FORMS, Form
 from shadowlab.experiments.measures import MEASURES, OVER, ErrorName, Over
-from shadowlab.experiments.run import KNOWN_METRICS, METRICS, Metric
+from shadowlab.experiments.metrics import KNOWN_METRICS, METRICS, Metric
 from shadowlab.plot.distributions import QUANTITIES, Quantity
 from shadowlab.text.checks import BACKENDS, FILTERS, UP_AXES
 

@@ -5,6 +5,7 @@ Importing the package touches no graphics driver.
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 from . import aliasing, errors, trace
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
     from .doctor import report
     from .experiments.advise import Advice, advise
     from .experiments.compare import Study, compare
-    from .experiments.run import Run, evaluate
+    from .experiments.evaluate import evaluate
+    from .experiments.run import Run
     from .scene.default_view import default_view
 
 __all__ = [
@@ -86,6 +88,9 @@ __all__ = [
     "turned",
 ]
 
+# `from shadowlab.library import ...`, as if the module stood at the top.
+sys.modules[f"{__name__}.library"] = library
+
 #: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
 _LAZY = {
     "Advice": "experiments.advise",
@@ -96,7 +101,7 @@ _LAZY = {
     "compare": "experiments.compare",
     "default_view": "scene.default_view",
     "diagnose": "conventions.diagnosis",
-    "evaluate": "experiments.run",
+    "evaluate": "experiments.evaluate",
     "plot": "plot",
     "report": "doctor",
 }

@@ -15,9 +15,11 @@ from .. import _core
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
 from ..techniques.labels import is_parameterization, labelled, spec_of
+from .evaluate import evaluate, fitted
 from .measures import Measure
 from .memory import side_of, taken, too_small
-from .run import METRICS, Run, evaluate, fitted
+from .metrics import METRICS
+from .run import Run
 from .views import LabelledView
 
 if TYPE_CHECKING:

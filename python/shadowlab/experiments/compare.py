@@ -24,8 +24,10 @@ from ..text import shown
 from ..text.checks import renderer_of
 from .arguments import check_types, resolutions_of, size_of
 from .columns import table
+from .evaluate import evaluate
+from .metrics import METRICS, Metric, checked_metrics
 from .progress import Steps
-from .run import METRICS, Metric, Run, checked_metrics, evaluate
+from .run import Run
 
 T = TypeVar("T")
 

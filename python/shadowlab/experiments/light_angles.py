@@ -32,8 +32,9 @@ from ..text import shown
 from ..text.checks import renderer_of, whole
 from .arguments import check_types, size_of
 from .columns import current, table
+from .evaluate import evaluate, fitted
+from .metrics import Metric
 from .progress import Steps
-from .run import Metric, evaluate, fitted
 
 if TYPE_CHECKING:
     import numpy.typing as npt

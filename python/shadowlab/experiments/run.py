@@ -1,34 +1,21 @@
-"""One technique at one resolution in one view: the only evaluator, and the row of a table that it gives.
-
-```
-    View, technique, resolution
-      |  fit          matrices                        fit_us
-      |  draw         maps                            map_ms
-      |  look up      the light at every pixel        lookup_ms
-      v
-    metrics, those that are asked for: misclassified, causes, texels, usage
-```
-"""
+"""A technique at a resolution in a view: what was measured, and the row of a table that it gives."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from .. import _core
-from ..aliasing.causes import CAUSES
-from ..conventions.doubts import doubt_about
-from ..errors import ArgumentError, ShadowlabError, UnknownNameError, UnsupportedError
+from ..errors import ArgumentError
 from ..scene.source import Source
-from ..scene.view import View, light_of
-from ..techniques.labels import is_parameterization, resolved, spec_of
-from ..text import settings_text, shown
-from ..text.checks import check_bias, check_filter, renderer_of, whole
-from .columns import COLUMNS
+from ..scene.view import View
+from ..techniques.labels import is_parameterization, spec_of
+from ..text import settings_text
+from ..text.checks import renderer_of
 from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL
-from .timing import best_of, median_us
+from .metrics import MEASURED, Metric
 
 T = TypeVar("T")
 
@@ -41,14 +28,7 @@ if TYPE_CHECKING:
     from ..aliasing.footprint import Footprint
     from ..aliasing.summary import Summary
     from ..aliasing.usage import Usage
-    from ..types import Filter, Item, Mask, PerLight, RendererArgument, RendererLike, ShadowMaps, TechniqueArgument
-
-Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
-#: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
-METRICS: tuple[Metric, ...] = tuple(name for name in get_args(Metric) if name != "mask")
-KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
-# Those that need maps.
-DRAWN = frozenset({"mask", "misclassified", "causes"})
+    from ..types import Filter, Item, Mask, PerLight, ShadowMaps
 
 
 @dataclass(frozen=True, repr=False)
@@ -242,85 +222,6 @@ class Run:
 
 # The adapter of a run whose renderer is not of this package and stayed in another process.
 ELSEWHERE = "elsewhere"
-# The columns that metrics and times fill.
-MEASURED = (
-    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *CAUSES.values(),
-    "edge_px", "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
-    "perspective_max", "storage_factor", "unused", "fit_us", "map_ms", "lookup_ms",
-)  # fmt: skip
-
-
-def evaluate(
-    view: View,
-    technique: TechniqueArgument,
-    resolution: int = 1024,
-    *,
-    metrics: Sequence[Metric] = METRICS,
-    renderer: RendererArgument = None,
-    filter: Filter = "nearest",
-    bias: _core.Bias | None = None,
-    timing: bool = False,
-    label: str | None = None,
-) -> Run:
-    """A technique at a resolution in a view, measured: the unit of work of every experiment.
-
-    Parameters
-    ----------
-    view : View
-    technique : str, Technique, Preset or Parameterization
-        As `sl.technique` takes it. Of a technique that looks at receivers, the pixels of the view are the samples.
-    resolution : int
-        Texels along each side of the maps.
-    metrics : sequence of str
-        What to measure, and nothing else: "misclassified" (wrong pixels against the traced truth), "causes" (why they
-        are wrong), "texels" (size of texels in the picture), "usage" (texels that no pixel reads), "mask" (draw and
-        look up only, for the times). None of them makes the matrices only.
-    renderer : Renderer or str, optional
-        "cpu", "gpu" or "auto" for the renderer of that name; the best there is where none is given.
-    filter : str
-        "nearest" or "pcf2x2".
-    bias : Bias, optional
-        ``Bias()`` where none is given.
-    timing : bool
-        Whether to repeat what is timed: the median of many fits, the shortest of several draws and look-ups. Without
-        it the times are those of one call each, which scatter.
-    label : str, optional
-        Its name in tables; the technique's own where none is given.
-
-    Returns
-    -------
-    Run
-        What the technique cannot do with this scene or light is its `failure`. Of several lights, counts and times
-        add up, lengths are those of the worst light, and `parts` has the run of each.
-
-    Raises
-    ------
-    ArgumentError
-        For arguments of another type, and a resolution that is not a whole number above 0.
-    UnknownNameError
-        For a technique, metric, filter or renderer that does not exist.
-
-    Examples
-    --------
-    >>> import shadowlab as sl
-    >>> scene = sl.library.scene("robots")
-    >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
-    >>> run = sl.evaluate(view, "lispsm", 256, metrics=["misclassified"], renderer="cpu")
-    >>> run.row()["misclassified"] == run.errors.count
-    True
-    """
-    if not isinstance(view, View):
-        raise ArgumentError(
-            f"view: expected a View, got {type(view).__name__}; sl.View(scene, camera, light) makes one"
-        )
-    item = resolved(technique)
-    check_filter(filter)
-    check_bias(bias)
-    made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
-    how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
-    lookup = (_core.Bias() if bias is None else bias, filter)
-    runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
-    return runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
 
 
 def done(value: T | None) -> T:
@@ -336,78 +237,6 @@ def done(value: T | None) -> T:
     return value
 
 
-def name_of(item: Item) -> str:
-    """The name of a technique that is no text."""
-    return str(item.technique if is_parameterization(item) else item.name)
-
-
-def checked_metrics(metrics: object) -> tuple[Metric, ...]:
-    """The metrics, each once, in their order.
-
-    Raises
-    ------
-    ArgumentError
-        For something that is no list of names.
-    UnknownNameError
-        For a metric that does not exist.
-    """
-    listed = ", ".join(KNOWN_METRICS)
-    if isinstance(metrics, str) or not isinstance(metrics, Sequence):
-        raise ArgumentError(f"metrics: expected several of {listed}, got {shown(metrics)}; try ['misclassified']")
-    for name in metrics:
-        if name not in KNOWN_METRICS:
-            raise UnknownNameError(f"metrics: unknown metric {shown(name)}; expected some of {listed}")
-    return tuple(name for name in KNOWN_METRICS if name in metrics)
-
-
-def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
-    """The matrices of a technique in a view; those that are given stay."""
-    if is_parameterization(item):
-        return item
-    # The very pixels that are compared, for techniques that look at receivers.
-    samples = {"samples": view.gbuffer(renderer)} if getattr(item, "needs_samples", False) else {}
-    return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **samples)
-
-
-def _measured(
-    view: View, label: str, item: Item, resolution: int, metrics: tuple[Metric, ...], renderer: RendererLike,
-    bias: _core.Bias, filter: Filter, timing: bool,
-) -> Run:  # fmt: skip
-    """The run of a view with one light; an error of ours becomes its `failure`."""
-    head = (view, label, item, resolution, metrics, bias, filter, renderer.backend, renderer.adapter)
-    known: dict[str, Any] = {}
-    try:
-        numbers: dict[str, float | None] = {}
-        p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
-        known["parameterization"] = p
-        if is_parameterization(item):
-            warps = [part.post_warp_terms for part in p.partitions]
-            known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)
-        else:
-            numbers["fit_us"] = fit_us
-        drawing = Drawing(view, renderer, p, resolution, bias, filter)
-        if DRAWN & set(metrics):
-            view.gbuffer(renderer)  # of the view and made once, so no part of the times
-            numbers["map_ms"] = best_of(drawing.draw, timing)
-            numbers["lookup_ms"] = best_of(drawing.look_up, timing)
-        if "misclassified" in metrics or "causes" in metrics:
-            numbers |= drawing.wrong_pixels()
-        if "causes" in metrics:
-            numbers |= drawing.cause_counts()
-        summary = None
-        if "texels" in metrics:
-            summary, texels = drawing.texels()
-            numbers |= texels
-        if "usage" in metrics:
-            numbers["unused"] = drawing.usage.unused
-    except ShadowlabError as error:
-        refusal = error.reason if isinstance(error, UnsupportedError) else ""
-        return Run(*head, **known, failure=str(error), refusal=refusal)
-    run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
-    object.__setattr__(run, "_drawing", drawing)
-    return run
-
-
 def _notes_of_parts(parts: Sequence[Run]) -> tuple[_core.Note, ...]:
     """The notes of the runs of several lights: each with its maps among those of all lights."""
     found: dict[_core.Note, list[int]] = {}
@@ -419,20 +248,3 @@ def _notes_of_parts(parts: Sequence[Run]) -> tuple[_core.Note, ...]:
             found.setdefault(note.about(None), []).extend(total + k for k in own)
         total += maps
     return tuple(note.about(maps if len(maps) < total else None) for note, maps in found.items())
-
-
-def _together(view: View, runs: Sequence[Run]) -> Run:
-    """The run of several lights."""
-    first = runs[0]
-    failure = "; ".join(f"{run.view.label}: {run.failure}" for run in runs if run.failure)
-    numbers: dict[str, float | None] = {}
-    for name in dict.fromkeys(name for run in runs for name in run.numbers):
-        values = [value for run in runs if (value := run.numbers.get(name)) is not None]
-        how = COLUMNS[name].over_lights
-        if values and how:
-            numbers[name] = sum(values) if how == "sum" else max(values)
-    if compared := numbers.get("compared"):
-        numbers["share"] = (numbers["misclassified"] or 0) / compared
-    head = (first.item, first.resolution, first.metrics, first.bias, first.filter, first.backend, first.adapter)
-    found = () if failure else tuple(numbers.items())
-    return Run(view, first.label, *head, values=found, failure=failure, parts=tuple(runs))

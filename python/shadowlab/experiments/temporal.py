@@ -33,8 +33,9 @@ from ..text.checks import renderer_of, whole
 from ..trace import Truth
 from .arguments import check_types, size_of
 from .columns import table
+from .evaluate import evaluate
 from .progress import Steps
-from .run import Run, evaluate
+from .run import Run
 
 if TYPE_CHECKING:
     import numpy.typing as npt

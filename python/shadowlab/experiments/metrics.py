@@ -1,0 +1,42 @@
+"""What can be measured of a run, and the columns that it fills."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+from ..aliasing.causes import CAUSES
+from ..errors import ArgumentError, UnknownNameError
+from ..text import shown
+
+Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
+#: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
+METRICS: tuple[Metric, ...] = tuple(name for name in get_args(Metric) if name != "mask")
+KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
+# Those that need maps.
+DRAWN = frozenset({"mask", "misclassified", "causes"})
+# The columns that metrics and times fill.
+MEASURED = (
+    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *CAUSES.values(),
+    "edge_px", "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
+    "perspective_max", "storage_factor", "unused", "fit_us", "map_ms", "lookup_ms",
+)  # fmt: skip
+
+
+def checked_metrics(metrics: object) -> tuple[Metric, ...]:
+    """The metrics, each once, in their order.
+
+    Raises
+    ------
+    ArgumentError
+        For something that is no list of names.
+    UnknownNameError
+        For a metric that does not exist.
+    """
+    listed = ", ".join(KNOWN_METRICS)
+    if isinstance(metrics, str) or not isinstance(metrics, Sequence):
+        raise ArgumentError(f"metrics: expected several of {listed}, got {shown(metrics)}; try ['misclassified']")
+    for name in metrics:
+        if name not in KNOWN_METRICS:
+            raise UnknownNameError(f"metrics: unknown metric {shown(name)}; expected some of {listed}")
+    return tuple(name for name in KNOWN_METRICS if name in metrics)

@@ -190,7 +190,7 @@ mod tests {
         let grandchild = current.pool(here + 2).unwrap();
         assert!(!Arc::ptr_eq(&child, &grandchild));
         for pool in [ours, child, grandchild] {
-            assert_eq!(pool.pool.install(|| rayon::current_num_threads()), threads_of(&pool));
+            assert_eq!(pool.pool.install(rayon::current_num_threads), threads_of(&pool));
         }
     }
 

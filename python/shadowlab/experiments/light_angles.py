@@ -30,6 +30,7 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import current, table
 from .progress import Steps
@@ -47,7 +48,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LightAngles:
+class LightAngles(Value):
     """Errors over the angle between light and view, one row a technique and angle.
 
     Attributes

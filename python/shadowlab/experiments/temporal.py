@@ -31,6 +31,7 @@ from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
 from ..trace import Truth
+from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import table
 from .progress import Steps
@@ -50,7 +51,7 @@ RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Temporal:
+class Temporal(Value):
     """What maps do along a path, one row a technique and step in `table`.
 
     Attributes

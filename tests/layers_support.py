@@ -7,7 +7,8 @@ name, `experiments`; that of the whole package has the empty name.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,8 +46,12 @@ def modules_of(root: Path) -> dict[str, Path]:
 
 
 def room_of(module: str) -> str:
-    """The folder at the top of the package that a module stands in, or the file at the top that it is."""
-    return module.partition(".")[0]
+    """The folder at the top of the package that a module stands in, or the file at the top that it is.
+
+    The extension's stub is divided into several files, which are one room.
+    """
+    top = module.partition(".")[0]
+    return "_core" if top.startswith("_core") else top
 
 
 def imports_of(source: str, module: str, modules: Mapping[str, Path], package: str = "shadowlab") -> list[Import]:
@@ -104,6 +109,34 @@ def walk(node: ast.AST, scope: str = "") -> Iterator[tuple[ast.AST, str]]:
             inner = TYPE_CHECKING
         yield child, inner
         yield from walk(child, inner)
+
+
+def untyped(source: str, names: Iterable[str]) -> list[str]:
+    """The arguments, fields, variables and properties of these names whose annotation has `Any` in it, with lines."""
+    found = []
+    for node, _ in walk(ast.parse(source)):
+        if isinstance(node, ast.arg):
+            name, annotation = node.arg, node.annotation
+        elif isinstance(node, ast.AnnAssign):
+            name, annotation = ast.unparse(node.target).rpartition(".")[2], node.annotation
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            name, annotation = node.name, node.returns
+        else:
+            continue
+        if name in names and annotation is not None and "Any" in words_of(annotation):
+            found.append(f"line {node.lineno}: {name}: {ast.unparse(annotation)}")
+    return found
+
+
+def words_of(annotation: ast.expr) -> set[str]:
+    """The names in an annotation, also where it is a text."""
+    words = set()
+    for node in ast.walk(annotation):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            words |= set(re.findall(r"\w+", node.value))
+        elif isinstance(node, (ast.Name, ast.Attribute)):
+            words.add(ast.unparse(node).rpartition(".")[2])
+    return words
 
 
 def loads_by_name(source: str) -> list[int]:

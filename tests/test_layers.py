@@ -21,6 +21,7 @@ from layers_support import (
     modules_of,
     names_of,
     room_of,
+    untyped,
 )
 
 PROJECT = Path(__file__).resolve().parents[1]
@@ -30,14 +31,14 @@ SOURCES = {module: path.read_text(encoding="utf-8") for module, path in MODULES.
 IMPORTS = {module: imports_of(source, module, MODULES) for module, source in SOURCES.items()}
 
 # What everybody stands on: the extension, errors, texts, types, and checks of single arguments.
-GROUND = ("_core", "errors", "text", "types", "checks")
+GROUND = ("_core", "errors", "text", "types", "travel")
 # For each room, what it may use beside itself: a room, or one module of it.
 MAY_USE = {
     "_core": (),
     "errors": (),
-    "text": ("errors",),
+    "text": ("_core", "errors", "types"),
     "types": ("_core",),
-    "checks": ("_core", "errors", "text", "types"),
+    "travel": ("errors",),
     "trace": GROUND,
     "scene": GROUND,
     "conventions": GROUND,
@@ -54,7 +55,7 @@ MOST_ROOMS = 16
 
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
-    ("experiments.compare", "Study.verdict"): ("reports",),
+    ("experiments.compare", "Study.sentences"): ("reports",),
     ("experiments.compare", "Study.figure"): ("plot",),
     ("experiments.compare", "Study.save"): ("reports",),
     ("experiments.compare", "Study._repr_html_"): ("reports",),
@@ -70,6 +71,12 @@ UPWARD = {
 }
 # The lists that load by name.
 LOADING_LISTS = ("", "aliasing")
+
+# What shadows are made of: each has a type, wherever it is an argument, a field or a variable.
+TYPED = (
+    "scene", "camera", "cameras", "light", "lights", "renderer", "gbuffer", "technique", "techniques",
+    "parameterization",
+)  # fmt: skip
 
 # A name of two things that their rooms keep apart for whoever uses them.
 SAME_NAME = {
@@ -136,7 +143,7 @@ def names_twice(sources: dict[str, str]) -> list[str]:
     """Names that two modules define, private ones in one room; lists of packages define none of their own."""
     found = defaultdict(list)
     for module, source in sources.items():
-        if not is_list(module, MODULES) and module != "_core":
+        if not is_list(module, MODULES) and room_of(module) != "_core":
             for name in names_of(source):
                 found[room_of(module) if name.startswith("_") else "", name].append(module)
     return [f"{name}: {', '.join(of)}" for (_, name), of in found.items() if len(of) > 1 and name not in SAME_NAME]
@@ -180,6 +187,11 @@ def test_every_exception_is_needed():
                 allowed = within(one.target, MAY_USE[room_of(module)])
                 used |= {(module, one.scope, room_of(one.target))} if not allowed else set()
     assert used == {(*where, room) for where, rooms in UPWARD.items() for room in rooms}
+
+
+def test_scenes_lights_and_the_like_have_types():
+    complaints = [f"{module}, {line}" for module, source in SOURCES.items() for line in untyped(source, TYPED)]
+    assert not complaints, "without a type:\n" + "\n".join(complaints)
 
 
 @pytest.mark.parametrize("module", LOADING_LISTS)
@@ -257,6 +269,40 @@ def test_a_forbidden_import_is_found_however_it_is_written(source):
 )
 def test_what_points_down_or_is_no_import_passes(source):
     assert forbidden("experiments.compare", source) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def f(scene: Any): ...",
+        "async def f(*, camera: Any = None): ...",
+        "def f(light: Any | None, /): ...",
+        "def f(*lights: typing.Any): ...",
+        "def f(cameras: Sequence[Any]): ...",
+        "def f(renderer: 'Renderer | Any'): ...",
+        "class A:\n    gbuffer: Any",
+        "class A:\n    def f(self):\n        self.technique: dict[str, Any] = {}",
+        "class A:\n    @property\n    def parameterization(self) -> Any: ...",
+        "f = lambda: 0\ntechniques: Any = f()",
+    ],
+)
+def test_a_name_without_a_type_is_found(source):
+    assert len(untyped(source, TYPED)) == 1
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def f(scene: Scene, *, camera: Camera | None = None): ...",
+        "def f(scene, camera): ...",
+        "def f(row: Mapping[str, Any], scenes: Any): ...",
+        "class A:\n    light: Light\n    numbers: dict[str, Any]",
+        "# scene: Any\nTEXT = 'scene: Any'",
+        "def f(light: 'AnyLight'): ...",
+    ],
+)
+def test_what_has_a_type_or_another_name_passes(source):
+    assert untyped(source, TYPED) == []
 
 
 def test_a_list_of_a_package_is_at_home_in_it():

@@ -5,13 +5,18 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self
 
+from ._core_maps import Note as Note
+from ._core_maps import Parameterization as Parameterization
+from ._core_maps import Partition as Partition
+from ._core_maps import Technique as Technique
 from ._core_scene import Camera as Camera
 from ._core_scene import DirectionalLight as DirectionalLight
+from ._core_scene import GBuffer as GBuffer
 from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
-from ._core_types import ConventionLike, FootprintLike, NoteKind
+from ._core_types import FootprintLike, Matrices
 
 __version__: str
 __all__ = [
@@ -53,109 +58,26 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Maps: TypeAlias = "Parameterization | npt.ArrayLike"
-
-@final
-class Technique:
-    def __new__(cls, name: str, **params: Any) -> Technique: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def settings(self) -> dict[str, Any]: ...
-    @property
-    def needs_samples(self) -> bool: ...
-    def parameterize(
-        self, scene: Scene, camera: Camera, light: _Light, *, resolution: int = 1024, samples: GBuffer | None = None
-    ) -> Parameterization: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class Note:
-    KINDS: dict[str, tuple[str, ...]]
-    def __new__(
-        cls,
-        kind: NoteKind,
-        details: Sequence[str] | None = None,
-        values: dict[str, float] | dict[str, float | tuple[float, float]] | None = None,
-        maps: Sequence[int] | None = None,
-    ) -> Note: ...
-    @property
-    def kind(self) -> NoteKind: ...
-    @property
-    def details(self) -> tuple[str, ...]: ...
-    @property
-    def reasons(self) -> tuple[str, ...]: ...
-    @property
-    def values(self) -> dict[str, float | tuple[float, float]]: ...
-    @property
-    def maps(self) -> tuple[int, ...] | None: ...
-    def about(self, maps: Sequence[int] | None) -> Note: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class Partition:
-    @property
-    def matrix(self) -> _Float: ...
-    @property
-    def eye_depth(self) -> tuple[float, float]: ...
-    @property
-    def post_warp(self) -> Literal["none", "log"]: ...
-    @property
-    def post_warp_terms(self) -> dict[str, float]: ...
-    @property
-    def region(self) -> _Float: ...
-    @property
-    def technique(self) -> str: ...
-    @property
-    def values(self) -> dict[str, float]: ...
-    @property
-    def notes(self) -> tuple[Note, ...]: ...
-    def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class Parameterization:
-    @staticmethod
-    def from_matrix(
-        matrix: npt.ArrayLike,
-        *,
-        convention: ConventionLike | str | None = None,
-        resolution: int = 1024,
-        eye_depth: npt.ArrayLike | None = None,
-        selection: str = "depth",
-        post_warp: Sequence[tuple[str, float, float] | None] | None = None,
-        regions: Sequence[npt.ArrayLike] | None = None,
-    ) -> Parameterization: ...
-    def to(self, convention: ConventionLike | str) -> _Float: ...
-    @property
-    def selection(self) -> Literal["depth", "containment"]: ...
-    @property
-    def technique(self) -> str: ...
-    @property
-    def settings(self) -> dict[str, Any]: ...
-    @property
-    def values(self) -> dict[str, float]: ...
-    @property
-    def notes(self) -> tuple[Note, ...]: ...
-    @property
-    def resolution(self) -> int: ...
-    @property
-    def border_texels(self) -> int: ...
-    @property
-    def partitions(self) -> list[Partition]: ...
-    @property
-    def matrix(self) -> _Float: ...
-    @property
-    def matrices(self) -> _Float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
+_Filter: TypeAlias = Literal["nearest", "pcf2x2"]
+_Maps: TypeAlias = "Parameterization | Matrices"
 
 @final
 class Bias:
+    """How much nearer to the light a receiver is moved before it is compared. The parts add up.
+
+    Parameters
+    ----------
+    world : float
+        World units along the light ray.
+    texels : float
+        World size of a shadow texel at the receiver, across the light ray.
+    ndc : float
+        NDC depth.
+    slope : float
+        Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
+    slope_limit : float
+        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
+    """
     def __new__(
         cls,
         *,
@@ -166,52 +88,82 @@ class Bias:
         slope_limit: float | None = None,
     ) -> Bias: ...
     @staticmethod
-    def none() -> Bias: ...
+    def none() -> Bias:
+        """No bias at all: acne everywhere."""
     @property
-    def world(self) -> float: ...
+    def world(self) -> float:
+        """World units along the light ray."""
     @property
-    def texels(self) -> float: ...
+    def texels(self) -> float:
+        """World sizes of a shadow texel at the receiver, across the light ray."""
     @property
-    def ndc(self) -> float: ...
+    def ndc(self) -> float:
+        """NDC depth."""
     @property
-    def slope(self) -> float: ...
+    def slope(self) -> float:
+        """Times the depth that the receiver's own plane gains over the filter's reach."""
     @property
-    def slope_limit(self) -> float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class GBuffer:
-    @property
-    def size(self) -> tuple[int, int]: ...
-    @property
-    def depth(self) -> npt.NDArray[np.float32]: ...
-    @property
-    def position(self) -> _Float: ...
-    @property
-    def position_relative(self) -> npt.NDArray[np.float32]: ...
-    @property
-    def origin(self) -> _Float: ...
-    @property
-    def normal(self) -> npt.NDArray[np.float32]: ...
-    @property
-    def triangle(self) -> npt.NDArray[np.int32]: ...
-    @property
-    def instance(self) -> npt.NDArray[np.int32]: ...
+    def slope_limit(self) -> float:
+        """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
 @final
 class Renderer:
-    def __new__(cls, backend: str = "auto", *, adapter: str | None = None) -> Renderer: ...
+    """A renderer: "cpu" (always there), "gpu" (wgpu), or "auto" (a hardware adapter where there is one, else the CPU).
+
+    Parameters
+    ----------
+    backend : str
+    adapter : str, optional
+        Part of the name of the graphics adapter to use.
+
+    Raises
+    ------
+    DeviceError
+        No such adapter. Every method raises it where a renderer on a device is used in a process that was forked after it was
+        made.
+    UnknownNameError
+        No such backend.
+    """
+    def __new__(cls, backend: Literal["cpu", "gpu", "auto"] = "auto", *, adapter: str | None = None) -> Renderer: ...
     @property
-    def backend(self) -> Literal["cpu", "gpu"]: ...
+    def backend(self) -> Literal["cpu", "gpu"]:
+        """Kind of renderer: "cpu" or "gpu"."""
     @property
-    def adapter(self) -> str: ...
+    def adapter(self) -> str:
+        """The device in words."""
     def shadow_map(
         self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None
-    ) -> npt.NDArray[np.float32]: ...
-    def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer: ...
+    ) -> npt.NDArray[np.float32]:
+        """The shadow map: depth of the nearest caster along each light ray.
+
+        Parameters
+        ----------
+        scene : Scene
+        parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
+        resolution : int or (int, int), optional
+            Texels: a side, or width and height. The parameterization's own where none is given.
+
+        Returns
+        -------
+        (H, W) or, of several maps, (K, H, W) float32
+            NDC depth in [0, 1], 1 where no caster is.
+        """
+    def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer:
+        """What the camera sees.
+
+        Parameters
+        ----------
+        scene : Scene
+        camera : Camera
+        size : int or (int, int)
+            Pixels: a side, or width and height.
+
+        Returns
+        -------
+        GBuffer
+        """
     def shadow_mask(
         self,
         scene: Scene,
@@ -222,8 +174,27 @@ class Renderer:
         size: _Size,
         resolution: _Size | None = None,
         bias: Bias | None = None,
-        filter: str = "nearest",
-    ) -> npt.NDArray[np.float32]: ...
+        filter: _Filter = "nearest",
+    ) -> npt.NDArray[np.float32]:
+        """The light that arrives at each pixel, through the shadow map.
+
+        Parameters
+        ----------
+        scene, camera, light, parameterization
+            As in `shadow_map` and `gbuffer`.
+        resolution : int or (int, int), optional
+            Texels of the shadow map.
+        size : int or (int, int)
+            Pixels of the image.
+        bias : Bias, optional
+        filter : str
+            "nearest" or "pcf2x2".
+
+        Returns
+        -------
+        (H, W) float32
+            1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
+        """
     def chosen_map(
         self,
         scene: Scene,
@@ -233,7 +204,20 @@ class Renderer:
         *,
         size: _Size,
         resolution: _Size | None = None,
-    ) -> npt.NDArray[np.int16]: ...
+    ) -> npt.NDArray[np.int16]:
+        """Which map each pixel asks, where there are several.
+
+        Parameters
+        ----------
+        scene, camera, light, parameterization, size, resolution
+            As in `shadow_mask`.
+
+        Returns
+        -------
+        (H, W) int16
+            Index into `parameterization.partitions`; -1 where nothing is seen, where the surface faces away from the light or
+            is beyond its reach, and where no map holds the point (which is lit then).
+        """
     def footprint(
         self,
         scene: Scene,
@@ -243,7 +227,18 @@ class Renderer:
         *,
         size: _Size,
         resolution: _Size | None = None,
-    ) -> FootprintLike: ...
+    ) -> FootprintLike:
+        """What a texel of the shadow map looks like at each pixel, computed where this renderer draws.
+
+        Parameters
+        ----------
+        scene, camera, light, parameterization, size, resolution
+            As in `shadow_mask`.
+
+        Returns
+        -------
+        shadowlab.aliasing.Footprint
+        """
     def __reduce__(self) -> NoReturn:
         """Refused with a StateError: a device stays in its process."""
     def __copy__(self) -> Self: ...
@@ -251,29 +246,42 @@ class Renderer:
 
 @final
 class Misclassified:
+    """Where a shadow mask and the truth disagree."""
     @property
-    def count(self) -> int: ...
+    def count(self) -> int:
+        """Wrong pixels: false shadow plus false light."""
     @property
-    def false_shadow(self) -> int: ...
+    def false_shadow(self) -> int:
+        """Pixels the map calls shadow and rays call lit."""
     @property
-    def false_light(self) -> int: ...
+    def false_light(self) -> int:
+        """Pixels the map calls lit and rays call shadow."""
     @property
-    def compared(self) -> int: ...
+    def compared(self) -> int:
+        """Pixels that show something in both and that rays could decide."""
     @property
-    def undecided(self) -> int: ...
+    def undecided(self) -> int:
+        """Pixels whose truth changes with the numerical offset of the ray."""
     @property
-    def unmatched(self) -> int: ...
+    def unmatched(self) -> int:
+        """Pixels in which only one of the two saw a surface."""
     @property
-    def fraction(self) -> float: ...
+    def fraction(self) -> float:
+        """Wrong pixels by compared pixels; 0 where nothing was compared."""
     @property
-    def image(self) -> npt.NDArray[np.int8]: ...
+    def image(self) -> npt.NDArray[np.int8]:
+        """(H, W) int8: 0 agree, 1 false shadow, 2 false light, -1 not compared."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
-def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified: ...
+def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified:
+    """The pixels in which a shadow mask (H, W) float and the truth (H, W) int8 of the same view disagree."""
+
 def footprint(
     gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
-) -> dict[str, npt.NDArray[Any]]: ...
+) -> dict[str, npt.NDArray[Any]]:
+    """What a texel looks like at each pixel of a G-buffer; see `shadowlab.aliasing.footprint`."""
+
 def footprint_at(
     points: npt.ArrayLike,
     normals: npt.ArrayLike,
@@ -283,10 +291,14 @@ def footprint_at(
     *,
     size: _Size,
     resolution: _Size | None = None,
-) -> dict[str, npt.NDArray[Any]]: ...
+) -> dict[str, npt.NDArray[Any]]:
+    """What a texel looks like at points (N, 3) of surfaces with normals (N, 3); see `shadowlab.aliasing.footprint_at`."""
+
 def texel_coordinates(
     gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
-) -> tuple[_Float, npt.NDArray[np.int16]]: ...
+) -> tuple[_Float, npt.NDArray[np.int16]]:
+    """Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16."""
+
 def reads(
     gbuffer: GBuffer,
     camera: Camera,
@@ -294,8 +306,10 @@ def reads(
     parameterization: _Maps,
     *,
     resolution: _Size | None = None,
-    filter: str = "nearest",
-) -> npt.NDArray[np.uint32]: ...
+    filter: _Filter = "nearest",
+) -> npt.NDArray[np.uint32]:
+    """How many pixels read each texel: (K, H, W) uint32."""
+
 def look_up(
     maps: npt.ArrayLike,
     gbuffer: GBuffer,
@@ -304,8 +318,10 @@ def look_up(
     parameterization: _Maps,
     *,
     bias: Bias | None = None,
-    filter: str = "nearest",
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]: ...
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
+    """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
+
 def causes(
     scene: Scene,
     camera: Camera,
@@ -317,15 +333,21 @@ def causes(
     gbuffer: GBuffer,
     maps: npt.ArrayLike,
     bias: Bias | None = None,
-    filter: str = "nearest",
-) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]: ...
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
+    """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 the distance in pixels to the nearest pixel whose truth is
+    what the map says; see `shadowlab.aliasing.causes`.
+    """
+
 def restore(*parts: Any) -> Any:
     """The value that was pickled: what `__reduce__` of every class names, with its state as arguments.
 
     Raises StateError for a state that is damaged, or that a newer version wrote.
     """
 
-def adapters() -> list[dict[str, str]]: ...
+def adapters() -> list[dict[str, str]]:
+    """The graphics adapters of this machine: one dictionary each. Loads the graphics drivers."""
+
 def set_threads(n: int | None) -> None:
     """Sets how many threads parallel work has from now on, in this process and in those forked from it later.
 
@@ -360,11 +382,17 @@ def threads() -> int:
         Where SHADOWLAB_THREADS is no whole number from 1 to 1024; so does the first parallel work.
     """
 
-def technique_specs() -> list[dict[str, Any]]: ...
-def library_specs() -> list[dict[str, Any]]: ...
+def technique_specs() -> list[dict[str, Any]]:
+    """One dictionary a technique: name, title, source, lights, params."""
+
+def library_specs() -> list[dict[str, Any]]:
+    """One dictionary a library scene: name, title, shows, params."""
+
 def library_build(
     name: str, seed: int, params: Sequence[tuple[str, float]]
-) -> tuple[list[Mesh], npt.NDArray[np.int64], _Float, Camera, _Light]: ...
+) -> tuple[list[Mesh], npt.NDArray[np.int64], _Float, Camera, _Light]:
+    """The parts of the library scene of that name."""
+
 def trace_shadow_mask(
     scene: Scene,
     camera: Camera,
@@ -372,11 +400,18 @@ def trace_shadow_mask(
     *,
     size: _Size,
     progress: Callable[[int, int], object] | None = None,
-) -> npt.NDArray[np.int8]: ...
+) -> npt.NDArray[np.int8]:
+    """(H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there."""
+
 def first_hit(
     scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike
-) -> tuple[_Float, npt.NDArray[np.int32], npt.NDArray[np.int32]]: ...
+) -> tuple[_Float, npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """First hits of rays: t (N,) float64 (infinity for none), triangle (N,) int32, instance (N,) int32 (-1 for none)."""
+
 def occluded(
     scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike, t_max: npt.ArrayLike | None = None
-) -> npt.NDArray[np.bool_]: ...
-def trace_memory(scene: Scene) -> int: ...
+) -> npt.NDArray[np.bool_]:
+    """Whether anything lies at 0 < t < t_max on each ray: (N,) bool."""
+
+def trace_memory(scene: Scene) -> int:
+    """Bytes of the acceleration structure (built if it is not there yet)."""

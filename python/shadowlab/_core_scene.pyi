@@ -13,19 +13,27 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 
 @final
 class Mesh:
+    """A triangle mesh, stored once however often it is placed."""
+
     def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
     @property
-    def triangle_count(self) -> int: ...
+    def triangle_count(self) -> int:
+        """Triangles."""
     @property
-    def vertex_count(self) -> int: ...
+    def vertex_count(self) -> int:
+        """Vertices."""
     @property
-    def dropped_faces(self) -> int: ...
+    def dropped_faces(self) -> int:
+        """Faces left out because a vertex of theirs is not finite."""
     @property
-    def memory(self) -> int: ...
+    def memory(self) -> int:
+        """Bytes that the mesh takes."""
     @property
-    def vertices(self) -> _Float: ...
+    def vertices(self) -> _Float:
+        """(V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent)."""
     @property
-    def faces(self) -> npt.NDArray[np.int32]: ...
+    def faces(self) -> npt.NDArray[np.int32]:
+        """(M, 3) int32."""
     @staticmethod
     def from_local(positions: npt.ArrayLike, faces: npt.ArrayLike, scale: float, center: npt.ArrayLike) -> Mesh:
         """The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give."""
@@ -48,6 +56,8 @@ class Mesh:
 
 @disjoint_base
 class Scene:
+    """Meshes and their instances; the package's `Scene` adds loading and joining."""
+
     def __new__(
         cls,
         meshes: Sequence[Mesh] | Scene,
@@ -55,24 +65,34 @@ class Scene:
         transforms: npt.ArrayLike | None = None,
     ) -> Self: ...
     @property
-    def meshes(self) -> list[Mesh]: ...
+    def meshes(self) -> list[Mesh]:
+        """The meshes, each once."""
     @property
-    def mesh_index(self) -> npt.NDArray[np.int64]: ...
+    def mesh_index(self) -> npt.NDArray[np.int64]:
+        """(I,) int64: which mesh each instance places."""
     @property
-    def transforms(self) -> _Float: ...
+    def transforms(self) -> _Float:
+        """(I, 4, 4) float64: world from mesh."""
     @property
-    def bounds(self) -> _Float: ...
+    def bounds(self) -> _Float:
+        """(2, 3) float64: smallest and largest corner of the vertices that triangles use."""
     @property
-    def origin(self) -> _Float: ...
+    def origin(self) -> _Float:
+        """(3,) float64: the middle of the bounds, which single-precision positions are relative to."""
     @property
-    def triangle_count(self) -> int: ...
+    def triangle_count(self) -> int:
+        """Triangles, instances counted each time."""
     @property
-    def instance_count(self) -> int: ...
+    def instance_count(self) -> int:
+        """Instances."""
     @property
-    def mesh_count(self) -> int: ...
+    def mesh_count(self) -> int:
+        """Meshes."""
     @property
-    def dropped_faces(self) -> int: ...
-    def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]: ...
+    def dropped_faces(self) -> int:
+        """Faces left out because a vertex of theirs is not finite."""
+    def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]:
+        """Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order."""
     @property
     def content_hash(self) -> str:
         """Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process and on every machine.
@@ -85,6 +105,8 @@ class Scene:
 
 @final
 class Camera:
+    """A perspective camera (right-handed, looking along -z of its view space, NDC z in [0, 1])."""
+
     @staticmethod
     def look_at(
         eye: npt.ArrayLike,
@@ -95,7 +117,27 @@ class Camera:
         aspect: float = ...,
         near: float = 0.1,
         far: float = 1000.0,
-    ) -> Camera: ...
+    ) -> Camera:
+        """A camera at `eye` that looks at `target`.
+
+        Parameters
+        ----------
+        eye, target : (3,) array_like
+            Positions, world units.
+        up : (3,) array_like
+            Any vector not parallel to the view.
+        fov_y : float
+            Full vertical field of view, radians, in (0, pi).
+        aspect : float
+            Width by height.
+        near, far : float
+            Depths along the view direction, 0 < near < far, world units.
+
+        Raises
+        ------
+        ArgumentError
+            For anything not finite or outside its range, and for `up` parallel to the view.
+        """
     @staticmethod
     def from_matrices(
         view: npt.ArrayLike,
@@ -119,33 +161,47 @@ class Camera:
         """
 
     @property
-    def eye(self) -> _Float: ...
+    def eye(self) -> _Float:
+        """(3,) float64: position, world units."""
     @property
-    def right(self) -> _Float: ...
+    def right(self) -> _Float:
+        """(3,) float64, unit: the picture's right."""
     @property
-    def up(self) -> _Float: ...
+    def up(self) -> _Float:
+        """(3,) float64, unit: the picture's up, across the view."""
     @property
-    def forward(self) -> _Float: ...
+    def forward(self) -> _Float:
+        """(3,) float64, unit: the way the camera looks."""
     @property
-    def fov_y(self) -> float: ...
+    def fov_y(self) -> float:
+        """Full vertical field of view, radians."""
     @property
-    def aspect(self) -> float: ...
+    def aspect(self) -> float:
+        """Width by height."""
     @property
-    def near(self) -> float: ...
+    def near(self) -> float:
+        """Depth of the near plane along the view direction, world units."""
     @property
-    def far(self) -> float: ...
+    def far(self) -> float:
+        """Depth of the far plane along the view direction, world units."""
     @property
-    def view(self) -> _Float: ...
+    def view(self) -> _Float:
+        """(4, 4) float64: view from world."""
     @property
-    def projection(self) -> _Float: ...
+    def projection(self) -> _Float:
+        """(4, 4) float64: clip from view."""
     @property
-    def clip_from_world(self) -> _Float: ...
-    def depth(self, points: npt.ArrayLike) -> _Float: ...
+    def clip_from_world(self) -> _Float:
+        """(4, 4) float64: clip from world."""
+    def depth(self, points: npt.ArrayLike) -> _Float:
+        """Depth along the view direction of world points: (N, 3) -> (N,)."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
 @final
 class DirectionalLight:
+    """A light at infinity that travels along `direction` ((3,), any length above 0)."""
+
     def __new__(cls, direction: npt.ArrayLike) -> DirectionalLight: ...
     @staticmethod
     def from_angles(azimuth: float, elevation: float) -> DirectionalLight:
@@ -156,44 +212,91 @@ class DirectionalLight:
         """
 
     @property
-    def direction(self) -> _Float: ...
+    def direction(self) -> _Float:
+        """(3,) float64, unit: the way the light travels."""
     @property
-    def kind(self) -> Literal["directional"]: ...
+    def kind(self) -> Literal["directional"]:
+        """The word "directional"."""
     @property
-    def point(self) -> _Float: ...
+    def point(self) -> _Float:
+        """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
 @final
 class SpotLight:
+    """A light at a point that shines into a circular cone of full angle `cone_angle` (radians) as far as `range`."""
+
     def __new__(
         cls, position: npt.ArrayLike, direction: npt.ArrayLike, *, cone_angle: float, range: float
     ) -> SpotLight: ...
     @property
-    def position(self) -> _Float: ...
+    def position(self) -> _Float:
+        """(3,) float64: where the light is, world units."""
     @property
-    def direction(self) -> _Float: ...
+    def direction(self) -> _Float:
+        """(3,) float64, unit: the way along the middle of the cone."""
     @property
-    def cone_angle(self) -> float: ...
+    def cone_angle(self) -> float:
+        """Full angle of the cone, radians."""
     @property
-    def range(self) -> float: ...
+    def range(self) -> float:
+        """How far the light reaches, world units."""
     @property
-    def kind(self) -> Literal["spot"]: ...
+    def kind(self) -> Literal["spot"]:
+        """The word "spot"."""
     @property
-    def point(self) -> _Float: ...
+    def point(self) -> _Float:
+        """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
 @final
 class PointLight:
+    """A light at a point that shines everywhere as far as `range`."""
+
     def __new__(cls, position: npt.ArrayLike, *, range: float) -> PointLight: ...
     @property
-    def position(self) -> _Float: ...
+    def position(self) -> _Float:
+        """(3,) float64: where the light is, world units."""
     @property
-    def range(self) -> float: ...
+    def range(self) -> float:
+        """How far the light reaches, world units."""
     @property
-    def kind(self) -> Literal["point"]: ...
+    def kind(self) -> Literal["point"]:
+        """The word "point"."""
     @property
-    def point(self) -> _Float: ...
+    def point(self) -> _Float:
+        """(4,) float64: the centre of projection as a homogeneous point."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class GBuffer:
+    """What a camera sees, one record a pixel."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+    @property
+    def depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32: NDC depth in [0, 1], 1 where nothing is."""
+    @property
+    def position(self) -> _Float:
+        """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""
+    @property
+    def position_relative(self) -> npt.NDArray[np.float32]:
+        """(H, W, 3) float32: world positions minus `origin`."""
+    @property
+    def origin(self) -> _Float:
+        """(3,) float64: the world point positions are stored relative to."""
+    @property
+    def normal(self) -> npt.NDArray[np.float32]:
+        """(H, W, 3) float32: unit geometric normals on the side of the eye; zero where nothing is."""
+    @property
+    def triangle(self) -> npt.NDArray[np.int32]:
+        """(H, W) int32: row of the face array the mesh was made from; -1 where nothing is."""
+    @property
+    def instance(self) -> npt.NDArray[np.int32]:
+        """(H, W) int32: index of the instance; -1 where nothing is."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -1,5 +1,6 @@
 """What signatures of `_core` are made of, for type checkers alone."""
 
+from collections.abc import Sequence
 from typing import Any, Literal, Protocol, TypeAlias, TypedDict
 
 import numpy as np
@@ -23,6 +24,10 @@ NoteKind: TypeAlias = Literal[
     "check_matrix",
 ]
 
+Matrices: TypeAlias = (
+    npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+)
+
 class CameraChanges(TypedDict, total=False):
     eye: npt.ArrayLike
     target: npt.ArrayLike
@@ -35,33 +40,53 @@ class CameraChanges(TypedDict, total=False):
 
 # What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
 class ConventionLike(Protocol):
-    def from_ours(self, matrix: Any) -> npt.NDArray[Any]: ...
-    def to_ours(self, matrix: Any) -> npt.NDArray[Any]: ...
+    """How somebody writes a shadow matrix: `shadowlab.Convention`."""
+
+    def from_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The matrix or matrices as the convention writes them."""
+    def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The way back."""
 
 class FootprintLike(Protocol):
+    """The size of a texel at every pixel: `shadowlab.aliasing.Footprint`, which documents shapes and units."""
+
     @property
-    def major(self) -> npt.NDArray[Any]: ...
+    def major(self) -> npt.NDArray[np.floating[Any]]:
+        """Longest extent of a texel."""
     @property
-    def minor(self) -> npt.NDArray[Any]: ...
+    def minor(self) -> npt.NDArray[np.floating[Any]]:
+        """Extent of a texel across its longest."""
     @property
-    def perspective(self) -> npt.NDArray[Any]: ...
+    def perspective(self) -> npt.NDArray[np.floating[Any]]:
+        """Area of a texel by perspective alone."""
     @property
-    def perspective_ts(self) -> npt.NDArray[Any]: ...
+    def perspective_ts(self) -> npt.NDArray[np.floating[Any]]:
+        """Lengths of one texel along the map's x and y by perspective alone."""
     @property
-    def projection(self) -> npt.NDArray[Any]: ...
+    def projection(self) -> npt.NDArray[np.floating[Any]]:
+        """What the slope of the surface adds."""
     @property
-    def jacobian(self) -> npt.NDArray[Any]: ...
+    def jacobian(self) -> npt.NDArray[np.floating[Any]]:
+        """What a step of one texel along x and y does to the pixel."""
     @property
-    def map(self) -> npt.NDArray[np.int16]: ...
+    def map(self) -> npt.NDArray[np.int16]:
+        """The map that serves each pixel; below 0 where none does."""
     @property
-    def depth(self) -> npt.NDArray[Any]: ...
+    def depth(self) -> npt.NDArray[np.floating[Any]]:
+        """Depth along the view."""
     @property
-    def resolution(self) -> tuple[int, int]: ...
+    def resolution(self) -> tuple[int, int]:
+        """Width and height of each map."""
     @property
-    def size(self) -> tuple[int, int]: ...
+    def size(self) -> tuple[int, int]:
+        """Width and height of the image."""
     @property
-    def maps(self) -> int: ...
+    def maps(self) -> int:
+        """How many maps there are."""
     @property
-    def measured(self) -> npt.NDArray[np.bool_]: ...
-    def summary(self, *, bands: Any = 6) -> Any: ...
-    def counts(self) -> dict[str, int]: ...
+    def measured(self) -> npt.NDArray[np.bool_]:
+        """Where a texel is looked up."""
+    def summary(self, *, bands: int | npt.ArrayLike = 6) -> Any:
+        """The numbers of the whole image."""
+    def counts(self) -> dict[str, int]:
+        """Pixels by what is known of them."""

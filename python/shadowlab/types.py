@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
@@ -31,10 +31,12 @@ __all__ = [
     "Light",
     "Maps",
     "Mask",
+    "Matrices",
     "PerLight",
     "Picture",
     "RendererArgument",
     "RendererLike",
+    "SceneLike",
     "Setting",
     "ShadowMaps",
     "Size",
@@ -47,11 +49,17 @@ __all__ = [
 
 T = TypeVar("T")
 
+#: What a renderer or technique takes for a scene: that of the core, of which `sl.Scene` is one.
+SceneLike: TypeAlias = Scene
 Light: TypeAlias = DirectionalLight | SpotLight | PointLight
-#: A parameterization, or somebody's own matrices (4, 4) or (K, 4, 4).
-Maps: TypeAlias = "Parameterization | npt.ArrayLike"
+#: Somebody's own matrices (4, 4) or (K, 4, 4); `npt.ArrayLike` would take texts, too.
+Matrices: TypeAlias = (
+    npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+)
+#: A parameterization, or such matrices.
+Maps: TypeAlias = Parameterization | Matrices
 #: A side, or width and height.
-Size: TypeAlias = "int | tuple[int, int] | Sequence[int]"
+Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 
 #: How many texels of a map a pixel reads: the nearest, or the four nearest, weighted.
 Filter: TypeAlias = Literal["nearest", "pcf2x2"]
@@ -65,7 +73,7 @@ Backend: TypeAlias = Literal["cpu", "gpu", "auto"]
 PerLight: TypeAlias = "T | Any"
 
 #: One, several, or several by their labels.
-Labelled: TypeAlias = "T | Iterable[T] | Mapping[str, T]"
+Labelled: TypeAlias = "T | Sequence[T] | Mapping[str, T]"
 
 #: Numbers of an image in float32, of points in float64.
 Floats: TypeAlias = npt.NDArray[np.floating[Any]]
@@ -97,7 +105,7 @@ class TechniqueLike(Protocol):
         """Whether it looks at the receivers that the camera sees."""
 
     def parameterize(
-        self, scene: Scene, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
+        self, scene: SceneLike, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
     ) -> Parameterization:
         """The maps for a scene, camera and light."""
 
@@ -113,15 +121,15 @@ class RendererLike(Protocol):
     def adapter(self) -> str:
         """The device behind it."""
 
-    def gbuffer(self, scene: Scene, camera: Camera, *, size: Size) -> GBuffer:
+    def gbuffer(self, scene: SceneLike, camera: Camera, *, size: Size) -> GBuffer:
         """What the camera sees."""
 
-    def shadow_map(self, scene: Scene, parameterization: Maps, *, resolution: Size | None = None) -> ShadowMaps:
+    def shadow_map(self, scene: SceneLike, parameterization: Maps, *, resolution: Size | None = None) -> ShadowMaps:
         """The maps (H, W) or (K, H, W): depths in [0, 1], 1 where empty."""
 
     def shadow_mask(
         self,
-        scene: Scene,
+        scene: SceneLike,
         camera: Camera,
         light: Light,
         parameterization: Maps,

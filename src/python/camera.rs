@@ -82,34 +82,42 @@ impl PyCamera {
         let camera = Camera::look_at(vec3(eye, "eye")?, vec3(target, "target")?, up, fov_y, aspect, near, far);
         Ok(Self { camera: camera.or_raise(py)? })
     }
+    /// (3,) float64: position, world units.
     #[getter]
     fn eye<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.camera.eye())
     }
+    /// (3,) float64, unit: the picture's right.
     #[getter]
     fn right<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.camera.right())
     }
+    /// (3,) float64, unit: the picture's up, across the view.
     #[getter]
     fn up<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.camera.up())
     }
+    /// (3,) float64, unit: the way the camera looks.
     #[getter]
     fn forward<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.camera.forward())
     }
+    /// Full vertical field of view, radians.
     #[getter]
     fn fov_y(&self) -> f64 {
         self.camera.fov_y()
     }
+    /// Width by height.
     #[getter]
     fn aspect(&self) -> f64 {
         self.camera.aspect()
     }
+    /// Depth of the near plane along the view direction, world units.
     #[getter]
     fn near(&self) -> f64 {
         self.camera.near()
     }
+    /// Depth of the far plane along the view direction, world units.
     #[getter]
     fn far(&self) -> f64 {
         self.camera.far()

@@ -64,6 +64,7 @@ impl PyDirectionalLight {
     fn direction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.light.direction())
     }
+    /// The word "directional".
     #[getter]
     fn kind(&self) -> &'static str {
         Light::Directional(self.light).kind()
@@ -117,26 +118,32 @@ impl PySpotLight {
         let (cone_angle, range) = (number(cone_angle, "cone_angle", "give radians")?, number(range, "range", REACH)?);
         Ok(Self { light: SpotLight::new(p, d, cone_angle, range).or_raise(position.py())? })
     }
+    /// (3,) float64: where the light is, world units.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.light.position())
     }
+    /// (3,) float64, unit: the way along the middle of the cone.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.light.direction())
     }
+    /// Full angle of the cone, radians.
     #[getter]
     fn cone_angle(&self) -> f64 {
         self.light.cone_angle()
     }
+    /// How far the light reaches, world units.
     #[getter]
     fn range(&self) -> f64 {
         self.light.range()
     }
+    /// The word "spot".
     #[getter]
     fn kind(&self) -> &'static str {
         Light::Spot(self.light).kind()
     }
+    /// (4,) float64: the centre of projection as a homogeneous point.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec4_to_array(py, Light::Spot(self.light).point())
@@ -179,18 +186,22 @@ impl PyPointLight {
             PointLight::new(vec3(position, "position")?, number(range, "range", REACH)?).or_raise(position.py())?;
         Ok(Self { light })
     }
+    /// (3,) float64: where the light is, world units.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec3_to_array(py, self.light.position())
     }
+    /// How far the light reaches, world units.
     #[getter]
     fn range(&self) -> f64 {
         self.light.range()
     }
+    /// The word "point".
     #[getter]
     fn kind(&self) -> &'static str {
         Light::Point(self.light).kind()
     }
+    /// (4,) float64: the centre of projection as a homogeneous point.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vec4_to_array(py, Light::Point(self.light).point())

@@ -85,22 +85,27 @@ impl PyBias {
     fn none() -> Self {
         Self { bias: Bias::NONE }
     }
+    /// World units along the light ray.
     #[getter]
     fn world(&self) -> f64 {
         self.bias.world
     }
+    /// World sizes of a shadow texel at the receiver, across the light ray.
     #[getter]
     fn texels(&self) -> f64 {
         self.bias.texels
     }
+    /// NDC depth.
     #[getter]
     fn ndc(&self) -> f64 {
         self.bias.ndc
     }
+    /// Times the depth that the receiver's own plane gains over the filter's reach.
     #[getter]
     fn slope(&self) -> f64 {
         self.bias.slope
     }
+    /// Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
     #[getter]
     fn slope_limit(&self) -> f64 {
         self.bias.slope_limit
@@ -187,7 +192,7 @@ impl PyRenderer {
         let renderer = ManuallyDrop::new(made.or_raise(py)?);
         Ok(Self { renderer, process: std::process::id(), turn: Mutex::new(()) })
     }
-    /// "cpu" or "gpu".
+    /// Kind of renderer: "cpu" or "gpu".
     #[getter]
     fn backend(&self) -> &'static str {
         self.renderer.backend()

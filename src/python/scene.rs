@@ -191,10 +191,12 @@ impl PyScene {
     fn triangle_count(&self) -> u64 {
         self.scene.triangle_count()
     }
+    /// Instances.
     #[getter]
     fn instance_count(&self) -> usize {
         self.scene.instances().len()
     }
+    /// Meshes.
     #[getter]
     fn mesh_count(&self) -> usize {
         self.scene.meshes().len()

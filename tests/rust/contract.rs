@@ -5,14 +5,9 @@ mod checks;
 mod configuration;
 mod random_views;
 
-use crate::support::views;
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-use crate::support::views::{
-    Random, View, by_hand, directional, directions, from_library, points, samples_of, settings, spots,
-};
-use checks::{Answers, Local, Receivers, answer, assert_contract, own_view};
 use glam::{DAffine3, DMat3, DVec3};
 use shadowlab::focus::{Focus, FocusedView, ReceiverSamples};
 use shadowlab::geometry::{Aabb, Rows};
@@ -20,6 +15,11 @@ use shadowlab::note;
 use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::techniques::{Kind, Technique, Value, technique, techniques_of};
 use shadowlab::{Error, Parameterization};
+
+use crate::support::views::{
+    self, Random, View, by_hand, directional, directions, from_library, points, samples_of, settings, spots,
+};
+use checks::{Answers, Local, Receivers, answer, assert_contract, own_view};
 
 const RESOLUTION: u32 = 512;
 

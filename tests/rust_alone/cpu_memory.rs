@@ -7,12 +7,13 @@ mod cpu_support;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use cpu_support::*;
 use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Progress, Scene};
+
+use cpu_support::*;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .._core import Misclassified, misclassified
 from . import closed_form
@@ -62,14 +62,16 @@ _EXPERIMENTS = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _EXPERIMENTS:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
+if not TYPE_CHECKING:  # a checker that saw this would take every misspelt name
 
-    value = getattr(import_module(f"..experiments.{_EXPERIMENTS[name]}", __name__), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> object:
+        if name not in _EXPERIMENTS:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib import import_module
+
+        value = getattr(import_module(f"..experiments.{_EXPERIMENTS[name]}", __name__), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

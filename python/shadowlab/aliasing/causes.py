@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import check_filter
 from ..errors import ArgumentError
+from ..text.checks import check_filter
 from ..travel import Value
 from .codes import Cause
 from .summary import band_index, checked_bands, even_limits

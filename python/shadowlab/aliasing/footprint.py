@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import check_camera, check_light
 from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import shown
+from ..text.checks import check_camera, check_light
 from ..travel import Value
 from .codes import NoTexel
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent

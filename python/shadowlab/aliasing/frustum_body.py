@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checks import check_camera, whole
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.checks import check_camera, whole
 
 if TYPE_CHECKING:
     from .._core import Camera

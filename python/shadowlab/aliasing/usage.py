@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import check_filter
+from ..text.checks import check_filter
 from ..travel import Value
 
 if TYPE_CHECKING:

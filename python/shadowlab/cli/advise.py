@@ -76,12 +76,12 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
 def advise_command(options: Namespace) -> int:
     """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
     from .._core import Renderer
-    from ..checks import picture_size
     from ..experiments.advise import advise
     from ..experiments.measures import measure_of, over_of
     from ..experiments.memory import budgets_of
     from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
+    from ..text.checks import picture_size
 
     if not options.memory:
         raise ArgumentError("memory: expected one or several budgets, got none; try --memory 4MiB,16MiB")

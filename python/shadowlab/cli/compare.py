@@ -54,10 +54,10 @@ def compare_options(commands: Commands, shared: ArgumentParser) -> None:
 def compare_command(options: Namespace) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from .._core import Renderer
-    from ..checks import picture_size
     from ..experiments.compare import compare
     from ..reports.terminal import study_table
     from ..techniques.registry import technique_of, with_all
+    from ..text.checks import picture_size
 
     resolutions = resolutions_given(options)
     asked: list[str] = options.technique or list(DEFAULT_TECHNIQUES)

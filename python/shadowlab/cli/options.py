@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ..checks import BACKENDS, FILTERS, UP_AXES
 from ..errors import ArgumentError
 from ..text import parse_bias, parse_resolutions, parse_size
+from ..text.checks import BACKENDS, FILTERS, UP_AXES
 
 if TYPE_CHECKING:
     from .._core import Bias

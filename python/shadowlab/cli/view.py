@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
     """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
-    from ..checks import picture_size
     from ..scene import library
     from ..scene.default_view import default_view
     from ..scene.files import load_scene
     from ..scene.source import Source
+    from ..text.checks import picture_size
 
     given = given_vectors(options)
     aspect = 1.0 if size is None else size[0] / size[1]

@@ -16,16 +16,19 @@ Direct3D 11.3 (0 <= z <= w; DirectXMath multiplies rows) and WebGPU ("Coordinate
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ..checks import whole
 from ..errors import ArgumentError, UnknownNameError
 from ..text import format_value, parse_spec
+from ..text.checks import whole
 from ..travel import Value
 from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
@@ -79,6 +82,22 @@ class Convention(Value):
     axes: tuple[str, str, str] = None  # type: ignore[assignment]  # filled in from the handedness
     handedness: Literal["right", "left"] = None  # type: ignore[assignment]  # filled in from the axes
     tile: Tiles = WHOLE_TILE
+
+    if TYPE_CHECKING:
+        # What may be given is more than what is kept.
+        def __init__(
+            self,
+            *,
+            vectors: Literal["column", "row"] = "column",
+            z_range: Sequence[float] = TEXTURE_RANGE,
+            reversed_z: bool = False,
+            xy_range: Sequence[float] = NDC_RANGE,
+            x: Literal["right", "left"] = "right",
+            y: Literal["up", "down"] = "up",
+            axes: Sequence[str] | None = None,
+            handedness: Literal["right", "left"] | None = None,
+            tile: Tile | Sequence[Tile] = WHOLE_TILE,
+        ) -> None: ...
 
     PRESETS: ClassVar[tuple[str, ...]] = (
         "webgpu", "metal", "opengl", "opengl_bias", "direct3d", "direct3d_texture", "vulkan", "reversed_z", "unity",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks import whole
 from ..errors import ArgumentError
+from ..text.checks import whole
 from ..travel import Value
 from .convention import Convention
 from .fields import Tile, matrices_of, tiles_of

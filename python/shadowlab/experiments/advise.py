@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..checks import renderer_of
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..text import shown
+from ..text.checks import renderer_of
 from ..travel import Value
 from .arguments import check_types, size_of
 from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of

@@ -6,7 +6,9 @@ import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ..checks import (
+from ..errors import ArgumentError, ShadowlabWarning
+from ..text import shown
+from ..text.checks import (
     check_bias,
     check_camera,
     check_filter,
@@ -16,8 +18,6 @@ from ..checks import (
     picture_size,
     whole,
 )
-from ..errors import ArgumentError, ShadowlabWarning
-from ..text import shown
 
 if TYPE_CHECKING:
     from .._core import Camera

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 
 from .. import _core
-from ..checks import renderer_of
 from ..errors import ArgumentError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
+from ..text.checks import renderer_of
 from ..travel import Value
 from .arguments import check_types, resolutions_of, size_of
 from .columns import table

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..aliasing.frustum_body import corners_at
-from ..checks import check_camera
 from ..scene.scenes import Scene
+from ..text.checks import check_camera
 
 if TYPE_CHECKING:
     from .._core import Camera

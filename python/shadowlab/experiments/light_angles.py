@@ -24,12 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import renderer_of, whole
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..text.checks import renderer_of, whole
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import current, table

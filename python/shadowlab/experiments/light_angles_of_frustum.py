@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ..aliasing.beam_texels import BeamTexels, beam_texels
 from ..aliasing.footprint import footprint_at, halfway_normals, sides_of
 from ..aliasing.frustum_body import outline
-from ..checks import whole
 from ..errors import ShadowlabError
 from ..techniques.labels import is_parameterization, labelled
+from ..text.checks import whole
 from .columns import table
 from .frustum_scene import frustum_scene
 from .light_angles import LightAngles, lights_at

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, get_args
 
 from .. import _core
 from ..aliasing.causes import CAUSES
-from ..checks import check_bias, check_filter, renderer_of, whole
 from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.labels import is_parameterization, resolved, spec_of
 from ..text import settings_text, shown
+from ..text.checks import check_bias, check_filter, renderer_of, whole
 from .columns import COLUMNS
 from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL

@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 
 from ..aliasing.footprint import NO_MAP
 from ..aliasing.usage import look_up, texel_coordinates
-from ..checks import renderer_of, whole
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
+from ..text.checks import renderer_of, whole
 from ..trace import Truth
 from ..travel import Value
 from .arguments import check_types, size_of
@@ -282,6 +282,6 @@ def checked_lights(light: Light | Iterable[Light], count: int) -> list[Light]:
 
 def small_size(camera: Camera) -> tuple[int, int]:
     """The view whose pixels are the receivers, where nobody chose one: enough for a share to a thousandth."""
-    from ..checks import picture_size
+    from ..text.checks import picture_size
 
     return picture_size(camera.aspect, 256 * 256)

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import DirectionalLight, PointLight
-from ..checks import check_light
 from ..errors import ArgumentError
+from ..text.checks import check_light
 from ..travel import Value
 from .frustum import frustum_edges
 

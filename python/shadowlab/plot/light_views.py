@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from .. import _core, pictures
 from ..aliasing.footprint import as_maps
-from ..checks import renderer_of
 from ..errors import ArgumentError
 from ..pictures.errors import rgb
 from ..pictures.light_plane import LightPlane
 from ..pictures.maps import frustum_in, map_colour, served_depths
 from ..text import shown
+from ..text.checks import renderer_of
 from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
 

@@ -219,7 +219,7 @@ def snippet_of(advice: Advice, row: object) -> str:
     ArgumentError
         For something that is no such row, or one without a number.
     """
-    candidate, memory, label = key_of(advice, row)
+    candidate, memory, label = row_key(advice, row)
     views = [view for view in advice.counted if label is None or view.label == label]
     of = [o for o in advice.outcomes if (o.candidate, o.memory) == (candidate, memory)]
     of = [o for o in of if o.view.label in {view.label for view in views}]
@@ -230,7 +230,7 @@ def snippet_of(advice: Advice, row: object) -> str:
     return advice_snippet(advice, chosen, int(of[0].resolution or 0), views)
 
 
-def key_of(advice: Advice, row: object) -> tuple[str, int, str | None]:
+def row_key(advice: Advice, row: object) -> tuple[str, int, str | None]:
     """Candidate, budget and view (None for all) of what stands for a row."""
     hint = "expected a row of .table or .runs, its position in .table, or a choice"
     if isinstance(row, (int, np.integer)) and not isinstance(row, (bool, np.bool_)):

@@ -33,7 +33,7 @@ def study_table(table: pd.DataFrame) -> str:
 
 def advice_table(standings: Sequence[Standing], measure: Measure) -> str:
     """The table of an advice; a failure stands at the end of its line."""
-    failed = [i for i, one in enumerate(standings) if not measured(one)]
+    failed = [i for i, one in enumerate(standings) if not has_numbers(one)]
     return aligned(ADVICE_HEADS, [advice_cells(one, measure) for one in standings], left=(0, 2), failed=failed)
 
 
@@ -78,7 +78,7 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def measured(one: Standing) -> bool:
+def has_numbers(one: Standing) -> bool:
     """Whether it has numbers."""
     return one.mean is not None and one.worst is not None
 

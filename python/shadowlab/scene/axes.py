@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..checks import UP_AXES
 from ..errors import ArgumentError
+from ..text.checks import UP_AXES
 
 if TYPE_CHECKING:
     from ..types import Up

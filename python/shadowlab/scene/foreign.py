@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from ..types import Light
 
 # Where a mesh of ours leaves its stored form in trimesh: an attribute of vertices, and the frame in the metadata.
-LOCAL, FRAME = "shadowlab_local", "shadowlab_frame"
+LOCAL, FRAME_KEY = "shadowlab_local", "shadowlab_frame"
 # Primitives of triangles, as OpenGL and glTF number modes.
 TRIANGLES = 4
 # Room beyond the scene for what has no end, as a share of its distance.
-ROOM = 0.05
+SPARE = 0.05
 # Of a camera that takes its viewport's shape: what `Camera.look_at` takes.
 ASPECT = 16 / 9
 
@@ -132,9 +132,14 @@ def is_pyrender_scene(source: Any) -> bool:
 def mesh_of(geometry: Any) -> _core.Mesh:
     """The mesh of vertices and faces; the very one that `to_trimesh` wrote where neither was changed since."""
     attributes, metadata = getattr(geometry, "vertex_attributes", None), getattr(geometry, "metadata", None)
-    if isinstance(attributes, Mapping) and isinstance(metadata, Mapping) and LOCAL in attributes and FRAME in metadata:
+    if (
+        isinstance(attributes, Mapping)
+        and isinstance(metadata, Mapping)
+        and LOCAL in attributes
+        and FRAME_KEY in metadata
+    ):
         try:
-            scale, *center = metadata[FRAME]
+            scale, *center = metadata[FRAME_KEY]
             mesh = _core.Mesh.from_local(attributes[LOCAL], geometry.faces, float(scale), center)
         except (ShadowlabError, TypeError, ValueError):
             pass  # changed since: its vertices and faces are what counts
@@ -212,27 +217,27 @@ def _cameras(source: Any) -> Iterator[tuple[str, Any, NDArray[np.float64]]]:
 
 
 def _lens(
-    camera: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64], label: str, notes: list[str]
+    theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64], label: str, notes: list[str]
 ) -> dict[str, float]:
     """Field of view, aspect, near and far of another program's camera."""
-    if hasattr(camera, "yfov"):
-        aspect, far = camera.aspectRatio, camera.zfar
+    if hasattr(theirs, "yfov"):
+        aspect, far = theirs.aspectRatio, theirs.zfar
         if aspect is None:
             aspect = ASPECT
             notes.append(f"{label} has no aspect ratio: 16:9 is taken; camera.replace(aspect=...) changes it")
         if far is None:
             scale = float(np.linalg.norm(pose[:3, 2]))
-            far = (1 + ROOM) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * camera.znear)
+            far = (1 + SPARE) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * theirs.znear)
             notes.append(f"{label} has no far plane: one beyond the scene is taken; camera.replace(far=...) changes it")
-        return {"fov_y": float(camera.yfov), "aspect": float(aspect), "near": float(camera.znear), "far": float(far)}
-    if hasattr(camera, "fov") and hasattr(camera, "z_far"):
-        across, up = np.tan(0.5 * np.radians(np.asarray(camera.fov, np.float64)))
-        near, far = float(camera.z_near), float(camera.z_far)
+        return {"fov_y": float(theirs.yfov), "aspect": float(aspect), "near": float(theirs.znear), "far": float(far)}
+    if hasattr(theirs, "fov") and hasattr(theirs, "z_far"):
+        across, up = np.tan(0.5 * np.radians(np.asarray(theirs.fov, np.float64)))
+        near, far = float(theirs.z_near), float(theirs.z_far)
         return {"fov_y": 2 * float(np.arctan(up)), "aspect": float(across / up), "near": near, "far": far}
-    if hasattr(camera, "xmag"):
+    if hasattr(theirs, "xmag"):
         raise ArgumentError("it is orthographic, and a Camera is a perspective one")
     raise ArgumentError(
-        f"{type(camera).__name__} does not say how wide its picture is; sl.Camera.from_matrices takes its matrices"
+        f"{type(theirs).__name__} does not say how wide its picture is; sl.Camera.from_matrices takes its matrices"
     )
 
 
@@ -251,20 +256,20 @@ def lights_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, Light
     return found, notes
 
 
-def _light(light: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) -> Light:
+def _light(theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) -> Light:
     way, position = -pose[:3, 2], pose[:3, 3]
-    if not hasattr(light, "range"):
+    if not hasattr(theirs, "range"):
         return _core.DirectionalLight(way)
     # Light without a range has no end; one that reaches all of the scene is the same for it. A point has no extent.
-    whole = (1 + ROOM) * farthest(bounds, position) or 1.0
-    reach = whole if light.range is None else float(light.range)
-    if hasattr(light, "outerConeAngle"):
+    whole = (1 + SPARE) * farthest(bounds, position) or 1.0
+    reach = whole if theirs.range is None else float(theirs.range)
+    if hasattr(theirs, "outerConeAngle"):
         # Theirs is from the axis to the edge, ours from edge to edge.
-        return _core.SpotLight(position, way, cone_angle=2 * float(light.outerConeAngle), range=reach)
+        return _core.SpotLight(position, way, cone_angle=2 * float(theirs.outerConeAngle), range=reach)
     return _core.PointLight(position, range=reach)
 
 
-def _in_order(scene: Any, nodes: Any) -> list[tuple[Any, NDArray[np.float64]]]:
+def _in_order(theirs: Any, nodes: Any) -> list[tuple[Any, NDArray[np.float64]]]:
     """Nodes with their poses, in an order that follows from them: pyrender keeps them in sets."""
 
     def key(placed: tuple[Any, NDArray[np.float64]]) -> Any:
@@ -274,7 +279,7 @@ def _in_order(scene: Any, nodes: Any) -> list[tuple[Any, NDArray[np.float64]]]:
         digests = [hashlib.blake2b(array.tobytes()).hexdigest() for array in arrays]
         return str(node.name or ""), pose.ravel().tolist(), digests, repr(sorted(numbers.items()))
 
-    return sorted(((node, np.asarray(scene.get_pose(node), np.float64)) for node in nodes), key=key)
+    return sorted(((node, np.asarray(theirs.get_pose(node), np.float64)) for node in nodes), key=key)
 
 
 def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
@@ -292,7 +297,7 @@ def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
             process=False,
             validate=False,
             vertex_attributes={LOCAL: mesh.positions_local},
-            metadata={FRAME: [scale, *map(float, center)]},
+            metadata={FRAME_KEY: [scale, *map(float, center)]},
         )
     for i, (index, transform) in enumerate(zip(scene.mesh_index, scene.transforms, strict=True)):
         graph.update(frame_to=f"instance {i}", matrix=transform, geometry=names[index])

@@ -7,7 +7,7 @@ import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 T = TypeVar("T")
 Key = tuple[Hashable, Hashable]
@@ -33,7 +33,7 @@ class Kept:
 
     def _empty(self) -> None:
         self._lock = threading.Lock()
-        self._values: OrderedDict[Key, tuple[Any, int]] = OrderedDict()
+        self._values: OrderedDict[Key, tuple[object, int]] = OrderedDict()
         self._making: dict[Key, threading.Lock] = {}
         self._forgotten: deque[Hashable] = deque()
         self._bytes = 0
@@ -97,7 +97,7 @@ class Kept:
         for key in [key for key in self._values if key[0] == owner and name in (None, key[1])]:
             self._bytes -= self._values.pop(key)[1]
 
-    def _put(self, key: Key, value: Any, taken: int) -> None:
+    def _put(self, key: Key, value: object, taken: int) -> None:
         if taken > self.most_bytes:
             return
         with self._locked():

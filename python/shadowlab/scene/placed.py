@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 ROUNDING = 32 * float(np.finfo(np.float32).eps)
 
 
-def scale_of(matrix: NDArray[np.float64]) -> float:
+def length_scale(matrix: NDArray[np.float64]) -> float:
     """The factor by which an affine map that is a rotation, one scale and a translation changes lengths.
 
     Raises
@@ -45,7 +45,7 @@ def camera_at(pose: NDArray[np.float64], *, fov_y: float, aspect: float, near: f
     ArgumentError
         For a pose that mirrors, shears or scales unevenly, or settings outside their range.
     """
-    scale = scale_of(pose)
+    scale = length_scale(pose)
     # Turned at the origin and moved afterwards, so that a place far away takes no digits from the direction.
     turned = _core.Camera.look_at(
         (0.0, 0.0, 0.0), -pose[:3, 2], up=pose[:3, 1], fov_y=fov_y, aspect=aspect, near=near * scale, far=far * scale
@@ -59,9 +59,9 @@ def moved_camera(camera: _core.Camera, matrix: NDArray[np.float64]) -> _core.Cam
     Raises
     ------
     ArgumentError
-        As `scale_of`.
+        As `length_scale`.
     """
-    scale, turn = scale_of(matrix), matrix[:3, :3]
+    scale, turn = length_scale(matrix), matrix[:3, :3]
     return camera.replace(
         eye=matrix[:3, :3] @ camera.eye + matrix[:3, 3],
         forward=turn @ camera.forward,
@@ -77,12 +77,12 @@ def moved_light(light: Light, matrix: NDArray[np.float64]) -> Light:
     Raises
     ------
     ArgumentError
-        For a direction that the map sends to zero; for placed lights as `scale_of`.
+        For a direction that the map sends to zero; for placed lights as `length_scale`.
     """
     turn = matrix[:3, :3]
     if isinstance(light, _core.DirectionalLight):
         return _core.DirectionalLight(turn @ light.direction)
-    reach = light.range * scale_of(matrix)
+    reach = light.range * length_scale(matrix)
     position = turn @ light.position + matrix[:3, 3]
     if isinstance(light, _core.PointLight):
         return _core.PointLight(position, range=reach)

@@ -247,7 +247,7 @@ class Scene(_core.Scene):
     def __reduce__(self) -> tuple[Any, ...]:
         attributes = dict(self.__dict__)
         geometry = super().__reduce__()[1]
-        return restored, (type(self), STATE_VERSION, geometry, attributes, checksum(attributes))
+        return restored_scene, (type(self), STATE_VERSION, geometry, attributes, checksum(attributes))
 
     @staticmethod
     def _assemble(meshes: Sequence[_core.Mesh], index: npt.ArrayLike, transforms: npt.ArrayLike) -> Scene:
@@ -296,7 +296,7 @@ def _joined(first: Mapping[str, T], second: Mapping[str, T]) -> Mapping[str, T]:
     return made
 
 
-def restored(*parts: Any) -> Scene:
+def restored_scene(*parts: Any) -> Scene:
     """The scene of a class, a version, its geometry's state, its attributes and their checksum.
 
     Raises

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..checks import check_camera, check_light, check_scene, picture_of, renderer_of
 from ..errors import ArgumentError
+from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of
 from .kept import Kept
 
 if TYPE_CHECKING:

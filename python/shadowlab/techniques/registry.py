@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Literal, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, overload
 
 from .. import _core
 from ..errors import ArgumentError, ShadowlabWarning
@@ -79,7 +79,7 @@ def technique(name: Item | str, **params: object) -> Item:
         from ..conventions.files import matrix_technique
 
         return matrix_technique(text, {**given, **params})
-    return _core.Technique(name, **{**given, **params})
+    return _core.Technique(name, **cast("dict[str, Any]", {**given, **params}))
 
 
 def without(params: Mapping[str, object], what: str, made: T) -> T:

@@ -12,16 +12,18 @@ mod opposed;
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+use serde_json::Value as Json;
+use shadowlab::image::Footprint;
+use shadowlab::scene::Light;
+use shadowlab::techniques::{Technique, specs, technique, technique_of};
+use shadowlab::{Error, Parameterization, Partition};
+
+use crate::support::tables::{self, camera, number, tables, vector};
 use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, samples_of, spots};
-use glam::{DMat4, DVec3};
 use measured::{
     DIFFERENCES, EXACT, Sizes, assert_close, at, facing, from_differences, gbuffer, matrix, one, shown, ways,
 };
-use serde_json::Value as Json;
-use shadowlab::image::Footprint;
-use shadowlab::scene::{Camera, Light};
-use shadowlab::techniques::{Technique, specs, technique, technique_of};
-use shadowlab::{Error, Parameterization, Partition};
 
 /// Sides that differ, so that none can stand for another.
 const SIZES: Sizes = Sizes { image: [96, 64], map: [512, 384] };
@@ -37,23 +39,14 @@ const OF_TABLES: f64 = 1e-9;
 
 #[test]
 fn the_jacobian_of_the_tables() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/tables.json");
-    let t: Json = serde_json::from_str(&std::fs::read_to_string(path).expect(path)).expect("tables.json");
-    let number = |j: &Json| j.as_f64().expect("a number");
-    let vector = |j: &Json| DVec3::new(number(&j[0]), number(&j[1]), number(&j[2]));
+    let t = tables();
     let side = |j: &Json| [0, 1].map(|i| j[i].as_u64().expect("a side") as u32);
     let (case, inputs) = (&t["jacobian"], &t["matrices"]["inputs"]);
-    let c = &inputs["camera"];
-    let [fov, aspect, near, far] = ["fovy", "aspect", "near", "far"].map(|k| number(&c[k]));
-    let eye = vector(&c["eye"]);
-    let camera =
-        Camera::look_at(eye, eye + vector(&c["forward_unnormalised"]), vector(&c["up"]), fov, aspect, near, far);
-    let rows = &t["matrices"][case["matrix"].as_str().expect("a name")]["M"];
-    let flat: Vec<f64> = (0..16).map(|i| number(&rows[i / 4][i % 4])).collect();
-    let map = DMat4::from_rows_array(flat.as_slice().try_into().expect("16 numbers"));
+    let camera = camera(&inputs["camera"]);
+    let map = tables::matrix(&t["matrices"][case["matrix"].as_str().expect("a name")]["M"]);
     let (_, scene, _) = by_hand().swap_remove(0);
     let light = directional(vector(&inputs["light_direction_unnormalised"]));
-    let v = View { name: "tables".into(), scene, camera: camera.expect("a camera"), light };
+    let v = View { name: "tables".into(), scene, camera, light };
     let p = Parameterization::of_partitions(vec![Partition::of_matrix(map)], 1024);
     let sizes = Sizes { image: side(&case["screen"]), map: side(&case["shadow"]) };
     let (x, n) = (vector(&case["X"]), vector(&case["N"]));

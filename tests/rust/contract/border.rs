@@ -1,6 +1,5 @@
 //! The border of a map: read by filters, so as complete as the rest.
 
-use crate::support::cpu::triangle_mesh;
 use glam::{DMat4, DVec2, DVec3};
 use shadowlab::fit::BORDER_TEXELS;
 use shadowlab::focus::ReceiverSamples;
@@ -10,6 +9,8 @@ use shadowlab::render::{Filter, Renderer};
 use shadowlab::scene::{DirectionalLight, SpotLight};
 use shadowlab::techniques::{specs, technique};
 use shadowlab::{Camera, Light, Progress, Scene};
+
+use crate::support::cpu::triangle_mesh;
 
 const RESOLUTION: u32 = 32;
 /// Of the casters, far above all that the camera sees.

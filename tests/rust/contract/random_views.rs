@@ -9,9 +9,6 @@
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::configuration::{Configuration, random_settings};
-use crate::support::boxes::Boxes;
-use crate::support::views::Random;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 use shadowlab::focus::ReceiverSamples;
@@ -20,6 +17,10 @@ use shadowlab::parameterization::{PostWarp, Region};
 use shadowlab::rays::{LightFrame, LightRays};
 use shadowlab::techniques::{TECHNIQUES, Technique, Value, technique};
 use shadowlab::{Error, Parameterization, Partition};
+
+use super::configuration::{Configuration, random_settings};
+use crate::support::boxes::Boxes;
+use crate::support::views::Random;
 
 const COUNT: u64 = 10_000;
 /// Receivers looked at in each map; each with all casters above it.

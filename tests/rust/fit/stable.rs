@@ -1,13 +1,13 @@
 //! Stable maps as rendered: the camera moves, the texels do not.
 
-use crate::support::views;
-use crate::support::views::{Random, directional};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use shadowlab::geometry::Aabb;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::techniques::{Value, technique};
 use shadowlab::{Camera, Progress, Scene};
+
+use crate::support::views::{self, Random, directional};
 
 const RESOLUTION: u32 = 256;
 

@@ -3,14 +3,15 @@
 //! The scenes are towns around the eye, so that boxes lie behind the reference point of a warp, where w <= 0, and across it.
 
 #[allow(dead_code, reason = "shared with the contract tests")]
-use crate::support::boxes::Boxes;
-use crate::support::views::{Random, cube, directional, look, placed, square};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note;
 use shadowlab::scene::{Camera, Light, Scene, SpotLight};
 use shadowlab::techniques::{FIT, Kind, Make, TECHNIQUES, Value, technique};
 use shadowlab::{Error, Parameterization};
+
+use crate::support::boxes::Boxes;
+use crate::support::views::{Random, cube, directional, look, placed, square};
 
 const RESOLUTION: u32 = 512;
 const SCENES: u64 = 60;

@@ -4,7 +4,6 @@ pub mod maps;
 pub mod seams;
 
 use glam::DVec3;
-use maps::{alone, nowhere, repeated, views};
 use rayon::prelude::*;
 use shadowlab::image::{GBuffer, ShadowMask};
 use shadowlab::parameterization::{Parameterization, Partition};
@@ -12,6 +11,8 @@ use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
 use shadowlab::{Camera, Error, Light, Progress, Scene, techniques};
+
+use maps::{alone, nowhere, repeated, views};
 
 const SIZE: [u32; 2] = [240, 160];
 const SETTINGS: MaskSettings =

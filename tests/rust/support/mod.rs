@@ -7,4 +7,5 @@ pub mod gpu;
 pub mod measure;
 pub mod published_view;
 pub mod setup;
+pub mod tables;
 pub mod views;

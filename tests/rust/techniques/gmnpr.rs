@@ -1,4 +1,4 @@
-//! GMNPR and GLPR: λ at every light angle, and the errors on the centre ray (theory.md 6 and 7).
+//! GMNPR, GLPR beside it: λ at every light angle, and the errors on the centre ray (theory.md 6 and 7).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,9 +7,9 @@ use shadowlab::fit::crop;
 use shadowlab::geometry::Rows;
 
 use crate::support::setup::{
-    self, EXACT, Params, Setup, Values, around, at_angle, close, difference, matrix, number, numbers, oblique, set,
-    tables, turned, word,
+    EXACT, Params, Setup, Values, around, at_angle, close, difference, oblique, set, turned, word,
 };
+use crate::support::tables::{self, matrix, number, numbers, tables};
 
 /// (6.1) and (6.3) as written there: λ_GMNPR of a whole frustum.
 fn lambda_gmnpr([n, f]: [f64; 2], tan_phi: f64, theta: f64) -> f64 {
@@ -57,7 +57,7 @@ fn lambda_of_the_tables_at_every_angle() {
 fn whole_matrices_at_each_light_angle() {
     let t = tables();
     for (degrees, case) in t["theta_config"]["by_theta_deg"].as_object().expect("angles") {
-        let s = Setup::whole_frustum(&t, setup::vector(&case["light_direction"]));
+        let s = Setup::whole_frustum(&t, tables::vector(&case["light_direction"]));
         for (key, name) in [("gmnpr", "gmnpr"), ("glpr_clamped", "glpr")] {
             let p = s.provisional(name, &[]);
             let k = s.view.receivers;
@@ -150,7 +150,7 @@ fn at_any_azimuth_the_whole_frustum_has_the_printed_lambda() {
 #[test]
 fn the_published_frustum_puts_the_reference_point_where_it_was_whatever_is_seen() {
     let c = oblique();
-    let small = || setup::box_scene(DVec3::new(2.0, -9.0, -40.0), DVec3::new(22.0, 1.0, -10.0));
+    let small = || tables::box_scene(DVec3::new(2.0, -9.0, -40.0), DVec3::new(22.0, 1.0, -10.0));
     for degrees in [8.0, 20.0, 40.0, 80.0, 130.0_f64] {
         let along = turned(&c, degrees.to_radians(), 0.7);
         let (whole, part) = (Setup::new(around(), c, along), Setup::new(small(), c, along));
@@ -171,7 +171,7 @@ fn the_published_frustum_puts_the_reference_point_where_it_was_whatever_is_seen(
 #[test]
 fn distances_are_continuous_in_the_light_angle_for_whole_and_clipped_bodies() {
     let c = oblique();
-    let scenes = [around(), setup::box_scene(DVec3::new(-20.0, -9.0, -50.0), DVec3::new(40.0, 3.0, -4.0))];
+    let scenes = [around(), tables::box_scene(DVec3::new(-20.0, -9.0, -50.0), DVec3::new(40.0, 3.0, -4.0))];
     let mut across = 0;
     for scene in scenes {
         for azimuth in [0.0, 0.9, 2.2, 5.0] {
@@ -205,45 +205,6 @@ fn distances_are_continuous_in_the_light_angle_for_whole_and_clipped_bodies() {
         }
     }
     assert!(across >= 8, "{across}");
-}
-
-#[test]
-fn glpr_errors_grow_as_depth_does_where_the_floor_is_not_reached() {
-    let t = tables();
-    let mut linear = 0;
-    for degrees in (1..=179).map(f64::from) {
-        let s = Setup::whole_frustum(&t, at_angle(degrees.to_radians()));
-        let (rows, values) = s.cropped("glpr", &[]);
-        let acute = degrees.min(180.0 - degrees);
-        let clamped = values.get("lambda") <= values.get("lambda_floor") || acute <= 30.0;
-        assert_eq!(clamped, acute < 36.0, "{degrees}");
-        let slope = s.f(&rows, 1.0);
-        let apart = [2.0, 5.0, 10.0, 50.0, 100.0]
-            .iter()
-            .map(|z| (s.f(&rows, *z) / (slope * z) - 1.0).abs())
-            .fold(0.0, f64::max);
-        assert_eq!(apart < EXACT, !clamped, "{degrees}: {apart:e}");
-        if !clamped {
-            linear += 1;
-            assert!(values.get("phi_offset").abs() < EXACT);
-            // 7.1.
-            let tangent = s.tan_phi() / acute.to_radians().tan();
-            close("7.1", values.get("lambda"), (1.0 - tangent) / (99.0 + 101.0 * tangent), 1e-8);
-        }
-    }
-    assert_eq!(linear, 109);
-}
-
-#[test]
-fn the_floor_of_glpr_is_a_share_of_near_over_far() {
-    let t = tables();
-    let s = Setup::whole_frustum(&t, at_angle(31.0_f64.to_radians()));
-    for floor in [0.02, 0.1, 0.5, 30.0] {
-        let values = Values(s.provisional("glpr", &[set("lambda_floor", floor)]).values);
-        close("floor", values.get("lambda_floor"), floor / 100.0, EXACT);
-        let raw = number(&t["lambda"]["glpr_raw"][10]);
-        close("lambda", values.get("lambda"), raw.max(floor / 100.0), 1e-8);
-    }
 }
 
 #[test]

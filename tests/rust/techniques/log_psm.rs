@@ -1,53 +1,23 @@
 //! Logarithmic maps: the closed forms of their errors, the tables, what they refuse, and what they do to shadows.
 
-use std::sync::Arc;
-
-use glam::{DAffine3, DVec3, DVec4};
-use serde_json::Value as Json;
+use glam::{DVec3, DVec4};
 use shadowlab::geometry::Rows;
 use shadowlab::note::Kind;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
-use shadowlab::scene::{DirectionalLight, Instance, library};
+use shadowlab::scene::library;
 use shadowlab::techniques::technique_of;
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Scene};
+
+use crate::support::tables::{box_scene, number, numbers, sun, tables, vector};
 
 const RESOLUTION: u32 = 512;
 /// Of central differences of ln w: the square of the step over z, 1e-8, and rounding over it.
 const DIFFERENCE: f64 = 1e-6;
 /// Of f64 through a few dozen operations.
 const EXACT: f64 = 1e-9;
-
-fn tables() -> Json {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/tables.json");
-    serde_json::from_str(&std::fs::read_to_string(path).expect(path)).expect("tables.json")
-}
-
-fn number(j: &Json) -> f64 {
-    j.as_f64().unwrap_or_else(|| panic!("a number, not {j}"))
-}
-
-fn vector(j: &Json) -> DVec3 {
-    DVec3::new(number(&j[0]), number(&j[1]), number(&j[2]))
-}
-
-fn numbers(j: &Json) -> Vec<f64> {
-    j.as_array().expect("numbers").iter().map(number).collect()
-}
-
-fn box_scene(low: DVec3, high: DVec3) -> Scene {
-    let corners = shadowlab::geometry::Aabb { min: low, max: high }.corners();
-    let faces: [[i64; 4]; 6] = [[0, 2, 6, 4], [1, 5, 7, 3], [0, 4, 5, 1], [2, 3, 7, 6], [0, 1, 3, 2], [4, 6, 7, 5]];
-    let triangles: Vec<[i64; 3]> = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
-    let mesh = Mesh::new(&corners.map(|p| p.to_array()), &triangles).expect("a box");
-    Scene::new(vec![Arc::new(mesh)], vec![Instance { mesh: 0, world_from_mesh: DAffine3::IDENTITY }]).expect("a scene")
-}
-
-fn sun(direction: DVec3) -> Light {
-    Light::Directional(DirectionalLight::new(direction).expect("a light"))
-}
 
 /// Light at an angle to a view along -z, in the plane of view and up.
 fn sun_at(theta: f64) -> Light {

@@ -1,10 +1,13 @@
 //! A file or folder a technique, named as it is, and what holds of several.
 
 mod along_view;
+mod face_partition;
+mod glpr;
 mod gmnpr;
 mod lispsm;
 mod log_psm;
 mod plane_optimal;
+mod point_light;
 mod psm;
 mod registry;
 mod storage_factors;

@@ -5,7 +5,8 @@ use shadowlab::geometry::Rows;
 use shadowlab::note::{Detail, Kind};
 use shadowlab::rays::LightRays;
 
-use crate::support::published_view::{EXACT, View, box_scene, difference, matrix, number, points, sun, tables};
+use crate::support::published_view::{EXACT, View, difference};
+use crate::support::tables::{box_scene, matrix, number, points, sun, tables};
 
 /// w > 0 on K, the winding of the light, rows that vanish on the light, depth that grows along it.
 fn assert_sound(what: &str, v: &View, rows: &Rows) {

@@ -10,11 +10,11 @@
 //! the axis (dp/ds of theory.md E.1), where both agree, and of the height, which is the same across the view. m_t is the length
 //! of a side of constant s. So height times m_t is the area of a texel, and both are measured over the body's whole outline.
 
-use crate::support::measure;
-use crate::support::measure::{DIFFERENCES, LocalMap, assert_printed, degrees, frustum, made, outline};
 use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::parameterization::Partition;
 use shadowlab::scene::{Camera, Light, Scene};
+
+use crate::support::measure::{self, DIFFERENCES, LocalMap, assert_printed, degrees, frustum, made, outline};
 
 /// Far over near, of all tables.
 const RATIOS: [f64; 4] = [10.0, 100.0, 1000.0, 1e4];

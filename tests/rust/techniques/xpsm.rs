@@ -1,14 +1,14 @@
 //! XPSM against its table, against the techniques it is one of, and its published unit-cube clipping against what it loses.
 
-#[allow(dead_code, reason = "shared with the contract tests")]
 use crate::support::boxes::Boxes;
+#[allow(dead_code, reason = "shared with the contract tests")]
+use crate::support::tables::{box_scene, camera, matrix, number, tables, vector};
 use crate::support::views::{Random, cube, directional, look, placed, square};
 use glam::{DMat3, DMat4, DVec3};
-use serde_json::Value as Json;
 use shadowlab::Parameterization;
 use shadowlab::fit::crop;
 use shadowlab::focus::{Focus, FocusedView};
-use shadowlab::geometry::{Aabb, Rows};
+use shadowlab::geometry::Rows;
 use shadowlab::note::{Detail, Kind};
 use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::techniques::technique_of;
@@ -35,23 +35,11 @@ fn difference_across(a: &Parameterization, b: &Parameterization) -> f64 {
     difference(&Rows { z: a.w, ..a }.matrix(), &Rows { z: b.w, ..b }.matrix())
 }
 
-fn box_scene(low: DVec3, high: DVec3) -> Scene {
-    let b = Aabb { min: low, max: high };
-    placed(&[(cube(), DMat3::from_diagonal(0.5 * b.extent()), b.center())])
-}
-
 #[test]
 fn the_matrix_of_the_tables() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/tables.json");
-    let tables: Json = serde_json::from_str(&std::fs::read_to_string(path).expect(path)).expect("tables.json");
+    let tables = tables();
     let (inputs, table) = (&tables["matrices"]["inputs"], &tables["matrices"]["xpsm"]);
-    let number = |j: &Json| j.as_f64().expect("a number");
-    let vector = |j: &Json| DVec3::new(number(&j[0]), number(&j[1]), number(&j[2]));
-    let c = &inputs["camera"];
-    let forward = c.get("forward").or(c.get("forward_unnormalised")).expect("forward");
-    let [fov, aspect, near, far] = ["fovy", "aspect", "near", "far"].map(|k| number(&c[k]));
-    let eye = vector(&c["eye"]);
-    let camera = Camera::look_at(eye, eye + vector(forward), vector(&c["up"]), fov, aspect, near, far).expect("one");
+    let camera = camera(&inputs["camera"]);
     let light = directional(vector(&inputs["light_direction_unnormalised"]));
     let scene = box_scene(vector(&inputs["scene_aabb"][0]), vector(&inputs["scene_aabb"][1]));
     let p = made(&format!("xpsm:coefficient={},epsilon_w={}", table["coef"], table["eps_w"]), &scene, &camera, &light);
@@ -60,8 +48,7 @@ fn the_matrix_of_the_tables() {
     let view = FocusedView::new(&scene, &camera, &light, Focus::SceneFit);
     let ours = Rows::of(&(p.partitions[0].shadow_clip_from_world * DMat4::from_translation(view.origin)));
     let ours = crop(&ours, &view, view.receivers.vertices(), view.casters().vertices());
-    let flat: Vec<f64> = (0..16).map(|i| number(&table["M"][i / 4][i % 4])).collect();
-    let table = DMat4::from_rows_array(flat.as_slice().try_into().expect("16 numbers"));
+    let table = matrix(&table["M"]);
     let d = difference(&ours.moved_to_world(view.origin).matrix(), &table);
     assert!(d < JOGGLED, "{d:e}");
     assert!(difference(&(table * DMat4::from_scale(DVec3::splat(1.001))), &table) > JOGGLED, "the comparison is blind");

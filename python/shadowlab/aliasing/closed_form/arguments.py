@@ -41,7 +41,7 @@ def together(**values: npt.ArrayLike) -> list[Array]:
         raise ArgumentError(f"expected shapes that broadcast, got {shapes}; z[:, None] makes a table of two") from None
 
 
-def real(name: str, value: Any) -> Array:
+def real(name: str, value: object) -> Array:
     """The value as an array of float64; infinities and NaN are left to the check of its range."""
     try:
         array = np.asarray(value)
@@ -141,7 +141,7 @@ def check_whole(name: str, value: Array) -> None:
     refuse(name, value, wrong, "a whole number of 1 or more", "4 is a common number of splits")
 
 
-def check_name(name: str, value: Any, known: Sequence[str]) -> str:
+def check_name(name: str, value: object, known: Sequence[str]) -> str:
     """The value, one of the known names.
 
     Raises

@@ -1,5 +1,6 @@
 //! The footprint of an image against that of its points, one by one, and against what the renderer looks up.
 
+use glam::{DMat4, DVec3};
 use shadowlab::aliasing::footprint::footprint;
 use shadowlab::aliasing::texel::Texel;
 use shadowlab::image::{Footprint, GBuffer, ShadowMask};
@@ -12,7 +13,6 @@ use super::measured::{
     DEPTH, MAJOR, PERSPECTIVE, PERSPECTIVE_TS, PROJECTION, Picture, SINGLE, Sizes, at, differing, gbuffer,
 };
 use crate::support::views::{View, by_hand, directional, points, spots};
-use glam::{DMat4, DVec3};
 
 pub const MAP: [u32; 2] = [512, 384];
 

@@ -1,10 +1,10 @@
 //! Light that runs against the view, exactly and nearly: the plane across h stands along the rays there.
 
 use glam::{DMat2, DVec3};
+use shadowlab::techniques::technique_of;
 
 use super::measured::{EXACT, Sizes, assert_close, at, matrix, one, speed, step, texel};
 use crate::support::views::{View, by_hand, directional};
-use shadowlab::techniques::technique_of;
 
 /// Square pixels.
 const SIZES: Sizes = Sizes { image: [140, 100], map: [512, 384] };

@@ -1,11 +1,12 @@
 //! The CPU G-buffer: positions and normals against f64 geometry, ties, placement, degenerate triangles.
 
-use crate::support::cpu::*;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use shadowlab::image::GBuffer;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::{Camera, Error, Progress, Scene};
+
+use crate::support::cpu::*;
 
 fn camera(eye: DVec3, target: DVec3) -> Camera {
     Camera::look_at(eye, target, DVec3::Y, 0.9, 1.25, 0.05, 100.0).unwrap()

@@ -1,13 +1,14 @@
 //! Depth maps that are even in the logarithm of w: every texel against a ray of its own.
 
-use crate::support::cpu as cpu_support;
-use crate::support::cpu::{Random, clip_from_pixels, depth, one_map, triangle_mesh, triangles};
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3};
 use shadowlab::geometry::Rows;
 use shadowlab::parameterization::{Parameterization, PostWarp};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::{Error, Mesh, Progress, Scene};
+
+use crate::support::cpu as cpu_support;
+use crate::support::cpu::{Random, clip_from_pixels, depth, one_map, triangle_mesh, triangles};
 
 /// Of the depth of a texel: its rounding to f32, and as much again for the plane it lies in.
 const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;

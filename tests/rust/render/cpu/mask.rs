@@ -1,6 +1,5 @@
 //! The CPU shadow mask: closed forms of bias, filter and limits; acne where it must be and nowhere else.
 
-use crate::support::cpu::*;
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
@@ -8,6 +7,8 @@ use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, PointLight, SpotLight};
 use shadowlab::{Camera, Error, Light, Progress, Scene};
+
+use crate::support::cpu::*;
 
 /// The orthographic map of a directional light: the square of half side `radius` around `target`, depth 4 radii.
 fn ortho(direction: DVec3, target: DVec3, radius: f64) -> DMat4 {

@@ -1,8 +1,9 @@
 //! Meshes much larger than the map: depth against the plane in closed form, edges shared between all ways to draw.
 
-use crate::support::cpu::*;
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use shadowlab::{Mesh, Scene};
+
+use crate::support::cpu::*;
 
 /// Half the distance of two f32 just below 1.
 const HALF_ULP: f64 = 0.25 * f32::EPSILON as f64;

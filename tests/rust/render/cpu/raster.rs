@@ -1,10 +1,11 @@
 //! The CPU depth pass: coverage and depth against exact arithmetic, clipping, extremes, determinism.
 
-use crate::support::cpu::*;
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::{Error, Progress, Scene};
+
+use crate::support::cpu::*;
 
 /// Rounding of one f32 operation on a value near 1.
 const ULP: f64 = f32::EPSILON as f64;

@@ -1,12 +1,13 @@
 //! The two renderers on every library scene: depth maps, G-buffers and masks.
 
-use super::agreement::{DEPTH_TOLERANCE, DIFFERING_SHARE, Difference, compare};
-use crate::support::gpu::{renderer, single_map};
 use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::{Camera, Light, Mesh, Progress, Scene, techniques};
+
+use super::agreement::{DEPTH_TOLERANCE, DIFFERING_SHARE, Difference, compare};
+use crate::support::gpu::{renderer, single_map};
 
 #[test]
 fn depth_maps_agree_on_every_library_scene() {

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::support::gpu::{camera_above, renderer, single_map};
 use glam::{DAffine3, DMat4, DVec3};
 use shadowlab::render::gpu::{GpuRenderer, adapters};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, Instance, SpotLight};
 use shadowlab::{Camera, Error, Light, Mesh, Progress, Scene};
+
+use crate::support::gpu::{camera_above, renderer, single_map};
 
 /// Depths are z / w in single precision, of numbers that went through a dozen operations.
 const DEPTH_TOLERANCE: f64 = 16.0 * f32::EPSILON as f64;

@@ -1,9 +1,5 @@
 //! The texel at every pixel on a graphics device: as on the processor, to bounds that follow from single precision.
 
-use super::footprints::{Agreement, NAMES, compare};
-use crate::render::selection::maps;
-use crate::render::selection::maps::{View, faces, lamp};
-use crate::support::gpu::{camera_above, renderer, single_map};
 use glam::{DMat4, DVec3, DVec4};
 use shadowlab::image::{Footprint, GBuffer};
 use shadowlab::parameterization::PostWarp;
@@ -13,6 +9,10 @@ use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{DirectionalLight, PointLight, SpotLight, library};
 use shadowlab::techniques::technique_of;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Result, Scene};
+
+use super::footprints::{Agreement, NAMES, compare};
+use crate::render::selection::maps::{self, View, faces, lamp};
+use crate::support::gpu::{camera_above, renderer, single_map};
 
 const SIZE: [u32; 2] = [320, 240];
 const RESOLUTION: [u32; 2] = [1024, 512];

@@ -1,14 +1,15 @@
 //! Several maps on a graphics device: each pixel asks the map that it asks on the processor, and gets the same light.
 
-use crate::render::selection::maps::{View, alone, repeated, views};
-use crate::render::selection::seams;
-use crate::support::gpu::{camera_above, renderer, single_map};
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
 use shadowlab::{Error, Progress, techniques};
+
+use crate::render::selection::maps::{View, alone, repeated, views};
+use crate::render::selection::seams;
+use crate::support::gpu::{camera_above, renderer, single_map};
 
 const SIZE: [u32; 2] = [300, 200];
 /// Roundings of a receiver's place in f32, in units of the last place of the farthest point of the scene from the eye.

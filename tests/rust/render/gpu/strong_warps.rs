@@ -1,15 +1,16 @@
 //! The gpu renderer where w varies by many orders of magnitude: maps held against rays in f64, views against the cpu renderer.
 
-use crate::render::strong::cases::{
-    SIZE, assert_a_ground_has_no_hole, assert_no_triangle_is_lost, assert_singular_matrices_are_drawn,
-};
-use crate::support::cpu as cpu_support;
-use crate::support::gpu::{renderer, single_map};
 use glam::{DMat4, DVec3};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::gpu::GpuRenderer;
 use shadowlab::{Camera, Progress, Scene};
+
+use crate::render::strong::cases::{
+    SIZE, assert_a_ground_has_no_hole, assert_no_triangle_is_lost, assert_singular_matrices_are_drawn,
+};
+use crate::support::cpu as cpu_support;
+use crate::support::gpu::{renderer, single_map};
 
 fn depth(gpu: &GpuRenderer, scene: &Scene, m: DMat4) -> Vec<f32> {
     gpu.depth_maps(scene, &single_map(m), SIZE, &Progress::new()).unwrap().data

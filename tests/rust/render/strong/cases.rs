@@ -1,9 +1,10 @@
 //! Strong homographies and scenes that show under them.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3, DVec4};
 use shadowlab::scene::Instance;
 use shadowlab::{Mesh, Scene};
-use std::sync::Arc;
 
 use crate::render::strong::oracle::{bounds, judge};
 use crate::support::cpu::{Random, triangle_mesh};

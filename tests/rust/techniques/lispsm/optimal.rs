@@ -3,13 +3,14 @@
 //! Everything here is measured by central differences of the finished matrix at points of the body, which share nothing with
 //! the search but the definition (theory.md E.1, E.2): lengths across the ray, over eye depth.
 
-use crate::support::measure::{DIFFERENCES, LocalMap, assert_printed, degrees, frustum, made, outline, view_of};
-use crate::support::views::{Random, cube, placed};
 use glam::{DMat3, DVec2, DVec3};
 use shadowlab::Parameterization;
 use shadowlab::focus::{Coverage, FocusedView};
 use shadowlab::note::Kind;
 use shadowlab::scene::{Camera, DirectionalLight, Light, Scene, SpotLight};
+
+use crate::support::measure::{DIFFERENCES, LocalMap, assert_printed, degrees, frustum, made, outline, view_of};
+use crate::support::views::{Random, cube, placed};
 
 /// The error of a finished map in a norm, receivers weighted.
 fn error(p: &Parameterization, view: &FocusedView, norm: &str, near_weight: f64, points: &[DVec3]) -> f64 {

@@ -1,6 +1,5 @@
 //! The outline of receivers against the fit: whatever the warp, its corners span what the fit gives the map.
 
-use crate::support::views::{Random, cube, look, placed};
 use glam::{DMat3, DVec3};
 use shadowlab::fit::{Tightening, spot_depths};
 use shadowlab::focus::{Coverage, Focus, FocusedView, receivers_extent};
@@ -8,6 +7,8 @@ use shadowlab::geometry::{Aabb, Rows};
 use shadowlab::scene::{Camera, DirectionalLight, Light, Scene, SpotLight};
 use shadowlab::techniques::kit::WarpSpace;
 use shadowlab::techniques::lispsm::receivers_outline;
+
+use crate::support::views::{Random, cube, look, placed};
 
 /// Of an extent: roundings of two ways to the same corners, through w over three decades.
 const EXACT: f64 = 1e-9;

@@ -9,7 +9,8 @@ use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, library};
 use shadowlab::techniques::plane_optimal::{DominantPlane, dominant_plane};
 
-use crate::support::published_view::{EXACT, View, difference, sun};
+use crate::support::published_view::{EXACT, View, difference};
+use crate::support::tables::sun;
 
 /// Numbers in [0, 1) that are the same every time.
 struct Random(u64);

@@ -8,7 +8,8 @@ use shadowlab::note::Kind;
 use shadowlab::rays::LightRays;
 use shadowlab::scene::{Camera, Light, PointLight, SpotLight};
 
-use crate::support::published_view::{EXACT, View, box_scene, difference, matrix, number, points, sun, tables};
+use crate::support::published_view::{EXACT, View, difference};
+use crate::support::tables::{box_scene, matrix, number, points, sun, tables};
 
 const GROUND: &str = "plane_optimal:plane=(0,1,0,1)";
 

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 
-from . import _core
-from .errors import ArgumentError, UnknownNameError
-from .text import shown
-from .types import Backend, Filter, Up
+from .. import _core
+from ..errors import ArgumentError, UnknownNameError
+from ..types import Backend, Filter, Up
+from .words import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     import numpy.typing as npt
 
-    from .types import RendererLike
+    from ..types import RendererLike
 
 FILTERS: tuple[Filter, ...] = get_args(Filter)
 BACKENDS: tuple[Backend, ...] = get_args(Backend)

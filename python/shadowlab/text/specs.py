@@ -1,34 +1,22 @@
 """Texts that name things: `lispsm:near=basic`, `@forest:trees=500`, `1,2,3`, `1280x720`; and back again.
 
 What stands in parentheses is one value, whatever separators are in it, as in src/techniques/text.rs:
-`z_partition:count=4,inner=(lispsm:near=optimal)/uniform`, `plane_optimal:plane=(0,1,0,0)`. Numbers and lists as people
-read them, and values as JSON knows them, stand at the end.
+`z_partition:count=4,inner=(lispsm:near=optimal)/uniform`, `plane_optimal:plane=(0,1,0,0)`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Mapping
+from typing import TypeAlias
 
-import numpy as np
-
-from .errors import ArgumentError, UnknownNameError
+from ..errors import ArgumentError, UnknownNameError
 
 # The values of a bias, in the order in which they are told.
 BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
 #: What a text can say: a flag, a number, a word, or a tuple of numbers or of such tuples.
-Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
-
-# Letters of a value that a message shows.
-LONGEST_SHOWN = 80
-
-
-def shown(value: object) -> str:
-    """A value for messages: on one line, and no longer than one can read."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+Parsed: TypeAlias = "bool | int | float | str | tuple[Parsed, ...]"
 
 
 def pieces(text: str, separator: str) -> list[str] | None:
@@ -54,7 +42,7 @@ def bare(text: str) -> str:
     return text
 
 
-def parse_value(text: str) -> Value:
+def parse_value(text: str) -> Parsed:
     """A flag, a whole number, a number, a word, or a tuple of numbers that stand in parentheses."""
     text = text.strip()
     inner = bare(text)
@@ -73,7 +61,7 @@ def parse_value(text: str) -> Value:
     return inner
 
 
-def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
+def parse_spec(text: str, what: str) -> tuple[str, dict[str, Parsed]]:
     """Name and parameters of `name:key=value,key=value`.
 
     Raises
@@ -82,7 +70,7 @@ def parse_spec(text: str, what: str) -> tuple[str, dict[str, Value]]:
         For an empty name, a parameter without a value, or one that is given twice.
     """
     name, colon, rest = text.strip().partition(":")
-    values: dict[str, Value] = {}
+    values: dict[str, Parsed] = {}
     parts = pieces(rest, ",") if colon else []
     if parts is None:
         raise ArgumentError(
@@ -194,42 +182,3 @@ def format_bias(bias: object) -> str:
 def settings_text(settings: Mapping[str, object]) -> str:
     """Settings on one line."""
     return ", ".join(f"{key}={format_value(value)}" for key, value in settings.items())
-
-
-def share_text(share: float) -> str:
-    """A share in per cent with three significant digits, never rounded to nothing."""
-    value = 100.0 * share
-    return "0 %" if value == 0 else f"{value:#.3g} %" if value < 99.95 else "100 %"
-
-
-def digits(value: float) -> str:
-    """A number with three digits, or whole from a thousand on."""
-    return f"{value:,.0f}" if abs(value) >= 999.5 else f"{value:.3g}"
-
-
-def px_text(value: float) -> str:
-    """A length in the picture."""
-    return f"{digits(value)} px"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names as English lists them."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def plain(value: object) -> Any:
-    """The value as JSON knows it: arrays become lists, NaN and missing become null, infinity the word "inf"."""
-    if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        number = float(value)
-        return None if math.isnan(number) else number if math.isfinite(number) else "inf" if number > 0 else "-inf"
-    return value if value is None or isinstance(value, str) else str(value)

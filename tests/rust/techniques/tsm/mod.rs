@@ -1,3 +1,0 @@
-//! The trapezoidal map.
-
-pub mod trapezoid;

@@ -232,7 +232,6 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
     lens = pyrender.PerspectiveCamera(1.0, znear=0.1, zfar=9, aspectRatio=1)
     source.add(pyrender.OrthographicCamera(1, 1), name="flat")
     source.add(pyrender.IntrinsicsCamera(100, 100, 50, 50), name="pinhole")
-    source.add(lens, pose=np.diag([-1.0, 1, 1, 1]), name="mirrored")
     source.add(lens, pose=np.diag([1.0, 2, 1, 1]), name="stretched")
     source.add(lens, pose=np.diag([2.0, 2, 2, 1]), name="doubled")
     source.add(pyrender.SpotLight(outerConeAngle=np.pi / 2, range=3.0), name="wide")
@@ -243,7 +242,6 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
         "'flat': it is orthographic",
         "'pinhole'",
         "from_matrices",
-        "'mirrored'",
         "'stretched'",
         "'wide'",
         "cone_angle",
@@ -253,6 +251,37 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
     # A view that is scaled has depths that are.
     assert (scene.cameras["doubled"].near, scene.cameras["doubled"].far) == pytest.approx((0.2, 18))
     assert not scene.lights
+
+
+def test_scenes_that_only_look_like_pyrenders():
+    """What is asked of a scene is its attributes; pyrender itself keeps no mirrored pose."""
+    primitive = SimpleNamespace(positions=TRIANGLE, indices=FACE.astype(np.float32), poses=None, mode=4)
+    mesh = SimpleNamespace(primitives=[primitive, primitive])
+    lens = SimpleNamespace(yfov=1.0, aspectRatio=1.0, znear=0.1, zfar=9.0, name=None)
+
+    def node(**things):
+        return SimpleNamespace(**{"name": None, "mesh": None, "camera": None, "light": None, **things})
+
+    placed = [
+        node(mesh=mesh),
+        node(camera=lens),
+        node(camera=lens, name="mirrored"),
+        node(light=SimpleNamespace(name="a")),
+    ]
+    source = SimpleNamespace(
+        mesh_nodes=placed[:1],
+        camera_nodes=placed[1:3],
+        light_nodes=placed[3:],
+        get_pose=lambda one: np.diag([-1.0 if one.name == "mirrored" else 1.0, 1, 1, 1]),
+    )
+    with pytest.warns(ShadowlabWarning, match="left out camera 'mirrored': its pose mirrors"):
+        scene = sl.Scene.from_trimesh(source)
+    assert (scene.mesh_count, scene.instance_count) == (1, 2)
+    assert dict(scene.lights) == {"a": sl.DirectionalLight((0, 0, -1))}
+    assert list(scene.cameras) == ["camera 1"]
+    primitive.indices = FACE + 0.5
+    with pytest.raises(ArgumentError, match="faces"):
+        sl.Scene.from_trimesh(source)
 
 
 def test_cameras_and_lights_move_with_their_scene():

@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 import travel_support as support
-from travel_support import EXAMPLES, PENDING, SIZE, STAYS, bits, examples, name_of, public_classes
+from travel_support import EXAMPLES, SIZE, STAYS, bits, examples, name_of, public_classes
 
 import shadowlab as sl
 from shadowlab import _core
@@ -17,7 +17,7 @@ from shadowlab.travel import Value
 
 CLASSES = public_classes()
 ERRORS = [cls for cls in CLASSES if issubclass(cls, Exception)]
-TRAVELS = [cls for cls in CLASSES if name_of(cls) not in {*STAYS, *PENDING}]
+TRAVELS = [cls for cls in CLASSES if name_of(cls) not in STAYS]
 PROTOCOLS = range(pickle.HIGHEST_PROTOCOL + 1)
 # A pickle of a scene by the bytes that its meshes and transforms take (one affine map and one index an instance).
 MOST_OVERHEAD = 1.1
@@ -42,8 +42,8 @@ def test_every_public_class_has_examples_or_a_reason():
     known = {*EXAMPLES, *STAYS, *(name_of(cls) for cls in ERRORS)}
     assert names - known == set(), "add examples to tests/travel_support.py, or say there why it does not travel"
     assert known - names == set(), "there is no such public class any more"
-    assert {*STAYS, *PENDING} <= names
-    assert all(len(reason) > 10 for reason in {**STAYS, **PENDING}.values())
+    assert STAYS.keys() <= names
+    assert all(len(reason) > 10 for reason in STAYS.values())
     assert len(TRAVELS) > 30
 
 
@@ -78,15 +78,8 @@ def test_equal_to_itself_alone(cls):
         for other in values[:i]:
             assert value != other
             assert not value == other  # noqa: SIM201
-            assert hash(value) != hash(other)
-
-
-@pytest.mark.parametrize("name", PENDING)
-@pytest.mark.xfail(strict=True, reason="on the list of those that do not travel yet: remove it there")
-def test_those_that_do_not_travel_yet(name):
-    for value in examples(name):
-        check_same(pickle.loads(pickle.dumps(value)), value)
-        check_same(copy.deepcopy(value), value)
+            # Of -1 and -2 Python's own hashes are the same.
+            assert hash(value) != hash(other) or isinstance(value, int)
 
 
 def test_bits_tell_what_equality_does_not():

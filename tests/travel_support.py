@@ -6,6 +6,7 @@ Processes started by the tests import this module, so it needs nothing of pytest
 from __future__ import annotations
 
 import dataclasses
+import enum
 import functools
 import importlib
 import pkgutil
@@ -30,11 +31,6 @@ SIZE = (32, 18)
 # Public classes that do not travel, and why.
 STAYS = {
     "Renderer": "it holds a device; refusing to be pickled is tested by itself",
-}
-# Public classes that do not travel yet; the test fails for one that does, so that it leaves this list.
-PENDING = {
-    "LightAngles": "compares by identity",
-    "Temporal": "compares by identity",
 }
 # Classes without a public name that public functions return.
 UNNAMED = {
@@ -195,6 +191,16 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         sl.aliasing.misclassified(*judged()[:2]),
         sl.aliasing.misclassified(np.ones((2, 3)), np.zeros((2, 3), np.int8)),
     ],
+    "NoTexel": lambda: list(sl.aliasing.NoTexel),
+    "Difference": lambda: list(sl.aliasing.Difference),
+    "Cause": lambda: list(sl.aliasing.Cause),
+    "Truth": lambda: list(sl.trace.Truth),
+    "_core.Note": lambda: [
+        _core.Note("nothing_seen"),
+        _core.Note("no_warp", ["light_along_axis"]),
+        _core.Note("warp_distance_raised", values={"given": (-0.0, 1 / 3), "least": 2.0}, maps=[0, 2]),
+        _core.Note("warp_distance_raised", values={"given": (-0.0, 1 / 3), "least": 2.0}),
+    ],
     "Parameterization": lambda: [
         *map(
             parameterization,
@@ -288,6 +294,8 @@ def bits(thing: Any) -> Any:
         return [(name, bits(value)) for name, value in thing.items()]
     if hasattr(thing, "iloc"):
         return list(thing.columns), [bits(thing[column].to_numpy()) for column in thing.columns]
+    if isinstance(thing, enum.Enum):
+        return type(thing), thing.name
     if isinstance(thing, BaseException):
         return type(thing), thing.args
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
@@ -295,7 +303,7 @@ def bits(thing: Any) -> Any:
     if type(thing).__module__.split(".")[0] == "shadowlab":
         found = []
         for cls in type(thing).__mro__:
-            for name, member in vars(cls).items():
+            for name, member in sorted(vars(cls).items(), key=lambda entry: entry[0]):
                 # What it takes on the heap depends on how it was made.
                 if isinstance(member, types.GetSetDescriptorType) and name not in ("__dict__", "memory"):
                     try:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
@@ -28,7 +28,8 @@ DIGEST_BYTES = 16
 class Value:
     """Base of frozen dataclasses with ``eq=False``: `==`, `hash`, `copy`, `deepcopy` and `pickle` by their fields.
 
-    Everything but the fields, such as what a cached property holds, stays behind. Whoever writes into an array of a
+    Everything but the fields, such as what a cached property holds, stays behind. So do fields with ``compare=False``,
+    which belong to a process: they do not count, and come back as their defaults. Whoever writes into an array of a
     value that is a key of a dict loses it there, as with any mutable key.
     """
 
@@ -66,7 +67,7 @@ def restored(*parts: Any) -> Any:
     if checksum(state) != digest:
         raise damaged(cls.__name__, "its checksum is another")
     made = object.__new__(cls)
-    for name, value in state.items():
+    for name, value in {**_defaults(cls), **state}.items():
         object.__setattr__(made, name, value)
     return made
 
@@ -157,6 +158,8 @@ def _feed(digest: Any, value: Any) -> None:
             _feed(digest, item)
     elif isinstance(value, (np.ndarray, np.generic)):
         _feed_array(digest, np.asarray(value))
+    elif is_dataclass(value) and not isinstance(value, (type, Value)):
+        _feed(digest, [(field.name, getattr(value, field.name)) for field in fields(value) if field.compare])
     elif _is_table(value):
         _feed(digest, list(map(str, value.columns)))
         for i in range(len(value.columns)):
@@ -207,7 +210,11 @@ def _same_tables(a: Any, b: Any) -> bool:
 
 
 def _names(cls: type[Value]) -> list[str]:
-    return [field.name for field in fields(cast("Any", cls))]
+    return [field.name for field in fields(cast("Any", cls)) if field.compare]
+
+
+def _defaults(cls: type[Value]) -> dict[str, Any]:
+    return {field.name: field.default for field in fields(cast("Any", cls)) if not field.compare}
 
 
 def _values(value: Value) -> list[Any]:

@@ -154,7 +154,8 @@ impl State for PyParameterization {
             return Err("it has no map".into());
         }
         let selection = from.text()?;
-        let selection = SELECTIONS.iter().find(|s| s.0 == selection).ok_or_else(|| format!("maps are chosen by {selection:?}"))?.1;
+        let selection =
+            SELECTIONS.iter().find(|s| s.0 == selection).ok_or_else(|| format!("maps are chosen by {selection:?}"))?.1;
         let (resolution, border_texels) = (from.count()?, from.count()?);
         if !(1..=MAX_IMAGE_SIDE).contains(&resolution) {
             return Err(format!("its resolution is {resolution}"));

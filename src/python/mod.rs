@@ -47,13 +47,13 @@ mod _core {
     #[pymodule_export]
     use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
     #[pymodule_export]
+    use super::mesh::PyMesh;
+    #[pymodule_export]
     use super::note::PyNote;
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
-    #[pymodule_export]
-    use super::mesh::PyMesh;
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]

@@ -57,9 +57,8 @@ impl Meshes {
             all.frames.push(frame.matrix3.x_axis.x);
             all.frames.extend(frame.translation.to_array());
             // A mesh has fewer than 2^32 of each.
-            all.counts.extend(
-                [mesh.positions_local().len(), mesh.triangles().len(), mesh.dropped_faces()].map(|n| n as u32),
-            );
+            all.counts
+                .extend([mesh.positions_local().len(), mesh.triangles().len(), mesh.dropped_faces()].map(|n| n as u32));
         }
         all
     }

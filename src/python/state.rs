@@ -223,18 +223,15 @@ pub fn reduced<'py>(
     arrays: Vec<Bound<'py, PyAny>>,
 ) -> PyResult<Reduced<'py>> {
     let head = PyBytes::new(py, &[head, seal].concat());
-    let mut parts = vec![
-        name.into_pyobject(py)?.into_any(),
-        version.into_pyobject(py)?.into_any(),
-        head.into_any(),
-    ];
+    let mut parts = vec![name.into_pyobject(py)?.into_any(), version.into_pyobject(py)?.into_any(), head.into_any()];
     parts.extend(arrays);
     Ok((py.import("shadowlab._core")?.getattr("restore")?, PyTuple::new(py, parts)?))
 }
 
 /// A `StateError`.
 pub fn state_error(py: Python<'_>, name: &str, what: impl std::fmt::Display) -> PyErr {
-    let message = format!("{name}: expected the state that pickle wrote, but {what}; copy it again, or make a new {name}");
+    let message =
+        format!("{name}: expected the state that pickle wrote, but {what}; copy it again, or make a new {name}");
     exception(py, "StateError", message)
 }
 
@@ -259,11 +256,13 @@ impl<'py> Parts<'py> {
         let name: Option<String> = items.next().and_then(|item| item.extract().ok());
         let Some(name) = name else { return Err(state_error(py, "value", "its class is missing")) };
         let version: Option<i64> = items.next().and_then(|item| item.extract().ok());
-        let head: Option<Vec<u8>> = items.next().and_then(|item| Some(item.cast::<PyBytes>().ok()?.as_bytes().to_vec()));
+        let head: Option<Vec<u8>> =
+            items.next().and_then(|item| Some(item.cast::<PyBytes>().ok()?.as_bytes().to_vec()));
         let (Some(version), Some(mut head)) = (version, head) else {
             return Err(state_error(py, &name, "its version or its bytes are missing"));
         };
-        let version = u32::try_from(version).map_err(|_| state_error(py, &name, format!("its version is {version}")))?;
+        let version =
+            u32::try_from(version).map_err(|_| state_error(py, &name, format!("its version is {version}")))?;
         if head.len() < SEAL {
             return Err(state_error(py, &name, "it ends too early"));
         }

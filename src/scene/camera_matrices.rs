@@ -145,7 +145,8 @@ mod tests {
     const SAME: f64 = 64.0 * f64::EPSILON;
 
     fn camera(far: f64) -> Camera {
-        let (eye, target, up) = (DVec3::new(5e5, -3.0, 20.0), DVec3::new(5e5 + 4.0, 1.0, -9.0), DVec3::new(0.1, 1.0, 0.0));
+        let (eye, target, up) =
+            (DVec3::new(5e5, -3.0, 20.0), DVec3::new(5e5 + 4.0, 1.0, -9.0), DVec3::new(0.1, 1.0, 0.0));
         Camera::look_at(eye, target, up, 0.7, 1.6, 0.25, far).unwrap()
     }
 

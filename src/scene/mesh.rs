@@ -150,7 +150,8 @@ impl Mesh {
             return refused("dropped_faces", "fewer than 2^31 faces", faces.to_string());
         }
         let expected = if *dropped_faces > 0 { triangles.len() } else { 0 };
-        let rising = source_faces.is_sorted_by(|a, b| a < b) && source_faces.last().is_none_or(|&f| (f as usize) < faces);
+        let rising =
+            source_faces.is_sorted_by(|a, b| a < b) && source_faces.last().is_none_or(|&f| (f as usize) < faces);
         if source_faces.len() != expected || !rising {
             let got = format!("{} rows for {} triangles", source_faces.len(), triangles.len());
             return refused("source_faces", "a rising row for each triangle where faces were dropped, else none", got);

@@ -17,6 +17,7 @@ from ..errors import ArgumentError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..text import shown
 from ..text.checks import renderer_of
+from ..travel import Value
 from .arguments import check_types, size_of
 from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of
 from .columns import table
@@ -67,8 +68,8 @@ class Choice:
     about_equal: tuple[str, ...]
 
 
-@dataclass(frozen=True, repr=False)
-class Advice:
+@dataclass(frozen=True, eq=False, repr=False)
+class Advice(Value):
     """The result of `advise`: who is best at equal memory, where that switches, and the numbers behind it.
 
     Attributes

@@ -22,6 +22,7 @@ from ..scene.view import View, light_of
 from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checks import renderer_of
+from ..travel import Value
 from .arguments import check_types, resolutions_of, size_of
 from .columns import table
 from .evaluate import evaluate
@@ -71,8 +72,8 @@ class ByRun(Mapping["str | tuple[str, int]", T]):
         return f"{{{', '.join(f'{key!r}: {self._what}' for key in self._runs)}}}"
 
 
-@dataclass(frozen=True, repr=False)
-class Study:
+@dataclass(frozen=True, eq=False, repr=False)
+class Study(Value):
     """The result of `compare`: a table, pictures, and what they say.
 
     Attributes

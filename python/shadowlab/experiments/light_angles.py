@@ -30,6 +30,7 @@ from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checks import renderer_of, whole
+from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import current, table
 from .evaluate import evaluate, fitted
@@ -48,7 +49,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LightAngles:
+class LightAngles(Value):
     """Errors over the angle between light and view, one row a technique and angle.
 
     Attributes

@@ -31,6 +31,7 @@ from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checks import renderer_of, whole
 from ..trace import Truth
+from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import table
 from .evaluate import evaluate
@@ -51,7 +52,7 @@ RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Temporal:
+class Temporal(Value):
     """What maps do along a path, one row a technique and step in `table`.
 
     Attributes

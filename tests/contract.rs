@@ -8,7 +8,7 @@ mod views;
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-use checks::{Answers, Local, Receivers, answer, assert_contract, own_view};
+use checks::{Answers, Local, Receivers, answer, assert_contract, assert_factors, own_view};
 use glam::{DAffine3, DMat3, DVec3};
 use shadowlab::focus::{Focus, FocusedView, ReceiverSamples};
 use shadowlab::geometry::{Aabb, Rows};
@@ -38,6 +38,7 @@ fn check(v: &View, made: &[(String, Box<dyn Technique>)], samples: &ReceiverSamp
         assert_eq!(parameterized, again, "{what}: not the same twice");
         answers.count(t.spec().name, parameterized.is_some());
         if let Some(p) = parameterized {
+            assert_factors(&what, &p);
             assert_contract(&what, v, &r, &p, samples);
         }
     }

@@ -27,11 +27,6 @@ HEADS = ("memory", "rank", "candidate", "maps", "taken", "mean", "worst", "of be
 LONGEST_FAILURE = 60
 
 
-def has_numbers(one: Standing) -> bool:
-    """Whether anything was measured."""
-    return one.mean is not None and one.worst is not None
-
-
 def cells(one: Standing, measure: Measure) -> tuple[str, ...]:
     """A row of the table as people read it; a dash where nothing was measured."""
     size = (
@@ -48,7 +43,7 @@ def cells(one: Standing, measure: Measure) -> tuple[str, ...]:
     if (one.unused or 0.0) > UNUSED_FROM:
         taken += f" ({100 * (1 - (one.unused or 0.0)):.0f} %)"
     head = (memory_text(one.memory), "–" if one.rank is None else str(one.rank), one.candidate, size, taken)
-    if not has_numbers(one):
+    if one.mean is None or one.worst is None:
         short = one.failure if len(one.failure) <= LONGEST_FAILURE else f"{one.failure[:LONGEST_FAILURE]}…"
         return (*head, "–", "–", "–", f"failed: {short}")
     ratios = (
@@ -63,7 +58,7 @@ def text_table(advice: Any) -> str:
     standings = advice.standings
     lines = [HEADS, *(cells(one, advice.measure) for one in standings)]
     # The last column is as wide as its ratios; a failure may be longer.
-    whole = [HEADS, *(line for one, line in zip(standings, lines[1:], strict=True) if has_numbers(one))]
+    whole = [HEADS, *(line for one, line in zip(standings, lines[1:], strict=True) if one.mean is not None)]
     widths = [max(len(line[i]) for line in (lines if i < len(HEADS) - 1 else whole)) for i in range(len(HEADS))]
     text = [
         "  ".join(

@@ -81,11 +81,25 @@ pub enum Held {
     Within,
 }
 
+/// A map's matrix as a product, `fit * warp * lift` (theory.md (0.3)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// Light space from world: x, y and w are the ray through a point, z is its place along the ray.
+    pub lift: DMat4,
+    /// Provisional clip space from light space. Rows x, y and w do not read z: they are the homography on the light's rays
+    /// that makes the technique.
+    pub warp: DMat4,
+    /// Clip space from provisional clip space: the affine crop to receivers and casters, times a positive factor.
+    pub fit: DMat4,
+}
+
 /// One map: where it projects to, and for which part of the view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Partition {
     /// `shadow_clip_from_world`: NDC x, y in [-1, 1] with y up, z in [0, 1] with 0 nearest the light.
     pub shadow_clip_from_world: DMat4,
+    /// What it is the product of; nothing for somebody else's matrix.
+    pub factors: Option<Factors>,
     /// What follows the projective part.
     pub post_warp: PostWarp,
     /// Near and far camera depth this map covers.
@@ -201,6 +215,7 @@ impl Partition {
     pub fn of_matrix(shadow_clip_from_world: DMat4) -> Self {
         Self {
             shadow_clip_from_world,
+            factors: None,
             post_warp: PostWarp::None,
             eye_depth: [0.0, f64::INFINITY],
             region: Region::ALL,
@@ -264,6 +279,9 @@ impl Parameterization {
         let mut moved = self.clone();
         for partition in &mut moved.partitions {
             partition.shadow_clip_from_world *= DMat4::from_translation(origin);
+            if let Some(factors) = &mut partition.factors {
+                factors.lift *= DMat4::from_translation(origin);
+            }
             partition.region = partition.region.relative_to(origin);
             if !partition.shadow_clip_from_world.is_finite() {
                 let fix = "check where the matrix comes from";

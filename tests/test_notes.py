@@ -121,8 +121,8 @@ def test_a_doubt_is_a_note_of_the_run_and_keeps_it_out_of_rankings():
     assert run.notes == (run.doubt,)
     assert run.doubt.kind == "check_matrix"
     advice = sl.advise(
-        scene, scene.camera, scene.light, {"uniform": "uniform", "engine": wrong}, memory="16 KiB", size=(32, 18),
-        renderer="cpu", progress=False,
+        scene, scene.camera, scene.light, techniques={"uniform": "uniform", "engine": wrong}, memory="16 KiB",
+        size=(32, 18), renderer="cpu", progress=False,
     )  # fmt: skip
     engine = next(one for one in advice.standings if one.candidate == "engine")
     assert engine.doubted

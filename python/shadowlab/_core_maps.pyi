@@ -92,6 +92,27 @@ class Partition:
     def matrix(self) -> _Float:
         """(4, 4) float64: shadow clip from world."""
     @property
+    def lift(self) -> _Float | None:
+        """(4, 4) float64: light space from world, the first factor of ``matrix == fit @ warp @ lift``.
+
+        Rows x, y and w of a point are the light's ray through it, row z is its place along the ray. Under a directional light:
+        across, along the warp axis and along the light, in world units, w = 1. Under a spot: the light's perspective, w the
+        depth along its axis, z = -1. None of matrices from elsewhere.
+        """
+    @property
+    def warp(self) -> _Float | None:
+        """(4, 4) float64: provisional clip space from light space, the second factor of ``matrix == fit @ warp @ lift``.
+
+        Rows x, y and w are the homography on the light's rays that makes the technique; the identity of a uniform map. Row z is
+        the depth before the crop. None of matrices from elsewhere.
+        """
+    @property
+    def fit(self) -> _Float | None:
+        """(4, 4) float64: clip space from provisional clip space, the third factor of ``matrix == fit @ warp @ lift``.
+
+        The affine crop to receivers and casters, with the border, times a positive factor. None of matrices from elsewhere.
+        """
+    @property
     def eye_depth(self) -> tuple[float, float]:
         """(near, far) camera depth this map serves, world units."""
     @property

@@ -10,7 +10,7 @@
 //! ```
 
 use super::tightening::Tightening;
-use super::unit_cube::{MapSize, across, canonical, cut_to, fit, with_border, with_room};
+use super::unit_cube::{Fit, MapSize, across, cut_to, fit, with_border, with_room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
 use crate::parameterization::PostWarp;
@@ -30,9 +30,9 @@ pub fn fit_logarithmic(
     scene: &Scene,
     size: &MapSize,
     tightening: Tightening,
-) -> (Rows, PostWarp) {
+) -> (Fit, PostWarp) {
     logarithm(provisional, view, scene, size, tightening)
-        .unwrap_or_else(|| (fit(provisional, view, scene, size, tightening).clip_from_local, PostWarp::None))
+        .unwrap_or_else(|| (fit(provisional, view, scene, size, tightening), PostWarp::None))
 }
 
 fn logarithm(
@@ -41,7 +41,7 @@ fn logarithm(
     scene: &Scene,
     size: &MapSize,
     tightening: Tightening,
-) -> Option<(Rows, PostWarp)> {
+) -> Option<(Fit, PostWarp)> {
     let (rows, reference) = reciprocal(provisional)?;
     let tight = across(&rows, view, scene, tightening);
     let receivers = with_room(&tight, &rows, view, size);
@@ -63,10 +63,13 @@ fn logarithm(
     let border = 0.5 * range * (size.inset().recip() - 1.0);
     let mut map: Aabb = with_border(&receivers, size);
     (map.min.y, map.max.y) = (low * border.exp(), high * (-border).exp());
-    let cut = cut_to(&rows, &map, view, scene, tightening);
-    let fitted = canonical(&cut.clip_from_local, view);
+    let mut fitted = cut_to(&rows, &map, view, scene, tightening).canonical(view);
+    // y in the middle of the map is 0 before the crop already: where w hardly varies, a constant over w is the difference of
+    // far larger terms, which the product of the factors would leave the rounding of.
+    fitted.provisional.y -= rows.w * (0.5 * (map.min.y + map.max.y));
+    fitted.crop.w_axis.y = 0.0;
     // The fit leaves w alone but for its scale.
-    let w_low = reference / low * (fitted.w.truncate().length() / rows.w.truncate().length());
+    let w_low = reference / low * (fitted.clip_from_local.w.truncate().length() / rows.w.truncate().length());
     let scale = 2.0 * size.inset() / range;
     Some((fitted, PostWarp::Log { scale, offset: -scale * (w_low.ln() + 0.5 * range) }))
 }

@@ -4,7 +4,7 @@
 //! Departures: the radius is rounded up to a part of itself, not to an absolute length, so that it means the same at
 //! any scale; the depth range is the scene's.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 
 use super::unit_cube::MapSize;
 use crate::geometry::{Aabb, Rows};
@@ -23,6 +23,10 @@ const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
 pub struct StableGrid {
     /// `clip_from_world`.
     pub clip_from_world: Rows,
+    /// The light's frame, about the world's origin.
+    pub frame: LightFrame,
+    /// What crops it, an affine map.
+    pub crop: DMat4,
     /// World size of a texel; does not depend on the camera's pose.
     pub texel: f64,
     /// Radius of the sphere around the frustum before it is rounded up.
@@ -46,7 +50,8 @@ pub fn stable_grid(camera: &Camera, along: DVec3, depth_range: [f64; 2], size: &
     let [near, far] = depth_range;
     let low = (snapped - half).extend(near);
     let high = (snapped + half).extend(far);
-    StableGrid { clip_from_world: frame.orthographic().cropped(low, high), texel, radius, center }
+    let clip_from_world = frame.orthographic().cropped(low, high);
+    StableGrid { clip_from_world, frame, crop: Rows::crop(low, high), texel, radius, center }
 }
 
 /// Depth of the middle and radius of the smallest sphere around a camera's frustum with its middle on the axis (1.2).

@@ -12,7 +12,7 @@
 //! Whether a box can still change a bound is asked with a support function (no corners, no division), so that ten thousand
 //! instances cost well under a millisecond; only boxes that can are cut.
 
-use glam::{DAffine3, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DVec3, DVec4};
 
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use crate::error::{Error, Result};
@@ -72,19 +72,28 @@ pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize
     let provisional = &with_depth_of_w(provisional, view);
     let receivers = receivers_room(provisional, view, scene, size, tightening);
     let cut = cut_to(provisional, &with_border(&receivers, size), view, scene, tightening);
-    Fit { clip_from_local: canonical(&cut.clip_from_local, view), ..cut }
+    cut.canonical(view)
 }
 
 /// A fitted map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// From the view's local space.
+    /// From the view's local space: the crop of the provisional map.
     pub clip_from_local: Rows,
+    /// The map before the crop, with the depth row that the fit chose.
+    pub provisional: Rows,
+    /// The crop, an affine map of NDC times a positive factor.
+    pub crop: DMat4,
     /// Whether casters or receivers may lie nearer to a placed light than the map begins.
     pub begins_late: bool,
 }
 
 impl Fit {
+    /// The same map with w = 1 at the mean of the receivers' body.
+    pub(super) fn canonical(self, view: &FocusedView) -> Self {
+        let k = canonical_factor(&self.clip_from_local, view);
+        Self { clip_from_local: self.clip_from_local.scaled(k), crop: self.crop * k, ..self }
+    }
     /// The largest distance from a placed light at which the map begins, over the rays through the corners of K.
     pub fn begins_at(&self, view: &FocusedView) -> f64 {
         let Rows { z, w, .. } = self.clip_from_local;
@@ -133,7 +142,8 @@ pub(super) fn cut_to(provisional: &Rows, map: &Aabb, view: &FocusedView, scene: 
     let depth = map.max.z - near;
     let low = map.min.truncate().extend(near - DEPTH_MARGIN * depth);
     let high = map.max.truncate().extend(map.max.z + DEPTH_MARGIN * depth);
-    Fit { clip_from_local: provisional.cropped(low, high), begins_late }
+    let (clip_from_local, crop) = (provisional.cropped(low, high), Rows::crop(low, high));
+    Fit { clip_from_local, provisional: *provisional, crop, begins_late }
 }
 
 /// What the receivers of a map span in its provisional NDC as [`fit`] has it, border aside.
@@ -186,13 +196,14 @@ pub fn crop(provisional: &Rows, view: &FocusedView, across: &[DVec3], depth: &[D
     let depth = Aabb::from_points(depth.iter().map(|p| provisional.project(*p)));
     let low = across.min.truncate().extend(depth.min.z);
     let high = across.max.truncate().extend(depth.max.z);
-    canonical(&provisional.cropped(low, high), view)
+    let cropped = provisional.cropped(low, high);
+    cropped.scaled(canonical_factor(&cropped, view))
 }
 
-/// The same map with w = 1 at the mean of the receivers' body.
-pub(super) fn canonical(rows: &Rows, view: &FocusedView) -> Rows {
+/// What makes w = 1 at the mean of the receivers' body; 1 where w is not positive there.
+fn canonical_factor(rows: &Rows, view: &FocusedView) -> f64 {
     let w = rows.w.dot(view.receivers.vertex_mean().extend(1.0));
-    if w > 0.0 { rows.scaled(1.0 / w) } else { *rows }
+    if w > 0.0 { 1.0 / w } else { 1.0 }
 }
 
 /// Smallest NDC z of the instances' boxes above the rectangle of `extent`; nothing where no box is.

@@ -52,6 +52,12 @@ impl Rows {
             w: self.w,
         }
     }
+    /// The matrix that [`Rows::cropped`] applies: `C(lo, hi)` of theory.md 0.
+    pub fn crop(low: DVec3, high: DVec3) -> DMat4 {
+        let scale = (high - low).recip() * DVec3::new(2.0, 2.0, 1.0);
+        let moved = (0.5 * (low + high)).truncate().extend(low.z) * scale;
+        DMat4::from_cols(DVec4::X * scale.x, DVec4::Y * scale.y, DVec4::Z * scale.z, (-moved).extend(1.0))
+    }
     /// All rows times k: the same map where k > 0.
     pub fn scaled(&self, k: f64) -> Self {
         Self { x: self.x * k, y: self.y * k, z: self.z * k, w: self.w * k }
@@ -102,6 +108,8 @@ mod tests {
         assert_eq!(Rows::of(&ROWS.matrix()), ROWS);
         let ndc = ROWS.project(p);
         let low = ROWS.cropped(ndc, ndc + DVec3::new(2.0, 3.0, 4.0)).project(p);
+        let crop = Rows::crop(ndc, ndc + DVec3::new(2.0, 3.0, 4.0));
+        assert!((crop * ndc.extend(1.0) - DVec4::new(-1.0, -1.0, 0.0, 1.0)).length() < 1e-14);
         let high = ROWS.cropped(ndc - DVec3::new(2.0, 3.0, 4.0), ndc).project(p);
         assert!((low - DVec3::new(-1.0, -1.0, 0.0)).length() < 1e-14);
         assert!((high - DVec3::ONE).length() < 1e-14);

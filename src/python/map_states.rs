@@ -6,7 +6,7 @@ use super::note::PyNote;
 use super::parameterization::{PyParameterization, PyPartition, SELECTIONS};
 use super::state::{Fault, Reader, State, Writer};
 use crate::note::Note;
-use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Value};
+use crate::parameterization::{Factors, Parameterization, Partition, PostWarp, Region, Value};
 use crate::render::MAX_IMAGE_SIDE;
 
 /// Kinds of post-warps.
@@ -75,6 +75,10 @@ fn read_notes(from: &mut Reader<'_>) -> Result<Vec<Note>, Fault> {
 
 fn write_partition(partition: &Partition, to: &mut Writer) {
     to.numbers(&partition.shadow_clip_from_world.to_cols_array());
+    to.count(u64::from(partition.factors.is_some()));
+    if let Some(Factors { lift, warp, fit }) = &partition.factors {
+        [lift, warp, fit].into_iter().for_each(|factor| to.numbers(&factor.to_cols_array()));
+    }
     match partition.post_warp {
         PostWarp::None => to.kind(NO_WARP),
         PostWarp::Log { scale, offset } => {
@@ -99,6 +103,13 @@ fn read_partition(from: &mut Reader<'_>) -> Result<Partition, Fault> {
     if !matrix.is_finite() {
         return Err("a matrix is not finite".into());
     }
+    let factors = from.list(|from| {
+        let mut factor = || from.numbers().map(|columns| DMat4::from_cols_array(&columns));
+        Ok(Factors { lift: factor()?, warp: factor()?, fit: factor()? })
+    })?;
+    if factors.len() > 1 {
+        return Err(format!("a map has {} products", factors.len()));
+    }
     let post_warp = match from.kind()? {
         NO_WARP => PostWarp::None,
         LOG => {
@@ -116,6 +127,7 @@ fn read_partition(from: &mut Reader<'_>) -> Result<Partition, Fault> {
     Ok(Partition {
         notes,
         shadow_clip_from_world: matrix,
+        factors: factors.first().copied(),
         post_warp,
         eye_depth,
         region: Region::new(&region),

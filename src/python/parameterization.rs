@@ -1,5 +1,6 @@
 //! `_core.Parameterization` and `_core.Partition`.
 
+use glam::DMat4;
 use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -10,7 +11,7 @@ use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
 use super::state::{Reduced, by_state, reduce};
 use crate::error::Error;
-use crate::parameterization::{Parameterization, Partition, PostWarp, Selection};
+use crate::parameterization::{Factors, Parameterization, Partition, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
 #[pyclass(name = "Parameterization", frozen, eq, hash, module = "shadowlab")]
@@ -250,12 +251,46 @@ impl PyParameterization {
     }
 }
 
+impl PyPartition {
+    fn factor<'py>(
+        &self,
+        py: Python<'py>,
+        which: impl FnOnce(&Factors) -> DMat4,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.partition.factors.as_ref().map(|factors| mat4_to_array(py, &which(factors))).transpose()
+    }
+}
+
 #[pymethods]
 impl PyPartition {
     /// (4, 4) float64: shadow clip from world.
     #[getter]
     fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         mat4_to_array(py, &self.partition.shadow_clip_from_world)
+    }
+    /// (4, 4) float64: light space from world, the first factor of ``matrix == fit @ warp @ lift``.
+    ///
+    /// Rows x, y and w of a point are the light's ray through it, row z is its place along the ray. Under a directional light:
+    /// across, along the warp axis and along the light, in world units, w = 1. Under a spot: the light's perspective, w the
+    /// depth along its axis, z = -1. None of matrices from elsewhere.
+    #[getter]
+    fn lift<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.factor(py, |factors| factors.lift)
+    }
+    /// (4, 4) float64: provisional clip space from light space, the second factor of ``matrix == fit @ warp @ lift``.
+    ///
+    /// Rows x, y and w are the homography on the light's rays that makes the technique; the identity of a uniform map. Row z is
+    /// the depth before the crop. None of matrices from elsewhere.
+    #[getter]
+    fn warp<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.factor(py, |factors| factors.warp)
+    }
+    /// (4, 4) float64: clip space from provisional clip space, the third factor of ``matrix == fit @ warp @ lift``.
+    ///
+    /// The affine crop to receivers and casters, with the border, times a positive factor. None of matrices from elsewhere.
+    #[getter]
+    fn fit<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.factor(py, |factors| factors.fit)
     }
     /// (near, far) camera depth this map serves, world units.
     #[getter]

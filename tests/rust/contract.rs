@@ -19,7 +19,7 @@ use shadowlab::{Error, Parameterization};
 use crate::support::views::{
     self, Random, View, by_hand, directional, directions, from_library, points, samples_of, settings, spots,
 };
-use checks::{Answers, Local, Receivers, answer, assert_contract, own_view};
+use checks::{Answers, Local, Receivers, answer, assert_contract, assert_factors, own_view};
 
 const RESOLUTION: u32 = 512;
 
@@ -41,6 +41,7 @@ fn check(v: &View, made: &[(String, Box<dyn Technique>)], samples: &ReceiverSamp
         assert_eq!(parameterized, again, "{what}: not the same twice");
         answers.count(t.spec().name, parameterized.is_some());
         if let Some(p) = parameterized {
+            assert_factors(&what, &p);
             assert_contract(&what, v, &r, &p, samples);
         }
     }

@@ -1,7 +1,8 @@
 //! A warp with what all of them share around it: the bodies before, the fit after, and the notes every map owes.
 
-use glam::{DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 
+use super::light_space::LightSpace;
 use super::maps::{Maps, Part};
 use super::settings::Settings;
 use super::spec::Spec;
@@ -11,7 +12,7 @@ use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
 use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Rows;
 use crate::note::{Kind, Note};
-use crate::parameterization::{Partition, PostWarp, Selection, Value};
+use crate::parameterization::{Factors, Partition, PostWarp, Selection, Value};
 use crate::scene::Light;
 
 /// A warp with the focusing and fitting around it.
@@ -50,7 +51,9 @@ impl Focused {
                 let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
                 let values = vec![("texel_x", grid.texel), ("texel_y", grid.texel), ("radius", grid.radius)];
                 let view = FocusedView::new(scene, camera, light, Focus::Scene);
-                Ok(self.finished(&view, part, &grid.clip_from_world, values, Vec::new()))
+                let lift = grid.frame.orthographic().matrix();
+                let factors = Factors { lift, warp: DMat4::IDENTITY, fit: grid.crop };
+                Ok(self.finished(&view, part, &grid.clip_from_world, factors, values, Vec::new()))
             }
             // Made without the camera, it stands still by itself.
             (Fitting::StableGrid, ..) => {
@@ -63,7 +66,7 @@ impl Focused {
     fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Partition> {
         let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
         let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
-        let (rows, post_warp) = match self.warp.spacing() {
+        let (fitted, post_warp) = match self.warp.spacing() {
             Spacing::Projective => {
                 let fitted = fit(&clip_from_local, view, scene, size, tightening);
                 if fitted.begins_late {
@@ -75,7 +78,7 @@ impl Focused {
                         notes.push(Note::new(Kind::LightInBox, &[("distance", distance)]));
                     }
                 }
-                (fitted.clip_from_local, PostWarp::None)
+                (fitted, PostWarp::None)
             }
             Spacing::Logarithmic => fit_logarithmic(&clip_from_local, view, scene, size, tightening),
         };
@@ -83,6 +86,7 @@ impl Focused {
         if self.warp.spacing() == Spacing::Logarithmic && post_warp == PostWarp::None && seen && notes.is_empty() {
             notes.push(Note::new(Kind::NoLogarithm, &[]));
         }
+        let rows = fitted.clip_from_local;
         values.extend(self.warp.values_of_fit(view, &rows, size));
         let clip_from_world = rows.moved_to_world(view.origin);
         if !sees_depth(&clip_from_world, &view.light) {
@@ -93,7 +97,10 @@ impl Focused {
                 fix: "weaken the warp, or use uniform".into(),
             });
         }
-        let mut map = self.finished(view, part, &clip_from_world, values, notes);
+        let space = LightSpace::of(view);
+        let lift = through_light(&space.rows().moved_to_world(view.origin), &view.light, view.origin).matrix();
+        let factors = Factors { lift, warp: space.warp(&fitted.provisional), fit: fitted.crop };
+        let mut map = self.finished(view, part, &clip_from_world, factors, values, notes);
         map.post_warp = post_warp;
         Ok(map)
     }
@@ -103,6 +110,7 @@ impl Focused {
         view: &FocusedView,
         part: &Part,
         clip_from_world: &Rows,
+        factors: Factors,
         values: Vec<Named>,
         mut notes: Vec<Note>,
     ) -> Partition {
@@ -112,6 +120,7 @@ impl Focused {
         }
         Partition {
             shadow_clip_from_world: through_light(clip_from_world, &view.light, view.origin).matrix(),
+            factors: Some(factors),
             post_warp: PostWarp::None,
             eye_depth: view.eye_depth,
             region: part.region,

@@ -40,7 +40,7 @@ pub(in crate::techniques) fn spot_depth_range(
 }
 
 /// The frame whose y axis is the view direction in the shadow plane; the camera's up where the light runs along the view.
-fn frame_of_view(view: &FocusedView, along: DVec3) -> LightFrame {
+pub(super) fn frame_of_view(view: &FocusedView, along: DVec3) -> LightFrame {
     if view.focus == Focus::Scene {
         return LightFrame::any(along);
     }

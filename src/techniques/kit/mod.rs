@@ -4,6 +4,7 @@ pub(super) mod along_view;
 pub(super) mod faces;
 pub(super) mod focused;
 pub(super) mod light_projection;
+mod light_space;
 mod maps;
 mod settings;
 mod spec;

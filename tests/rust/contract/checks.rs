@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use shadowlab::focus::{Coverage, Focus, FocusedView, ReceiverSamples, SpotFrustum};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note::{Kind, Note};
-use shadowlab::parameterization::{Held, Partition, PostWarp, Region};
+use shadowlab::parameterization::{Factors, Held, Partition, PostWarp, Region};
 use shadowlab::rays::LightRays;
 use shadowlab::scene::{Light, SpotLight};
 use shadowlab::techniques::{Technique, Value};
@@ -201,6 +201,34 @@ pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization
     if seen || all_say_so {
         assert_pairs(what, v, r, p, samples);
     }
+}
+
+/// The factors of each matrix: a homography on the light's rays, a crop that divides by nothing, and their product.
+pub fn assert_factors(what: &str, p: &Parameterization) {
+    for (k, partition) in p.partitions.iter().enumerate() {
+        let what = format!("{what}, map {k}");
+        let Factors { lift, warp, fit } = partition.factors.expect("a technique's map has factors");
+        let (warped, fitted) = (Rows::of(&warp), Rows::of(&fit));
+        for row in [warped.x, warped.y, warped.w] {
+            assert_eq!(row.z, 0.0, "{what}: the warp reads the place along a ray: {row}");
+        }
+        assert_eq!(fitted.w.truncate(), DVec3::ZERO, "{what}: {fit}");
+        assert!(fitted.w.w > 0.0, "{what}: {fit}");
+        let (off, matrix) = (fit * warp * lift - partition.shadow_clip_from_world, partition.shadow_clip_from_world);
+        let largest = |m: &DMat4| m.to_cols_array().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        assert!(largest(&off) <= 1e-12 * largest(&matrix), "{what}: off by {off} from {matrix}");
+        // Row by row a little more: the place of a map that is narrow against its distance from the eye and from the world's
+        // origin is a difference of larger terms, of which the matrix has the rounding, too.
+        for (off, row) in rows_of(&off).into_iter().zip(rows_of(&matrix)) {
+            let relative = off.abs().max_element() / row.abs().max_element();
+            assert!(relative <= 2e-12, "{what}: off by {relative:e}: {off} from {row}");
+        }
+    }
+}
+
+fn rows_of(m: &DMat4) -> [DVec4; 4] {
+    let Rows { x, y, z, w } = Rows::of(m);
+    [x, y, z, w]
 }
 
 /// w and orientation over all that the map serves.

@@ -14,7 +14,10 @@ from conftest import imported
 
 from shadowlab import _core
 
-STUB = Path(_core.__file__).with_name("_core.pyi")
+# The stub, and the parts that it exports; what signatures are made of is no part of the extension.
+STUBS = sorted(Path(_core.__file__).parent.glob("_core*.pyi"))
+TREES = {path.stem: ast.parse(path.read_text(encoding="utf-8")) for path in STUBS}
+SHAPES = "_core_types"
 
 
 def entries(body: list[ast.stmt], prefix: str = "") -> Iterator[tuple[str, str | None]]:
@@ -35,7 +38,11 @@ def of_extension(name: str) -> object:
     return found
 
 
-ENTRIES = dict(entries(ast.parse(STUB.read_text(encoding="utf-8")).body))
+ENTRIES = {
+    name: text
+    for stem, tree in TREES.items()
+    for name, text in entries(tree.body, f"{SHAPES}." if stem == SHAPES else "")
+}
 
 
 def differences(told: dict[str, str | None]) -> list[str]:
@@ -72,7 +79,8 @@ def test_signatures_are_those_of_the_extension():
 
 
 def test_the_stub_imports_nothing_of_the_package():
-    tree = ast.parse(STUB.read_text(encoding="utf-8"))
-    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    modules |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    assert modules <= {"collections.abc", "typing", "typing_extensions", "numpy", "numpy.typing"}
+    nodes = [node for tree in TREES.values() for node in ast.walk(tree)]
+    modules = {"." * node.level + str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
+    modules |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    parts = {f".{stem}" for stem in TREES if stem != "_core"}
+    assert modules <= {"collections.abc", "typing", "typing_extensions", "numpy", "numpy.typing"} | parts

@@ -342,7 +342,10 @@ def causes(
 def restore(*parts: Any) -> Any:
     """The value that was pickled: what `__reduce__` of every class names, with its state as arguments.
 
-    Raises StateError for a state that is damaged, or that a newer version wrote.
+    Raises
+    ------
+    StateError
+        For a state that is damaged, or that a newer version wrote.
     """
 
 def adapters() -> list[dict[str, str]]:
@@ -357,8 +360,8 @@ def set_threads(n: int | None) -> None:
     Parameters
     ----------
     n : int or None
-        Threads, 1 to 1024. None goes back to the default: what the environment variable SHADOWLAB_THREADS says, else as
-        many as there are cores that this process may use.
+        Threads, 1 to 1024. None goes back to the default: what the environment variable SHADOWLAB_THREADS says, else as many
+        as there are cores that this process may use.
 
     Raises
     ------

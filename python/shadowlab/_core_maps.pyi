@@ -61,6 +61,61 @@ class Technique:
 
 @final
 class Note:
+    """One thing to know about a result: what a technique could not do as asked, or what speaks against a matrix.
+
+    `str(note)` is its text; ``"; ".join(map(str, notes))`` is that of several. Code asks for `kind` and never reads the text.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    details : sequence of str
+        What the kind alone does not say; `KINDS` lists the details of each kind.
+    values : mapping of str to number or (least, most), optional
+        The numbers that this kind with these details has, by name.
+    maps : sequence of int, optional
+        The maps that the note is about, counted from 0; all maps of the result where none are given.
+
+    Raises
+    ------
+    UnknownNameError
+        For a kind, or a detail of it, that does not exist.
+    ArgumentError
+        For other numbers than the kind has, and maps that are no indices.
+
+    Notes
+    -----
+    The kinds, with their numbers (lengths and depths in world units):
+
+    - "nothing_seen", "nothing_lit": the camera sees no part of the scene, or none that the light reaches.
+    - "no_warp": the map is a uniform one; `reasons` say why. `sine` of "below_min_sin"; `focus_depth` of "focus_has_share" and
+      "focus_before_body"; `samples` of "no_sample"; `plane_x`, `plane_y`, `plane_z`, `plane_d`, `behind` and `corners` of
+      "rays_behind_eye"; `samples` and `lost` of "samples_lost".
+    - "no_logarithm": a logarithmic map without its logarithm.
+    - "warp_distance_raised": from `given` to `least`.
+    - "warp_weakened": the strength of XPSM from `given` to `most`, per world unit.
+    - "slide_raised": the slide of PSM from `given` to `least`, for depths from `near` to `far`.
+    - "light_in_box": a placed light is inside a mesh's box; its map begins at `distance`.
+    - "stable": a stable map under a placed light covers all that the light reaches.
+    - "cover_unused", "no_lit_sample": settings of depth splits without effect.
+    - "covers_samples": depth splits cover camera depths `near` to `far` alone.
+    - "border_outside": a `border` between depth splits is not between the camera's planes `near` and `far`.
+    - "face_unseen": no map for the faces in `details`.
+    - "check_matrix": a given matrix is hardly a map of the light; `reasons` say why. `miss` of "misses_light", the sine by which
+      its rows miss the light; `share` of "depth_below_zero", per cent of the visible surface.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> along = sl.DirectionalLight(scene.camera.forward)
+    >>> note, = sl.technique("lispsm").parameterize(scene, scene.camera, along).notes
+    >>> note.kind, note.details
+    ('no_warp', ('light_along_axis',))
+    >>> str(note)
+    'no warp, a uniform map: the light runs along the view'
+    """
+
     KINDS: dict[str, tuple[str, ...]]
     def __new__(
         cls,
@@ -70,16 +125,37 @@ class Note:
         maps: Sequence[int] | None = None,
     ) -> Note: ...
     @property
-    def kind(self) -> NoteKind: ...
+    def kind(self) -> NoteKind:
+        """What it is about: one of `KINDS`."""
     @property
-    def details(self) -> tuple[str, ...]: ...
+    def details(self) -> tuple[str, ...]:
+        """What the kind alone does not say: why there is no warp, which faces have no map, what speaks against a matrix."""
     @property
-    def reasons(self) -> tuple[str, ...]: ...
+    def reasons(self) -> tuple[str, ...]:
+        """The text of each detail."""
     @property
-    def values(self) -> dict[str, float | tuple[float, float]]: ...
+    def values(self) -> dict[str, float | tuple[float, float]]:
+        """Its numbers by name; (least, most) where they differ between maps."""
     @property
-    def maps(self) -> tuple[int, ...] | None: ...
-    def about(self, maps: Sequence[int] | None) -> Note: ...
+    def maps(self) -> tuple[int, ...] | None:
+        """The maps that it is about, counted from 0; None where it is about all maps of the result. The text counts from 1."""
+    def about(self, maps: Sequence[int] | None) -> Note:
+        """The same note about other maps.
+
+        Parameters
+        ----------
+        maps : sequence of int or None
+            Counted from 0; None for all maps of the result.
+
+        Returns
+        -------
+        Note
+
+        Raises
+        ------
+        ArgumentError
+            For maps that are no indices, and for none of them.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -131,7 +207,8 @@ class Partition:
     def values(self) -> dict[str, float]:
         """Intermediate numbers by name."""
     @property
-    def notes(self) -> tuple[Note, ...]: ...
+    def notes(self) -> tuple[Note, ...]:
+        """What to know about this map; `str` of a note is its text. What concerns all maps alike is in `Parameterization.notes`."""
     def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]:
         """NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -212,7 +289,8 @@ class Parameterization:
     def values(self) -> dict[str, float]:
         """Intermediate numbers by name (warp distance, sine of the light angle...) of a single map; of several, each has its own."""
     @property
-    def notes(self) -> tuple[Note, ...]: ...
+    def notes(self) -> tuple[Note, ...]:
+        """What to know about this result; `str` of a note is its text. Equal notes of several maps are one."""
     @property
     def resolution(self) -> int:
         """Texels along a side it was fitted for."""

@@ -36,15 +36,33 @@ class Mesh:
         """(M, 3) int32."""
     @staticmethod
     def from_local(positions: npt.ArrayLike, faces: npt.ArrayLike, scale: float, center: npt.ArrayLike) -> Mesh:
-        """The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give."""
+        """The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give.
+
+        Parameters
+        ----------
+        positions : (V, 3) array_like of float32
+            In units of `scale`, relative to `center`.
+        faces : (M, 3) array_like of int
+            Rows of `positions`.
+        scale : float
+            A power of two.
+        center : (3,) array_like
+
+        Raises
+        ------
+        ArgumentError
+            For numbers that are not finite, a scale that is no power of two, or another shape.
+        SceneError
+            For an index out of range, or no face.
+        """
 
     @property
     def positions_local(self) -> npt.NDArray[np.float32]:
-        """(V, 3) float32: vertices as stored, relative to the frame's center and in units of its scale."""
+        """(V, 3) float32: vertices as they are stored, relative to the frame's center and in units of its scale."""
 
     @property
     def frame(self) -> tuple[float, _Float]:
-        """(scale, center) of the frame in which vertices are stored: `vertices` is center + scale * positions_local."""
+        """(scale, center (3,) float64) of the frame in which vertices are stored: `vertices` is center + scale * positions_local."""
 
     @property
     def content_hash(self) -> str:
@@ -95,10 +113,19 @@ class Scene:
         """Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order."""
     @property
     def content_hash(self) -> str:
-        """Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process and on every machine.
+        """Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for
+        every version of Python. Equal scenes have equal hashes.
 
-        Meshes, their order, and the instances with their order and transforms count. Names, `source`, `recipe`, cameras
-        and lights do not. Computed at the first use and kept.
+        Meshes (vertices as stored, faces, and the rows that these had before faces were dropped), their order, and the
+        instances with their order and transforms count. Names, `source`, `recipe`, cameras and lights do not. Computed at
+        the first use and kept.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> a, b = (sl.library.scene("robots") for _ in range(2))
+        >>> a.content_hash == b.content_hash, a == b, a is b
+        (True, True, False)
         """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -146,18 +173,76 @@ class Camera:
         *,
         far: float | None = None,
     ) -> Camera:
-        """The camera of a view and a perspective projection matrix, written as a convention says.
+        """The camera of a view and a projection matrix, such as an engine has.
 
-        `far` is the far plane for a projection without one, which cannot be taken otherwise. Raises ArgumentError for
-        orthographic, off-centre, sheared and singular projections, for views that are not a rotation and a translation,
-        and for matrices that mirror the world.
+        Parameters
+        ----------
+        view : (4, 4) array_like
+            View from world: a rotation and a translation. Either handedness of view space will do.
+        projection : (4, 4) array_like
+            Clip from view, perspective, with the eye before the middle of the picture.
+        convention : Convention or str, optional
+            How both are written, as for `Parameterization.from_matrix`: "opengl", "direct3d", "vulkan", "reversed_z",
+            "webgpu:vectors=row"... Its axes are those of the world that `view` starts from. As ours where none is given.
+        far : float, optional
+            Far plane, world units, for a projection that has none: those without an end are supported with it alone.
+
+        Returns
+        -------
+        Camera
+            Exact up to the rounding of what the matrices hold; `far` up to that times far / near, since it cancels there.
+
+        Raises
+        ------
+        ArgumentError
+            For numbers that are not finite; a view that scales, shears or is no rotation; an orthographic, off-centre,
+            sheared or singular projection; one without a far plane where no `far` is given, or with one where it is;
+            matrices that mirror the world, or have depths in another order than the convention.
+        UnknownNameError
+            For a convention that does not exist.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
+        >>> back = sl.Camera.from_matrices(camera.view, camera.projection)
+        >>> round(back.far, 9)
+        100.0
         """
 
     def replace(self, **changes: Unpack[CameraChanges]) -> Camera:
-        """The same camera with other settings: eye, target or forward, up, fov_y, aspect, near, far.
+        """The same camera with other settings; what is not named stays as it is, bit for bit.
 
-        What is not named stays as it is, bit for bit; a camera that is moved looks the same way. Another
-        name raises UnknownNameError.
+        Parameters
+        ----------
+        eye : (3,) array_like
+            Moves the camera; it looks the same way unless `target` or `forward` is given.
+        target : (3,) array_like
+            Turns it to this point.
+        forward : (3,) array_like
+            Turns it along this vector, of any length above 0; instead of `target`.
+        up : (3,) array_like
+            Any vector not parallel to the view; the camera's own `up` where it is turned and none is given.
+        fov_y, aspect, near, far : float
+            As for `look_at`.
+
+        Returns
+        -------
+        Camera
+
+        Raises
+        ------
+        UnknownNameError
+            For another name; the message lists the valid ones.
+        ArgumentError
+            As for `look_at`, and for both `target` and `forward`.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
+        >>> camera.replace(near=2.0).near, camera.replace(far=100.0) == camera
+        (2.0, True)
         """
 
     @property
@@ -205,10 +290,25 @@ class DirectionalLight:
     def __new__(cls, direction: npt.ArrayLike) -> DirectionalLight: ...
     @staticmethod
     def from_angles(azimuth: float, elevation: float) -> DirectionalLight:
-        """The light that comes from a direction in the sky, radians.
+        """The light of a direction in the sky, such as the sun's.
 
-        `azimuth` is a turn about the y axis, from +z (0) towards +x (pi/2); `elevation` the height above the horizon,
-        in [-pi/2, pi/2], y up.
+        Parameters
+        ----------
+        azimuth : float
+            Where the light comes from, radians: a turn about the y axis, from +z (0) towards +x (pi/2).
+        elevation : float
+            How high it stands above the horizon, radians, in [-pi/2, pi/2]; y points up, and pi/2 shines straight down.
+
+        Raises
+        ------
+        ArgumentError
+            For an angle that is not finite, or an elevation outside of its range.
+
+        Examples
+        --------
+        >>> import numpy as np, shadowlab as sl
+        >>> sl.DirectionalLight.from_angles(np.radians(90), np.radians(30)).direction.round(3)
+        array([-0.866, -0.5  , -0.   ])
         """
 
     @property

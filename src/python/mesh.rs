@@ -105,18 +105,22 @@ impl PyMesh {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce_mesh(py, &self.mesh)
     }
+    /// Triangles.
     #[getter]
     fn triangle_count(&self) -> usize {
         self.mesh.triangles().len()
     }
+    /// Vertices.
     #[getter]
     fn vertex_count(&self) -> usize {
         self.mesh.positions_local().len()
     }
+    /// Faces left out because a vertex of theirs is not finite.
     #[getter]
     fn dropped_faces(&self) -> usize {
         self.mesh.dropped_faces()
     }
+    /// Bytes that the mesh takes.
     #[getter]
     fn memory(&self) -> usize {
         self.mesh.memory()

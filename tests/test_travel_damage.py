@@ -37,7 +37,7 @@ def parts_of(name: str) -> list:
     return list(parts)
 
 
-def refused(*parts, match: str = "") -> None:
+def refused(*parts, match: str | None = None) -> None:
     with pytest.raises(StateError, match=match) as raised:
         _core.restore(*parts)
     assert isinstance(raised.value, ValueError)
@@ -169,7 +169,7 @@ def test_states_of_dataclasses(name):
     assert function is restored
     assert bits(restored(cls, version, dict(state), digest)) == bits(value)
 
-    def is_refused(*parts, match=""):
+    def is_refused(*parts, match=None):
         with pytest.raises(StateError, match=match):
             restored(*parts)
 

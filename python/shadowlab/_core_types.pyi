@@ -29,6 +29,8 @@ Matrices: TypeAlias = (
 )
 
 class CameraChanges(TypedDict, total=False):
+    """What `Camera.replace` takes."""
+
     eye: npt.ArrayLike
     target: npt.ArrayLike
     forward: npt.ArrayLike

@@ -50,8 +50,7 @@ class Gathered:
     transforms: list[NDArray[np.float64]] = field(default_factory=list)
     #: Names of what has no triangle.
     empty: list[str] = field(default_factory=list)
-    #: Cameras and lights that were left out, or completed, in words.
-    notes: list[str] = field(default_factory=list)
+    #: Faces that were left out, by geometry.
     dropped: list[int] = field(default_factory=list)
 
     def add(self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None) -> None:

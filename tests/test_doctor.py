@@ -33,7 +33,9 @@ def test_what_is_missing_comes_with_a_command(monkeypatch):
 
 def test_no_adapter_is_no_failure(monkeypatch):
     def no_renderer(backend):
-        raise sl.errors.DeviceError(f"no graphics adapter: found none; install a driver for {backend}")
+        error = sl.errors.DeviceError(f"no graphics adapter: found none; install a driver for {backend}")
+        error.fix = f"install a driver for {backend}"
+        raise error
 
     monkeypatch.setattr("shadowlab._core.adapters", list)
     monkeypatch.setattr("shadowlab._core.Renderer", no_renderer)

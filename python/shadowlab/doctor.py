@@ -93,8 +93,7 @@ def threads() -> Finding:
     try:
         count = _core.threads()
     except ArgumentError as error:
-        text, _, fix = str(error).rpartition("; ")
-        return Finding("threads", "failed", text, fix)
+        return Finding("threads", "failed", str(error).removesuffix(f"; {error.fix}"), error.fix)
     return Finding("threads", "ok", f"{count} for parallel work; set_threads or SHADOWLAB_THREADS changes that")
 
 

@@ -94,6 +94,8 @@ def chosen_camera(
     if options.fov_deg is not None and not 0 < options.fov_deg < 180:
         raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
     fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
+    if not given.keys() & {"eye", "target"}:
+        return fitting.replace(fov_y=fov_y, aspect=aspect, near=near, far=far)
     # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
     vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
     return Camera.look_at(

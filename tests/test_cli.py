@@ -404,7 +404,7 @@ def test_a_defect_is_one_line_too(run, mesh, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("division by\nzero")
 
-    monkeypatch.setattr("shadowlab.scene.scenes.load_scene", broken)
+    monkeypatch.setattr("shadowlab.scene.files.load_scene", broken)
     fails(run("compare", mesh), "ZeroDivisionError: division by zero", "--debug")
     with pytest.raises(ZeroDivisionError):
         cli.main(["--debug", "compare", mesh])

@@ -54,11 +54,11 @@ def test_a_number_of_several_maps_is_a_range():
 
 
 def test_the_stub_lists_the_kinds():
-    stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
+    stub = ast.parse((PACKAGE / "_core_types.pyi").read_text(encoding="utf-8"))
     (listed,) = [
         node.value.slice.elts
         for node in stub.body
-        if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "") == "_NoteKind"
+        if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "") == "NoteKind"
     ]
     assert [item.value for item in listed] == list(sl.Note.KINDS)
 

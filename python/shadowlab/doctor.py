@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
 from dataclasses import dataclass
@@ -89,11 +90,14 @@ def threads() -> Finding:
     """How many threads parallel work has, and who says so."""
     from . import _core
     from .errors import ArgumentError
+    from .text import shown
 
     try:
         count = _core.threads()
     except ArgumentError as error:
-        return Finding("threads", "failed", str(error).removesuffix(f"; {error.fix}"), error.fix)
+        given = os.environ.get("SHADOWLAB_THREADS", "")
+        text = f"SHADOWLAB_THREADS: expected a whole number of threads from 1 to 1024, got {shown(given)}"
+        return Finding("threads", "failed", text, error.fix)
     return Finding("threads", "ok", f"{count} for parallel work; set_threads or SHADOWLAB_THREADS changes that")
 
 

@@ -57,7 +57,7 @@ def frustum_scene(camera: Camera) -> Scene:
     >>> body = sl.aliasing.frustum_scene(camera)
     >>> p = sl.technique("lispsm").parameterize(body, camera, sl.DirectionalLight((0, -1, 0)))
     >>> len(p.partitions), p.notes
-    (1, [])
+    (1, ())
     """
     check_camera(camera)
     reach = float(np.linalg.norm(corners_at(camera, camera.far) - camera.eye, axis=1).max())

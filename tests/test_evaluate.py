@@ -225,3 +225,23 @@ def test_arrays_go_with_their_run(view: sl.View) -> None:
 def test_metrics_are_the_ones_that_the_documentation_names() -> None:
     for name in KNOWN_METRICS:
         assert f'"{name}"' in (sl.evaluate.__doc__ or ""), name
+
+
+def test_a_run_that_travelled_draws_its_arrays_again(view: sl.View) -> None:
+    import pickle
+
+    run = sl.evaluate(view, "lispsm", 128, renderer="cpu")
+    back = pickle.loads(pickle.dumps(run))
+    assert (back, hash(back)) == (run, hash(run))
+    np.testing.assert_array_equal(back.maps, run.maps)
+    np.testing.assert_array_equal(back.errors.image, run.errors.image)
+
+
+def test_a_run_of_a_renderer_from_elsewhere_says_that_it_stayed_behind(view: sl.View) -> None:
+    import pickle
+
+    run = sl.evaluate(view, "lispsm", 128, renderer=Counting())
+    back = pickle.loads(pickle.dumps(run))
+    assert back.numbers == run.numbers
+    with pytest.raises(sl.errors.ArgumentError, match="evaluate again with that renderer"):
+        _ = back.maps

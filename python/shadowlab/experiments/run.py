@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from .. import _core
@@ -13,6 +13,7 @@ from ..scene.view import View
 from ..techniques.labels import is_parameterization, spec_of
 from ..text import settings_text
 from ..text.checks import renderer_of
+from ..travel import Value
 from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL
 from .metrics import MEASURED, Metric
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from ..types import Filter, Item, Mask, PerLight, ShadowMaps
 
 
-@dataclass(frozen=True, repr=False)
-class Run:
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Value):
     """A technique at a resolution in a view: its matrices, what was measured, and the reason where it failed.
 
     Numbers are held; arrays are made when they are asked for, kept while there is room, and drawn again after that.
@@ -78,7 +79,7 @@ class Run:
     backend: str
     adapter: str
     parameterization: _core.Parameterization | None = None
-    summary: Summary | None = field(default=None, compare=False)
+    summary: Summary | None = None
     values: tuple[tuple[str, float | None], ...] = ()
     doubt: _core.Note | None = None
     failure: str = ""
@@ -208,9 +209,9 @@ class Run:
             object.__setattr__(self, "_drawing", drawing)
         return cast("Drawing", self._drawing)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __reduce__(self) -> tuple[Any, ...]:
         ours = self._drawing is None or isinstance(self._drawing.renderer, _core.Renderer)
-        return {**self.__dict__, "_drawing": None, "adapter": self.adapter if ours else ELSEWHERE}
+        return super().__reduce__() if ours else replace(self, adapter=ELSEWHERE).__reduce__()
 
     def __repr__(self) -> str:
         head = f"Run({self.label} at {self.resolution}²"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import ArgumentError
 from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of
+from ..travel import Value
 from .kept import Kept
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ GBUFFER_BYTES_PER_PIXEL = 60
 LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
 
 
-@dataclass(frozen=True)
-class View:
+@dataclass(frozen=True, eq=False)
+class View(Value):
     """A scene as a camera sees it under a light: what every evaluation is of.
 
     What the camera sees and the traced truth are made at the first use and kept, for all equal views together, while

@@ -87,7 +87,8 @@ lint: setup ## format, clippy, rustdoc, ruff, mypy, the stub against the extensi
 docs: setup ## write the generated tables of README.md anew
 	$(BIN)/python docs/generate.py
 
-bench: setup ## the same work here and in moderngl and embreex, side by side, with ratios
+bench: setup ## a row of compare beside its parts; the same work here and in moderngl and embreex, with ratios
+	$(BIN)/python benches/row_cost.py
 	$(BIN)/python benches/peers.py
 
 bench-rust: ## the kernels, with criterion

@@ -14,7 +14,8 @@ from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
 from shadowlab.experiments import advise as advice_module
 from shadowlab.experiments.candidates import default_techniques
 from shadowlab.experiments.measures import MEASURES, docs, measure_of
-from shadowlab.scene.view import KEPT_VIEWS
+from shadowlab.scene import view as view_module
+from shadowlab.scene.kept import Kept
 
 ONE_PIXEL = 1.0 / (SIZE[0] * SIZE[1])
 
@@ -66,7 +67,7 @@ def test_truth_is_traced_once_a_view_and_the_eye_view_drawn_once_a_camera(view, 
             calls.append("eye")
             return self.inner.gbuffer(*a, **k)
 
-    KEPT_VIEWS.forget_all()
+    monkeypatch.setattr(view_module, "KEPT_VIEWS", Kept(1 << 30))
     advise(view, renderer=Counting())
     assert (calls.count("truth"), calls.count("eye")) == (2, 1)
 

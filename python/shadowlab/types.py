@@ -33,7 +33,6 @@ __all__ = [
     "Mask",
     "Matrices",
     "PerLight",
-    "Picture",
     "RendererArgument",
     "RendererLike",
     "SceneLike",
@@ -79,8 +78,6 @@ Labelled: TypeAlias = "T | Sequence[T] | Mapping[str, T]"
 Floats: TypeAlias = npt.NDArray[np.floating[Any]]
 #: A colour in sRGB bytes.
 RGB: TypeAlias = tuple[int, int, int]
-#: (H, W, 3) of such colours.
-Picture: TypeAlias = npt.NDArray[np.uint8]
 #: (H, W) share of the light that arrives: 1 lit, 0 in shadow, NaN where nothing is seen.
 Mask: TypeAlias = npt.NDArray[np.float32]
 #: (H, W) or (K, H, W) depths in [0, 1], 1 where empty.

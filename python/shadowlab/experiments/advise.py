@@ -328,9 +328,9 @@ def advise(
     draw = Draw(renderer, bias, filter, measure)
     with Steps(len(views) * (2 + len(candidates) * len(budgets)), progress) as step:
         plans = [plan for candidate in candidates for plan in plans_of(draw, candidate, views, budgets)]
-        outcomes = outcomes_of(draw, plans, views, step)
+        outcomes, filled = outcomes_of(draw, plans, views, step)
     return Advice(
         tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
-        renderer.backend, renderer.adapter, {view.label: view.view.filled(renderer) for view in views},
+        renderer.backend, renderer.adapter, filled,
         source or Source.of_scene(scene),
     )  # fmt: skip

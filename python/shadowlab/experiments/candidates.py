@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from .. import _core
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
-from ..techniques.labels import is_parameterization, labelled, spec_of
+from ..techniques.labels import is_parameterization, labelled, name_of, spec_of
 from .evaluate import evaluate, fitted
 from .measures import Measure
 from .memory import side_of, taken, too_small
@@ -63,7 +63,7 @@ class Candidate:
     @property
     def technique(self) -> str:
         """The name of the technique behind it."""
-        return str(self.item.technique if is_parameterization(self.item) else self.item.name)
+        return name_of(self.item)
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -181,15 +181,16 @@ def plans_of(draw: Draw, candidate: Candidate, views: Sequence[LabelledView], bu
 
 def outcomes_of(
     draw: Draw, plans: Sequence[Plan], views: Sequence[LabelledView], step: Callable[[str], None]
-) -> list[Outcome]:
-    """All plans in all views, in the order of the plans.
+) -> tuple[list[Outcome], dict[str, float]]:
+    """All plans in all views, in the order of the plans; and by label the share of each picture that shows a surface.
 
     One view after the other is evaluated, so that its G-buffer and truth are at hand for all of them.
     """
     of_view: list[list[Outcome]] = []
+    filled: dict[str, float] = {}
     for i, view in enumerate(views):
         step(f"eye view, {view.label}")
-        view.view.gbuffer(draw.renderer)
+        filled[view.label] = view.view.filled(draw.renderer)
         step(f"truth, {view.label}")
         view.view.truth()
         outcomes = []
@@ -197,7 +198,7 @@ def outcomes_of(
             step(f"{plan.candidate.label}, {view.label}")
             outcomes.append(outcome(draw, plan, view, *plan.of_views[i]))
         of_view.append(outcomes)
-    return [outcome for of_plan in zip(*of_view, strict=True) for outcome in of_plan]
+    return [outcome for of_plan in zip(*of_view, strict=True) for outcome in of_plan], filled
 
 
 def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str) -> Outcome:

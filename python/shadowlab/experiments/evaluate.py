@@ -19,7 +19,7 @@ from .. import _core
 from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabError, UnsupportedError
 from ..scene.view import View, light_of
-from ..techniques.labels import is_parameterization, resolved
+from ..techniques.labels import is_parameterization, name_of, resolved
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from .columns import COLUMNS
 from .drawing import Drawing
@@ -105,11 +105,6 @@ def evaluate(
     return runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
 
 
-def name_of(item: Item) -> str:
-    """The name of a technique that is no text."""
-    return str(item.technique if is_parameterization(item) else item.name)
-
-
 def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
     """The matrices of a technique in a view; those that are given stay."""
     if is_parameterization(item):
@@ -128,6 +123,8 @@ def _measured(
     known: dict[str, Any] = {}
     try:
         numbers: dict[str, float | None] = {}
+        if getattr(item, "needs_samples", False):
+            view.gbuffer(renderer)  # of the view and made once, so no part of the times
         p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
         known["parameterization"] = p
         if is_parameterization(item):
@@ -137,7 +134,7 @@ def _measured(
             numbers["fit_us"] = fit_us
         drawing = Drawing(view, renderer, p, resolution, bias, filter)
         if DRAWN & set(metrics):
-            view.gbuffer(renderer)  # of the view and made once, so no part of the times
+            view.gbuffer(renderer)  # likewise
             numbers["map_ms"] = best_of(drawing.draw, timing)
             numbers["lookup_ms"] = best_of(drawing.look_up, timing)
         if "misclassified" in metrics or "causes" in metrics:

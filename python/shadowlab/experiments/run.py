@@ -10,7 +10,7 @@ from .. import _core
 from ..errors import ArgumentError
 from ..scene.source import Source
 from ..scene.view import View
-from ..techniques.labels import is_parameterization, spec_of
+from ..techniques.labels import full_name_of, is_parameterization, spec_of
 from ..text import settings_text
 from ..text.checks import renderer_of
 from ..travel import Value
@@ -95,9 +95,7 @@ class Run(Value):
     @property
     def technique(self) -> str:
         """Name of the technique; "preset:NAME" of an engine's."""
-        if is_parameterization(self.item):
-            return str(self.item.technique)
-        return f"preset:{self.item.name}" if hasattr(self.item, "engine") else str(self.item.name)
+        return full_name_of(self.item)
 
     @property
     def settings(self) -> Mapping[str, Any]:

@@ -68,12 +68,6 @@ class Kept:
         with self._locked():
             self._drop(owner, name)
 
-    def forget_all(self) -> None:
-        """Drops everything."""
-        with self._locked():
-            self._values.clear()
-            self._bytes = 0
-
     def forget_soon(self, owner: Hashable) -> None:
         """Drops all results of an owner, from a finalizer: those run anywhere, even where the store is locked."""
         self._forgotten.append(owner)

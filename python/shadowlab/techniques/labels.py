@@ -37,7 +37,7 @@ def labelled(techniques: Techniques | None, light: Light | None = None) -> list[
 
         items = with_all(techniques, light)
         named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
-        names = [item.technique if is_parameterization(item) else item.name for _, item in named]
+        names = [name_of(item) for _, item in named]
         entries = [
             (text or (name if names.count(name) == 1 else f"{name} ({settings_text(item.settings)})"), item)
             for (text, item), name in zip(named, names, strict=True)
@@ -72,6 +72,16 @@ def is_parameterization(item: object) -> TypeIs[Parameterization]:
     return hasattr(item, "matrices") and hasattr(item, "technique")
 
 
+def name_of(item: Item) -> str:
+    """The name of a technique, of a preset, or of the technique that made a parameterization."""
+    return str(item.technique if is_parameterization(item) else item.name)
+
+
+def full_name_of(item: Item) -> str:
+    """The same with "preset:" before an engine's."""
+    return f"preset:{name_of(item)}" if hasattr(item, "engine") else name_of(item)
+
+
 def spec_of(label: str, item: Item) -> str:
     """The text that makes a technique again: its label where that does, else with all its settings.
 
@@ -81,7 +91,7 @@ def spec_of(label: str, item: Item) -> str:
 
     if is_parameterization(item):
         return label
-    name = f"preset:{item.name}" if hasattr(item, "engine") else str(item.name)
+    name = full_name_of(item)
     try:
         again = technique_of(label)
     except ShadowlabError:

@@ -43,7 +43,7 @@ fn logarithm(
     tightening: Tightening,
 ) -> Option<(Fit, PostWarp)> {
     let (rows, reference) = reciprocal(provisional)?;
-    let tight = across(&rows, view, scene, tightening);
+    let tight = across(&rows, view, scene, size, tightening);
     let receivers = with_room(&tight, &rows, view, size);
     // y is reference / w: its ends are those of w, and neither is 0.
     let [low, high] = [tight.min.y, tight.max.y];

@@ -1,6 +1,7 @@
 //! The fit shared by all techniques: a provisional map is brought to the unit cube, or to a grid that stands still.
 
 mod logarithmic;
+mod outlined;
 mod stable;
 mod tightening;
 mod unit_cube;

@@ -14,6 +14,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
+use super::outlined::outline_extent;
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use crate::error::{Error, Result};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
@@ -34,12 +35,14 @@ const POINT_EXTENT: f64 = 1e-6;
 pub const BORDER_TEXELS: u32 = 1;
 
 /// The texels of a map and those at its edge that no receiver maps to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapSize {
     /// Texels along each side.
     pub resolution: u32,
     /// Texels along each edge that no receiver maps to.
     pub border: u32,
+    /// Texels between border and samples.
+    pub margin: f64,
 }
 
 impl MapSize {
@@ -53,11 +56,23 @@ impl MapSize {
             let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
             return Err(Error::argument("resolution", expected, resolution, "choose a larger map"));
         }
-        Ok(Self { resolution, border })
+        Ok(Self { resolution, border, margin: 0.0 })
     }
     /// The share of [-1, 1] that receivers fill.
     pub fn inset(&self) -> f64 {
-        f64::from(self.resolution - 2 * self.border) / f64::from(self.resolution)
+        (f64::from(self.resolution - 2 * self.border) - 2.0 * self.margin) / f64::from(self.resolution)
+    }
+    /// The same with so many texels between the border and the samples that the map must hold.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels.
+    pub fn with_margin(self, margin: f64) -> Result<Self> {
+        let most = 0.25 * f64::from(self.resolution);
+        if !(margin <= most) {
+            let expected = format!("at most a quarter of the map's {} texels", self.resolution);
+            return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
+        }
+        Ok(Self { margin, ..self })
     }
 }
 
@@ -96,12 +111,18 @@ impl Fit {
     }
     /// The largest distance from a placed light at which the map begins, over the rays through the corners of K.
     pub fn begins_at(&self, view: &FocusedView) -> f64 {
-        let Rows { z, w, .. } = self.clip_from_local;
         let light = view.rays.point.truncate();
+        if let Some(outline) = view.outline {
+            return self.begins_on_ray(outline.middle, light);
+        }
+        view.receivers.vertices().iter().map(|p| self.begins_on_ray(*p, light)).fold(0.0, f64::max)
+    }
+    /// The distance from a placed light at which the map begins on the ray through a point.
+    fn begins_on_ray(&self, p: DVec3, light: DVec3) -> f64 {
+        let Rows { z, w, .. } = self.clip_from_local;
         // Along a ray from the light w grows with the distance, and clip z is 0 where w has this value.
-        let w_begin = |p: DVec3| w.dot(p.extend(1.0)) - z.dot(p.extend(1.0)) * w_per_z(&self.clip_from_local, p, light);
-        let vertices = view.receivers.vertices().iter();
-        vertices.map(|p| (*p - light).length() * w_begin(*p) / w.dot(p.extend(1.0))).fold(0.0, f64::max)
+        let w_begin = w.dot(p.extend(1.0)) - z.dot(p.extend(1.0)) * w_per_z(&self.clip_from_local, p, light);
+        (p - light).length() * w_begin / w.dot(p.extend(1.0))
     }
 }
 
@@ -155,11 +176,20 @@ pub fn receivers_room(
     tightening: Tightening,
 ) -> Aabb {
     let provisional = &with_depth_of_w(provisional, view);
-    with_room(&across(provisional, view, scene, tightening), provisional, view, size)
+    with_room(&across(provisional, view, scene, size, tightening), provisional, view, size)
 }
 
 /// What the receivers of a map span.
-pub(super) fn across(provisional: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Aabb {
+pub(super) fn across(
+    provisional: &Rows,
+    view: &FocusedView,
+    scene: &Scene,
+    size: &MapSize,
+    tightening: Tightening,
+) -> Aabb {
+    if let Some(outline) = view.outline {
+        return outline_extent(provisional, outline, view, size);
+    }
     let casters = |receivers: &Aabb| match tightening {
         Tightening::Intersection => casters_extent(provisional, receivers, view, scene),
         Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene),
@@ -200,9 +230,9 @@ pub fn crop(provisional: &Rows, view: &FocusedView, across: &[DVec3], depth: &[D
     cropped.scaled(canonical_factor(&cropped, view))
 }
 
-/// What makes w = 1 at the mean of the receivers' body; 1 where w is not positive there.
+/// What makes w = 1 at the middle of the receivers; 1 where w is not positive there.
 fn canonical_factor(rows: &Rows, view: &FocusedView) -> f64 {
-    let w = rows.w.dot(view.receivers.vertex_mean().extend(1.0));
+    let w = rows.w.dot(view.middle().extend(1.0));
     if w > 0.0 { 1.0 / w } else { 1.0 }
 }
 
@@ -265,6 +295,9 @@ pub fn spot_depths(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> Spo
 
 /// The extents padded where receivers lie in a plane or line through the light ([`Room`]).
 pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, size: &MapSize) -> Aabb {
+    if view.outline.is_some() {
+        return *extent;
+    }
     let missing = 0.5 * (Room::new(view, size).least(extent.extent(), provisional) - extent.extent());
     Aabb { min: extent.min - missing.max(DVec3::ZERO), max: extent.max + missing.max(DVec3::ZERO) }
 }
@@ -272,7 +305,7 @@ pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, s
 /// What receivers get at the least, be they in a plane or line through the light: one texel, and in depth the size of a texel
 /// (theory.md 1.1). Shadows smaller than that do not show.
 pub(crate) struct Room<'a> {
-    view: &'a FocusedView,
+    view: &'a FocusedView<'a>,
     mean: DVec3,
     frame: LightFrame,
     /// World length.
@@ -280,7 +313,7 @@ pub(crate) struct Room<'a> {
 }
 
 impl<'a> Room<'a> {
-    pub fn new(view: &'a FocusedView, size: &MapSize) -> Self {
+    pub fn new(view: &'a FocusedView<'a>, size: &MapSize) -> Self {
         let mean = view.receivers.vertex_mean();
         let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
         let frame = LightFrame::any(along);

@@ -1,4 +1,4 @@
-//! `_core.GBuffer`, and the receiver samples that techniques take from one.
+//! `_core.GBuffer`.
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
@@ -8,12 +8,8 @@ use super::arrays::{equal_lists, stored};
 use super::convert::{image, instance_of, vec3_to_array};
 use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
 use crate::digest::{Digest, Numbers};
-use crate::focus::ReceiverSamples;
 use crate::image::{GBuffer, Surfaces};
-use crate::progress::Progress;
-use crate::render::cpu::CpuRenderer;
-use crate::render::{MAX_IMAGE_SIDE, Renderer};
-use crate::scene::{Camera, Scene};
+use crate::render::MAX_IMAGE_SIDE;
 
 /// What a camera sees, one record a pixel.
 #[pyclass(name = "GBuffer", frozen, module = "shadowlab")]
@@ -26,58 +22,22 @@ pub struct PyGBuffer {
     normal: Py<PyArray3<f32>>,
     triangle: Py<PyArray2<i32>>,
     instance: Py<PyArray2<i32>>,
-    samples: PyOnceLock<ReceiverSamples>,
 }
 
 /// Its state.
 const NAME: &str = "GBuffer";
 const VERSION: u32 = 1;
 
-/// Pixels of the G-buffer that techniques look at where none is given: a share of the receivers is then known to 1 / 256 of
-/// the view along each side, and drawing it takes no longer than a small shadow map.
-const SAMPLE_PIXELS: f64 = 65536.0;
-
-/// What a camera sees, drawn small by the CPU renderer, with square pixels.
-pub fn receiver_samples(scene: &Scene, camera: &Camera, progress: &Progress) -> crate::Result<ReceiverSamples> {
-    let root = camera.aspect().sqrt();
-    let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
-    let size = [side(SAMPLE_PIXELS.sqrt() * root), side(SAMPLE_PIXELS.sqrt() / root)];
-    Ok(ReceiverSamples::from_gbuffer(&CpuRenderer::new().gbuffer(scene, camera, size, progress)?))
-}
-
 /// A G-buffer argument.
 pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
     instance_of(value, "gbuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
 }
 
-/// A G-buffer to take samples from, or nothing.
-pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyGBuffer>>> {
-    if value.is_none() {
-        return Ok(None);
-    }
-    instance_of::<PyGBuffer>(value, "samples", "sl.Renderer().gbuffer(scene, camera, size=256) makes one").map(Some)
-}
-
 impl PyGBuffer {
-    /// The surface points it shows; found at the first look.
-    pub fn receiver_samples<'py>(&'py self, py: Python<'py>) -> PyResult<&'py ReceiverSamples> {
-        self.samples.get_or_try_init(py, || {
-            let vectors = |a: &Py<PyArray3<f32>>| -> PyResult<Vec<[f32; 3]>> {
-                Ok(a.bind(py).readonly().as_slice()?.as_chunks::<3>().0.to_vec())
-            };
-            // Only what samples are made of.
-            Ok(ReceiverSamples::from_gbuffer(&GBuffer {
-                size: self.size,
-                origin: self.origin,
-                depth: Vec::new(),
-                position: vectors(&self.relative)?,
-                normal: vectors(&self.normal)?,
-                triangle: self.triangle.bind(py).readonly().as_slice()?.to_vec(),
-                instance: Vec::new(),
-            }))
-        })
+    /// Width and height, pixels.
+    pub fn picture(&self) -> [u32; 2] {
+        self.size
     }
-
     /// Calls `work` with where its surfaces are.
     pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {
         let (position, normal) = (self.relative.bind(py).readonly(), self.normal.bind(py).readonly());
@@ -135,7 +95,6 @@ impl PyGBuffer {
             normal: vectors(2)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
             triangle: indices(3)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
             instance: indices(4)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
-            samples: PyOnceLock::new(),
         };
         let mut arrays = Ok(());
         parts.check_seal(py, |digest| arrays = found.add_arrays(py, digest)).and(arrays).map(|()| found)
@@ -153,7 +112,6 @@ impl PyGBuffer {
             normal: image(py, g.normal.into_flattened(), [h, w, 3])?.unbind(),
             triangle: image(py, g.triangle, [h, w])?.unbind(),
             instance: image(py, g.instance, [h, w])?.unbind(),
-            samples: PyOnceLock::new(),
         })
     }
 }

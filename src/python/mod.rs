@@ -17,6 +17,7 @@ mod mesh;
 mod note;
 mod parameterization;
 mod render;
+mod samples;
 mod scene;
 mod scene_states;
 mod settings;
@@ -54,6 +55,8 @@ mod _core {
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
+    #[pymodule_export]
+    use super::samples::PySamples;
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]

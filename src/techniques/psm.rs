@@ -21,7 +21,7 @@ use glam::{DVec2, DVec3};
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
@@ -55,13 +55,14 @@ pub static SPEC: Spec = Spec {
                   whose own is less slides back; 1 asks for nothing",
         },
         ParamSpec {
-            name: "range",
-            unit: "",
-            default: Default::Choice("receivers"),
-            kind: Kind::Choice(&["receivers", "camera"]),
-            doc: "near and far of the virtual camera: around the receivers, or the camera's own as published in 2002",
+            kind: Kind::Choice(&["seen", "body", "camera"]),
+            doc: "near and far of the virtual camera: the depths of the visible surfaces that face the light (seen), of the \
+                  part of the scene's box inside the camera's frustum, most of it air (body), or the camera's own as \
+                  published in 2002 (camera)",
+            ..RANGE
         },
         FIT,
+        MARGIN,
     ],
 };
 
@@ -170,7 +171,7 @@ impl VirtualCamera {
 /// The images q of the receivers in the virtual camera's clip space C, and the light's there, h = C (-l, 0).
 #[derive(Debug, Clone, Copy)]
 struct PostPerspective<'a> {
-    view: &'a FocusedView,
+    view: &'a FocusedView<'a>,
     /// The way the light travels.
     along: DVec3,
     forward: DVec3,
@@ -185,7 +186,7 @@ struct PostPerspective<'a> {
 
 impl<'a> PostPerspective<'a> {
     /// Nothing where the virtual camera's depths are equal up to half of the digits.
-    fn new(view: &'a FocusedView, camera: &VirtualCamera, along: DVec3) -> Option<Self> {
+    fn new(view: &'a FocusedView<'a>, camera: &VirtualCamera, along: DVec3) -> Option<Self> {
         let [near, far] = camera.depths;
         if far - near <= f64::EPSILON.sqrt() * far {
             return None;

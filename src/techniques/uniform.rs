@@ -7,7 +7,7 @@ use glam::DVec4;
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Fitting, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+    Default, FIT, Fitting, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
 };
 use crate::error::Result;
 use crate::fit::MapSize;
@@ -36,7 +36,10 @@ pub static SPEC: Spec = Spec {
             doc: "texels stand still while the camera moves (a sphere around its frustum, moved in whole texels); \
                   a whole-scene map and a spot's whole cone stand still by themselves",
         },
-        FIT,
+        // Without samples unless they are asked for: what every engine has, and what others are measured against.
+        ParamSpec { default: Default::Choice("body"), ..RANGE },
+        ParamSpec { default: Default::Choice("exact"), ..FIT },
+        MARGIN,
     ],
 };
 
@@ -69,7 +72,7 @@ impl Warp for Uniform {
     }
     /// World size of a texel at the middle of the receivers, across the light.
     fn values_of_fit(&self, view: &FocusedView, clip_from_local: &Rows, size: &MapSize) -> Vec<Named> {
-        let mean = view.receivers.vertex_mean();
+        let mean = view.middle();
         let clip_w = clip_from_local.w.dot(mean.extend(1.0));
         let texel = |row: DVec4| 2.0 * clip_w / (f64::from(size.resolution) * row.truncate().length());
         vec![("texel_x", texel(clip_from_local.x)), ("texel_y", texel(clip_from_local.y))]

@@ -12,7 +12,7 @@ mod technique;
 mod warp_space;
 
 pub use maps::{Maps, Part};
-pub use settings::Settings;
-pub use spec::{Default, FIT, Kind, LightSupport, ParamSpec, Spec};
-pub use technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
+pub use settings::{Holds, Range, Settings};
+pub use spec::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, RANGE, Spec};
+pub use technique::{Fitting, Named, Needs, Provisional, Spacing, Technique, Warp};
 pub use warp_space::{LEAST_KAPPA, LEAST_LAMBDA, WarpSpace};

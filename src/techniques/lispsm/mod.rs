@@ -3,9 +3,11 @@
 mod body_error;
 mod receivers_outline;
 mod search;
+mod seen_error;
 mod warp;
 
 pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
 pub use receivers_outline::{ReceiversOutline, receivers_outline};
-pub use search::{Strength, best_strength};
+pub use search::{Measure, Strength, best_strength};
+pub use seen_error::SeenError;
 pub use warp::{SPEC, make};

@@ -40,6 +40,11 @@ pub struct ReceiversOutline {
 
 /// The outline of the receivers that the fit of a map without a warp, w > 0 on the body, would find.
 pub fn receivers_outline(rows: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> ReceiversOutline {
+    if let Some(outline) = view.outline {
+        let mut corners = Vec::with_capacity(outline.corners.len());
+        outline.images(&outline.rays.homography(rows), 0.0, |p| corners.push(p));
+        return ReceiversOutline { corners, is_fit: true };
+    }
     let is_fit = !matches!(tightening, Tightening::Intersection | Tightening::Ignoring { .. });
     let body = view.receivers.vertices();
     let mut hull = Hull::new(rows);

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use crate::focus::{FocusedView, ReceiverSamples};
+use crate::focus::{FocusedView, Samples};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
 
@@ -87,7 +87,7 @@ impl Candidate {
 fn facing<'a>(
     view: &'a FocusedView,
     region: &'a Region,
-    samples: &'a ReceiverSamples,
+    samples: &'a Samples,
 ) -> impl Iterator<Item = Seen> + 'a {
     samples.lit(&view.camera, &view.light, region).filter_map(|(point, normal)| {
         let p = point - view.camera.eye();
@@ -96,7 +96,7 @@ fn facing<'a>(
 }
 
 /// The plane that most samples of this part of the view lie on; nothing where no sample faces the light.
-pub fn dominant_plane(view: &FocusedView, region: &Region, samples: &ReceiverSamples) -> Option<DominantPlane> {
+pub fn dominant_plane(view: &FocusedView, region: &Region, samples: &Samples) -> Option<DominantPlane> {
     let all: Vec<Seen> = facing(view, region, samples).collect();
     let voters = spread(&all);
     let mut best: Option<(usize, Candidate)> = None;

@@ -25,7 +25,7 @@ use crate::geometry::Rows;
 use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec,
     Warp,
 };
 
@@ -52,7 +52,9 @@ pub static SPEC: Spec = Spec {
             doc: "for a view that the plane cannot serve: an error that says why (none), or a uniform map with a note that \
                   does (uniform); a point light has such views among its six in nearly every scene",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 
@@ -158,8 +160,8 @@ impl Warp for PlaneOptimal {
             }
         }
     }
-    fn needs_samples(&self) -> bool {
-        self.plane == Choice::Dominant
+    fn needs(&self) -> Needs {
+        if self.plane == Choice::Dominant { Needs::Surfaces } else { Needs::Nothing }
     }
 }
 
@@ -242,7 +244,7 @@ fn through_plane(
         _ => DVec4::NEG_W,
     };
     let rows = Rows { x, y, z, w };
-    let orientation = view.rays.orientation(&rows, view.receivers.vertex_mean());
+    let orientation = view.rays.orientation(&rows, view.middle());
     if orientation == 0.0 {
         return Err(light_in_plane());
     }
@@ -263,11 +265,11 @@ fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuit
     values.extend([("behind", behind as f64), ("corners", vertices.len() as f64)]);
     if let Some(samples) = part.samples {
         let [near, far] = [part.camera.near(), part.camera.far()];
-        let here = |p: &&DVec3| (near..=far).contains(&part.camera.depth_of(**p)) && part.region.contains(**p);
+        let here = |p: &DVec3| (near..=far).contains(&part.camera.depth_of(*p)) && part.region.contains(*p);
         let (mut lost, mut all) = (0, 0);
-        for p in samples.points.iter().filter(here) {
+        for p in samples.positions().filter(here) {
             all += 1;
-            lost += usize::from(w.dot((*p - view.origin).extend(1.0)) <= 0.0);
+            lost += usize::from(w.dot((p - view.origin).extend(1.0)) <= 0.0);
         }
         why.push(Detail::SamplesLost);
         values.extend([("samples", all as f64), ("lost", lost as f64)]);

@@ -1,0 +1,251 @@
+//! The outline of samples as the light sees them: the convex polygon of its rays that a map has to hold.
+//!
+//! Source: theory.md 10.1 to 10.3. A homography with w > 0 maps the corners of a hull to the corners of the hull's image, so
+//! one polygon serves every map of the light. Each sample counts with the corners of its pixel.
+//!
+//! ```text
+//!      .-----.        corners are asked for only where the box around a pixel
+//!     / . . . \       reaches out of a grid's cells that lie in the hull so far;
+//!    | . . . . |      of a million pixels some thousand do
+//!     \_.___._/
+//! ```
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::picture::Picture;
+use crate::geometry::{Rows, clipped, convex_hull};
+use crate::rays::LightFrame;
+use crate::scene::Light;
+
+/// Coordinates of a light's rays: two numbers a ray, linear in a plane across the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayFrame {
+    frame: LightFrame,
+    /// A placed light, relative to the eye, and the tangent of half its cone's angle.
+    apex: Option<(DVec3, f64)>,
+}
+
+impl RayFrame {
+    /// The frame of a light, relative to the eye at `eye`; nothing for a point light, whose rays have no common plane.
+    pub fn new(light: &Light, eye: DVec3) -> Option<Self> {
+        match light {
+            Light::Directional(l) => Some(Self { frame: LightFrame::any(l.direction()), apex: None }),
+            Light::Spot(spot) => Some(Self {
+                frame: LightFrame::any(spot.direction()),
+                apex: Some((spot.position() - eye, (0.5 * spot.cone_angle()).tan())),
+            }),
+            Light::Point(_) => None,
+        }
+    }
+    /// The ray through a point. Before a placed light only.
+    pub fn ray(&self, p: DVec3) -> DVec2 {
+        let LightFrame { right, up, along } = self.frame;
+        match self.apex {
+            None => DVec2::new(right.dot(p), up.dot(p)),
+            Some((apex, _)) => {
+                let p = p - apex;
+                DVec2::new(right.dot(p), up.dot(p)) / along.dot(p)
+            }
+        }
+    }
+    /// Gradients of [`RayFrame::ray`] at a point.
+    pub fn gradients(&self, p: DVec3) -> [DVec3; 2] {
+        let LightFrame { right, up, along } = self.frame;
+        match self.apex {
+            None => [right, up],
+            Some((apex, _)) => {
+                let p = p - apex;
+                let depth = along.dot(p);
+                [right, up].map(|axis| (axis - along * (axis.dot(p) / depth)) / depth)
+            }
+        }
+    }
+    /// World length, across the light at a point, of one unit of a ray's coordinates.
+    pub fn scale(&self, p: DVec3) -> f64 {
+        self.apex.map_or(1.0, |(apex, _)| (p - apex).dot(self.frame.along))
+    }
+    /// The homography of a map of this light: clip x, y and w, up to a positive factor, of (ray, 1).
+    pub fn homography(&self, rows: &Rows) -> DMat3 {
+        let LightFrame { right, up, along } = self.frame;
+        let of = |row: glam::DVec4| {
+            let across = row.truncate();
+            let last = if self.apex.is_some() { across.dot(along) } else { row.w };
+            DVec3::new(across.dot(right), across.dot(up), last)
+        };
+        DMat3::from_cols(of(rows.x), of(rows.y), of(rows.w)).transpose()
+    }
+    /// How far the ray may move as a point moves by `reach`.
+    fn moved(&self, p: DVec3, ray: DVec2, reach: f64) -> f64 {
+        match self.apex {
+            None => reach,
+            Some((apex, _)) => {
+                let depth = (p - apex).dot(self.frame.along) - reach;
+                if depth > 0.0 { reach * (1.0 + ray.length()) / depth } else { f64::INFINITY }
+            }
+        }
+    }
+    /// A polygon of rays without what lies outside of a spot's pyramid.
+    fn inside(&self, polygon: Vec<DVec2>) -> Vec<DVec2> {
+        let Some((_, tan_half)) = self.apex else { return polygon };
+        let sides = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
+        sides.iter().fold(polygon, |polygon, side| clipped(&polygon, side.extend(tan_half)))
+    }
+}
+
+/// The rays that a map has to hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Coordinates of its corners.
+    pub rays: RayFrame,
+    /// Corners of the convex polygon, counter-clockwise; at least one.
+    pub corners: Vec<DVec2>,
+    /// One of the samples, near their middle; relative to the eye.
+    pub middle: DVec3,
+}
+
+impl Outline {
+    /// The outline of samples (position relative to the eye, and normal), with the corners of their pixels where they come from
+    /// a picture; nothing without samples.
+    pub fn of(
+        rays: RayFrame,
+        picture: Option<&Picture>,
+        samples: impl Iterator<Item = (DVec3, DVec3)> + Clone,
+    ) -> Option<Self> {
+        let mut hull = Growing::default();
+        let mut sum = DVec2::ZERO;
+        let mut count = 0_usize;
+        let add = |hull: &mut Growing, p: DVec3, n: DVec3| {
+            let Some(picture) = picture else {
+                hull.add(&[rays.ray(p)]);
+                return;
+            };
+            let corners = picture.corners(p, n);
+            let behind = rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
+            if behind { hull.add(&[rays.ray(p)]) } else { hull.add(&corners.map(|c| rays.ray(c))) }
+        };
+        // A hull of a few first, so that the pass over all hardly adds.
+        for (p, n) in samples.clone().step_by(SEED_STEP) {
+            add(&mut hull, p, n);
+        }
+        hull.settle();
+        for (p, n) in samples.clone() {
+            let ray = rays.ray(p);
+            sum += ray;
+            count += 1;
+            let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
+            if !hull.holds(ray, reach) {
+                add(&mut hull, p, n);
+            }
+        }
+        hull.settle();
+        let mean = sum / count.max(1) as f64;
+        let nearest = |(p, _): &(DVec3, DVec3)| (rays.ray(*p) - mean).length_squared();
+        let (middle, _) = samples.step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).min_by(|a, b| nearest(a).total_cmp(&nearest(b)))?;
+        let corners = rays.inside(hull.corners);
+        let corners = if corners.is_empty() { vec![rays.ray(middle)] } else { corners };
+        Some(Self { rays, corners, middle })
+    }
+    /// The images of the corners under a homography of this light's rays; what has less than `least_w` of the largest w is
+    /// cut off first.
+    pub fn images(&self, homography: &DMat3, least_w: f64, mut visit: impl FnMut(DVec2)) {
+        let w_row = homography.row(2);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for p in &self.corners {
+            let w = w_row.dot(p.extend(1.0));
+            (low, high) = (low.min(w), high.max(w));
+        }
+        let least = least_w * high;
+        let image = |p: DVec2| {
+            let clip = *homography * p.extend(1.0);
+            clip.truncate() / clip.z
+        };
+        if low >= least {
+            self.corners.iter().for_each(|p| visit(image(*p)));
+        } else {
+            // By rounding a corner of the cut may have a little less.
+            let floor = DVec3::new(w_row.x, w_row.y, w_row.z - least);
+            clipped(&self.corners, floor).into_iter().for_each(|p| visit(image(p)));
+        }
+    }
+}
+
+/// Every so manyth sample makes the first hull.
+const SEED_STEP: usize = 61;
+/// Samples that are looked at for the one in the middle.
+const MOST_FOR_MIDDLE: usize = 1024;
+/// Cells of the grid along each side. Chosen because a look at it then fits the first level of cache as bits do not need to.
+const CELLS: usize = 64;
+/// Points that wait for the next hull.
+const MOST_WAITING: usize = 4096;
+
+/// A hull that grows, with a grid of what is in it.
+#[derive(Debug, Default)]
+struct Growing {
+    /// The hull's corners, and behind them what waits.
+    corners: Vec<DVec2>,
+    settled: usize,
+    room: Vec<DVec2>,
+    low: DVec2,
+    per_cell: DVec2,
+    /// Whether a cell lies in the hull.
+    inside: Vec<bool>,
+}
+
+impl Growing {
+    fn add(&mut self, points: &[DVec2]) {
+        self.corners.extend(points.iter().filter(|p| p.is_finite()));
+        if self.corners.len() > self.settled + MOST_WAITING {
+            self.settle();
+        }
+    }
+    /// The hull of all that was added.
+    fn settle(&mut self) {
+        convex_hull(&mut self.corners, &mut self.room);
+        self.settled = self.corners.len();
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for p in &self.corners {
+            (low, high) = (low.min(*p), high.max(*p));
+        }
+        let cell = (high - low) / CELLS as f64;
+        self.inside.clear();
+        if self.settled < 3 || cell.cmple(DVec2::ZERO).any() {
+            return;
+        }
+        (self.low, self.per_cell) = (low, cell.recip());
+        // Row by row, from where the left border lies to the right by the narrower of its two lines.
+        let span = |y: f64| {
+            let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+            for i in 0..self.settled {
+                let (a, b) = (self.corners[i], self.corners[(i + 1) % self.settled]);
+                if (a.y <= y) != (b.y <= y) {
+                    let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+                    (left, right) = (left.min(x), right.max(x));
+                }
+            }
+            (left, right)
+        };
+        let lines: Vec<(f64, f64)> = (0..=CELLS).map(|j| span(low.y + cell.y * j as f64)).collect();
+        self.inside.resize(CELLS * CELLS, false);
+        for j in 0..CELLS {
+            let (left, right) = (lines[j].0.max(lines[j + 1].0), lines[j].1.min(lines[j + 1].1));
+            for i in 0..CELLS {
+                let x = low.x + cell.x * i as f64;
+                self.inside[j * CELLS + i] = x >= left && x + cell.x <= right;
+            }
+        }
+    }
+    /// Whether the box around a point is known to lie in the hull.
+    fn holds(&self, p: DVec2, reach: f64) -> bool {
+        if self.inside.is_empty() {
+            return false;
+        }
+        let cell = |p: DVec2| {
+            let at = (p - self.low) * self.per_cell;
+            let is_in = at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::splat(CELLS as f64)).all();
+            is_in && self.inside[at.y as usize * CELLS + at.x as usize]
+        };
+        let d = DVec2::splat(reach);
+        let e = DVec2::new(reach, -reach);
+        cell(p - d) && cell(p + d) && cell(p - e) && cell(p + e)
+    }
+}

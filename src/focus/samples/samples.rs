@@ -1,0 +1,206 @@
+//! Samples of what a camera sees: points with normals, whether they are in shadow, and where the shadows' edges are.
+//!
+//! Plain data made by whoever has a renderer, so that techniques stay pure functions. Source: Chong, Gortler 2007
+//! `[chong2007]` (scene-optimized shadow maps: samples near shadow edges); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]`
+//! (sample distribution shadow maps); theory.md 9, 10.1 to 10.3 and 12.1.
+
+use glam::DVec3;
+
+use super::edges::{EdgeSample, edges_of};
+use super::outline::{Outline, RayFrame};
+use super::picture::Picture;
+use crate::image::{Surfaces, TruthMask};
+use crate::parameterization::Region;
+use crate::rays::LightFrame;
+use crate::scene::{Camera, Light};
+
+/// Visible surface points with their normals, in the order of the pixels they were seen in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// The world point that positions are relative to.
+    pub origin: DVec3,
+    /// World positions minus the origin.
+    pub points: Vec<[f32; 3]>,
+    /// Unit normals, on the side of the eye.
+    pub normals: Vec<[f32; 3]>,
+    /// The picture they were seen in, where there is one.
+    pub picture: Option<Picture>,
+    /// Which of them are in shadow, where that is known.
+    pub shadows: Option<Shadows>,
+    /// Of all samples under the light of `shadows`: found once.
+    outlines: Option<Outlines>,
+}
+
+/// Which samples are in shadow under one light, and where in the picture the shadows end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shadows {
+    /// The light.
+    pub light: Light,
+    /// [`TruthMask::LIT`] or [`TruthMask::SHADOW`]; other values for a sample whose state is not known.
+    pub states: Vec<i8>,
+    /// Samples at the edges of shadows, in an order of which every beginning is spread over the picture.
+    pub edges: Vec<EdgeSample>,
+    /// Samples in shadow, and their neighbours in the picture.
+    pub shaded: Vec<u32>,
+    /// The same states as a picture, rows from the top; empty without one.
+    pub image: Vec<i8>,
+}
+
+/// Outlines of the samples that face a light, for the whole picture.
+#[derive(Debug, Clone, PartialEq)]
+struct Outlines {
+    camera: Camera,
+    seen: Option<Outline>,
+    shaded: Option<Outline>,
+}
+
+fn vector(v: [f32; 3]) -> DVec3 {
+    DVec3::from_array(v.map(f64::from))
+}
+
+impl Samples {
+    /// Samples at points of the world, unit normals beside.
+    pub fn of_points(points: &[DVec3], normals: &[DVec3]) -> Self {
+        let origin = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
+        let single = |v: DVec3| v.as_vec3().to_array();
+        Self {
+            origin,
+            points: points.iter().map(|p| single(*p - origin)).collect(),
+            normals: normals.iter().map(|n| single(*n)).collect(),
+            ..Self::default()
+        }
+    }
+    /// One sample for each pixel of the camera's picture that shows anything.
+    pub fn of_surfaces(surfaces: &Surfaces, camera: &Camera) -> Self {
+        let seen: Vec<usize> = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0).collect();
+        Self {
+            origin: surfaces.origin,
+            points: seen.iter().map(|&i| surfaces.position[i]).collect(),
+            normals: seen.iter().map(|&i| surfaces.normal[i]).collect(),
+            picture: Some(Picture::new(camera, surfaces.size)),
+            ..Self::default()
+        }
+    }
+    /// The same with what is in shadow under a light: `image` has a state for each pixel of the picture, as
+    /// [`TruthMask`] has them. At most `count` samples at the shadows' edges are kept.
+    pub fn with_shadows(mut self, light: &Light, image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
+        let Some(picture) = self.picture else { return self };
+        let visible = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0);
+        let states = visible.clone().map(|i| image[i]).collect();
+        // Of what the light can reach alone: the others are dark without a look at a map.
+        let mut facing = vec![NO_SAMPLE; image.len()];
+        for (sample, pixel) in visible.enumerate() {
+            let (p, n) = (self.origin + vector(self.points[sample]), vector(self.normals[sample]));
+            if n.dot(light.to_light(p)) > 0.0 && can_reach(light, p) {
+                facing[pixel] = sample as u32;
+            }
+        }
+        let (edges, shaded) = edges_of(&self, &picture, &image, &facing, count);
+        let image = image.iter().zip(&facing).map(|(&s, &f)| if f == NO_SAMPLE { TruthMask::NOTHING } else { s }).collect();
+        self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
+        let seen = self.outline_of(&picture.camera, light, &Region::ALL);
+        let shaded = self.shaded_outline_of(&picture.camera, light, &Region::ALL);
+        self.outlines = Some(Outlines { camera: picture.camera, seen, shaded });
+        self
+    }
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+    /// Whether nothing is seen.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+    /// World position and normal of a sample.
+    pub fn sample(&self, i: usize) -> (DVec3, DVec3) {
+        (self.origin + vector(self.points[i]), vector(self.normals[i]))
+    }
+    /// World positions.
+    pub fn positions(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        self.points.iter().map(|p| self.origin + vector(*p))
+    }
+    /// Position and normal of the samples that a map for a part of a view has to answer for: between the camera's near and
+    /// far planes, on the rays of `region`, facing the light and within its reach (of a spot: the pyramid around its cone, as a
+    /// face of a point light shines there too). The others are dark without a look.
+    pub fn lit<'a>(
+        &'a self,
+        camera: &'a Camera,
+        light: &'a Light,
+        region: &'a Region,
+    ) -> impl Iterator<Item = (DVec3, DVec3)> + Clone + 'a {
+        let all = self.points.iter().zip(&self.normals).map(|(p, n)| (self.origin + vector(*p), vector(*n)));
+        all.filter(move |(p, n)| counts(camera, light, region, *p, *n))
+    }
+    /// The outline of the samples that a map for a part of a view has to answer for; nothing where there is none.
+    pub fn outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        match self.known(camera, light, region) {
+            Some(known) => known.seen.clone(),
+            None => self.outline_of(camera, light, region),
+        }
+    }
+    /// The same of those in shadow and their neighbours in the picture.
+    pub fn shaded_outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        match self.known(camera, light, region) {
+            Some(known) => known.shaded.clone(),
+            None => self.shaded_outline_of(camera, light, region),
+        }
+    }
+    fn known(&self, camera: &Camera, light: &Light, region: &Region) -> Option<&Outlines> {
+        let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
+        self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
+    }
+    fn outline_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        let eye = camera.eye();
+        let all = self.lit(camera, light, region).map(move |(p, n)| (p - eye, n));
+        Outline::of(RayFrame::new(light, eye)?, self.picture.as_ref(), all)
+    }
+    fn shaded_outline_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        let eye = camera.eye();
+        let shaded = self.shadows.as_ref()?.shaded.iter().map(|&i| self.sample(i as usize));
+        let all = shaded.filter(|(p, n)| counts(camera, light, region, *p, *n)).map(move |(p, n)| (p - eye, n));
+        Outline::of(RayFrame::new(light, eye)?, self.picture.as_ref(), all)
+    }
+    /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
+    /// planes; nothing where none does.
+    pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
+        let (eye, forward) = (camera.eye(), camera.forward());
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for (p, n) in self.lit(camera, light, region) {
+            let p = p - eye;
+            let depth = forward.dot(p);
+            let reach = self.picture.as_ref().map_or(0.0, |picture| picture.reach(p, n));
+            if depth - reach >= range[0] && depth + reach <= range[1] {
+                continue;
+            }
+            let mut add = |depth: f64| range = [range[0].min(depth), range[1].max(depth)];
+            match &self.picture {
+                Some(picture) => picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c))),
+                None => add(depth),
+            }
+        }
+        let [near, far] = range.map(|depth| depth.clamp(camera.near(), camera.far()));
+        (range[0] <= range[1]).then_some([near, far])
+    }
+}
+
+/// In place of a sample's index.
+pub(super) const NO_SAMPLE: u32 = u32::MAX;
+
+/// Whether a point is one that a map for a part of a view has to answer for.
+pub(super) fn counts(camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
+    (camera.near()..=camera.far()).contains(&camera.depth_of(p))
+        && normal.dot(light.to_light(p)) > 0.0
+        && can_reach(light, p)
+        && region.contains(p)
+}
+
+/// Whether a point is where a map of the light can be.
+fn can_reach(light: &Light, p: DVec3) -> bool {
+    let Light::Spot(spot) = light else { return light.reaches(p) };
+    let frame = LightFrame::any(spot.direction());
+    let from_light = p - spot.position();
+    let depth = from_light.dot(frame.along);
+    // Two faces of a point light meet: the tangent of the half angle is rounded, and a point on the seam is in one of them.
+    let half = depth * (0.5 * spot.cone_angle()).tan() * (1.0 + 4.0 * f64::EPSILON);
+    depth <= spot.range() && from_light.dot(frame.right).abs() <= half && from_light.dot(frame.up).abs() <= half
+}

@@ -17,6 +17,7 @@ mod mesh;
 mod note;
 mod parameterization;
 mod render;
+mod sample_states;
 mod samples;
 mod scene;
 mod scene_states;
@@ -56,7 +57,7 @@ mod _core {
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
-    use super::samples::PySamples;
+    use super::samples::{PySamples, mapped_states, predict_wrong};
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]

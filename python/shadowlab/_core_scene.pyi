@@ -381,6 +381,15 @@ class GBuffer:
     def depth(self) -> npt.NDArray[np.float32]:
         """(H, W) float32: NDC depth in [0, 1], 1 where nothing is."""
     @property
+    def view_depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32: distances along the view, world units; infinite where nothing is.
+
+        Raises
+        ------
+        StateError
+            For a G-buffer that version 0.1 pickled before it stored its camera.
+        """
+    @property
     def position(self) -> _Float:
         """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""
     @property

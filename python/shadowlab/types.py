@@ -15,6 +15,7 @@ from ._core import (
     GBuffer,
     Parameterization,
     PointLight,
+    Samples,
     Scene,
     SpotLight,
 )
@@ -102,7 +103,13 @@ class TechniqueLike(Protocol):
         """Whether it looks at the receivers that the camera sees."""
 
     def parameterize(
-        self, scene: SceneLike, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
+        self,
+        scene: SceneLike,
+        camera: Camera,
+        light: Light,
+        *,
+        resolution: int = 1024,
+        samples: Samples | GBuffer | None = None,
     ) -> Parameterization:
         """The maps for a scene, camera and light."""
 

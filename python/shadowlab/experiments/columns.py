@@ -93,7 +93,8 @@ _OF_PIXELS = (
 )
 _OF_TEXELS = (
     _count("measured", "px", "Pixels that look up a texel."),
-    _count("outside", "px", "Pixels that face the light and that no map holds."),
+    _count("outside", "px", "Pixels that face the light and that no map holds; they are lit."),
+    _count("outside_shadow", "px", "Pixels in shadow, by the samples' states, that no map holds: wrong."),
     _number("undersampled", "share", "Measured pixels in which a texel is longer than a pixel."),
     _number("texel_mean", "px", "Mean over the measured pixels of the longest extent of a texel."),
     _number("texel_p50", "px", "Longest extent of a texel that half of the measured pixels do not exceed."),
@@ -109,6 +110,7 @@ _OF_TEXELS = (
     _number("storage_factor_image", "texels / px", "`storage_factor` of extents on the image plane.", "sum"),
 )
 _OF_TIME = (
+    _number("samples_ms", "ms", "Time of making the samples of the view, once for all techniques.", "max"),
     _number("fit_us", "µs", "Time of making the matrices.", "sum"),
     _number("map_ms", "ms", "Time of drawing the maps.", "sum"),
     _number("lookup_ms", "ms", "Time of looking every pixel up.", "sum"),
@@ -174,8 +176,8 @@ _WRONG = ("misclassified", "false_shadow", "false_light", "share", "compared", "
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
         "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_CAUSES, "edge_px", "undersampled",
-        "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "fit_us", "map_ms",
-        "lookup_ms", "notes", "failure",
+        "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "outside_shadow",
+        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise": (
         "memory", "rank", "scene", "technique", "spec", "maps", "resolution", "bytes", "unused_memory", "error_mean",
@@ -184,7 +186,8 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "advise.runs": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "memory", "maps",
         "resolution", "bytes", "error", *_WRONG, *_CAUSES, "texel_max", "texel_p95", "texel_mean", "undersampled",
-        "perspective_max", "storage_factor", "measured", "outside", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
+        "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
+        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise.switches": (
         "along", "camera", "memory", "from", "to", "at_from", "at_to", "equal_from", "equal_to", "winner_from",

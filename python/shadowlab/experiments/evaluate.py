@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .. import _core
 from ..conventions.doubts import doubt_about
@@ -109,8 +109,8 @@ def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _
     """The matrices of a technique in a view; those that are given stay."""
     if is_parameterization(item):
         return item
-    # The very pixels that are compared, for techniques that look at receivers.
-    samples = {"samples": view.gbuffer(renderer)} if getattr(item, "needs_samples", False) else {}
+    # The pixels that are compared, for techniques that look at receivers.
+    samples = {"samples": view.samples(renderer=renderer)} if getattr(item, "needs_samples", False) else {}
     return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **samples)
 
 
@@ -123,10 +123,14 @@ def _measured(
     known: dict[str, Any] = {}
     try:
         numbers: dict[str, float | None] = {}
+        samples: _core.Samples | None = None
         if getattr(item, "needs_samples", False):
-            view.gbuffer(renderer)  # of the view and made once, so no part of the times
+            samples = cast("_core.Samples", view.samples(renderer=renderer))  # of the view and made once
+            numbers["samples_ms"] = view.samples_ms(renderer)
         p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
         known["parameterization"] = p
+        if samples is not None:
+            numbers["outside_shadow"] = samples.outside(p)[1]
         if is_parameterization(item):
             warps = [part.post_warp_terms for part in p.partitions]
             known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)

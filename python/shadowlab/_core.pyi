@@ -50,6 +50,7 @@ __all__ = [
     "occluded",
     "predict_wrong",
     "reads",
+    "renamed_words",
     "restore",
     "set_threads",
     "technique_specs",
@@ -430,3 +431,6 @@ def predict_wrong(
     samples: Samples, parameterization: Parameterization | Matrices, *, resolution: _Size | None = None
 ) -> float:
     """Wrong pixels foretold from samples for maps of a resolution (10.9)."""
+
+def renamed_words() -> list[tuple[str, str, str, str]]:
+    """Words of parameters that have another name now: technique, parameter, the old word and the new one."""

@@ -61,7 +61,7 @@ mod _core {
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]
-    use super::technique::{PyTechnique, technique_specs};
+    use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]

@@ -227,22 +227,21 @@ class View(Value):
     ) -> tuple[_core.Samples, float]:
         draw, light = renderer_of(renderer), light_of(self)
         whole("count", count)
-        picture = self if size is None else replace(self, size=size)
+        pixels = self.size if size is None else picture_of(size, self.camera)
 
         def make() -> tuple[_core.Samples, float]:
-            gbuffer = (
-                picture.gbuffer(draw) if size is None else draw.gbuffer(self.scene, self.camera, size=picture.size)
-            )
+            own = size is None
+            gbuffer = self.gbuffer(draw) if own else draw.gbuffer(self.scene, self.camera, size=pixels)
             start = time.perf_counter()
             states = None
             if shadows == "mapped":
                 states = _core.mapped_states(self.scene, self.camera, light, gbuffer)
             elif shadows == "traced":
-                states = cast("NDArray[np.int8]", picture.truth())
+                states = cast("NDArray[np.int8]", replace(self, size=pixels).truth())
             made = _core.Samples.from_gbuffer(gbuffer, self.camera, light, shadows=states, count=count)
             return made, 1e3 * (time.perf_counter() - start)
 
-        key = ("samples", self.light, picture.size, shadows, count, *identity_of(draw))
+        key = ("samples", self.light, pixels, shadows, count, *identity_of(draw))
         return KEPT_VIEWS.get(self._seen, key, make, lambda made: SAMPLE_BYTES * made[0].receivers)
 
     def _traced(self) -> tuple[NDArray[np.int8], float]:

@@ -12,7 +12,6 @@
 //! ```
 
 use super::body_error::{BodyError, ErrorMeasure, ErrorNorm};
-use super::receivers_outline::receivers_outline;
 use super::search::{Measure, Strength, best_strength};
 use super::seen_error::SeenError;
 use super::seen_flips::SeenFlips;
@@ -27,6 +26,7 @@ use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp, WarpSpace,
+    receivers_outline,
 };
 
 /// What the technique says of itself.

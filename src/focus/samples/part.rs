@@ -1,7 +1,7 @@
 //! Samples of a part of a view in the coordinates of the light's rays: what a search over maps looks at.
 //!
 //! Source: theory.md 10.2: with D = d(pixel) / d(ray) on a sample's tangent plane and J = d(map) / d(ray), a texel is
-//! `G = D J⁻¹ 2/N` pixels long and wide; D is fixed, J is the map's.
+//! `G = D J⁻¹ 2/N` pixels long and wide (10.1); D is fixed, J is the map's.
 
 use glam::{DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! The error of a warp at the shadows' edges that are seen: how wide texels are across them, in pixels.
 //!
-//! Source: theory.md 10.2, (10.7) and (10.8), for the family of warps along one axis (theory.md 10.5). With x and eta of
+//! Source: theory.md 10.2, (10.7) and (10.8), for the family of warps along one axis (10.10). With x and eta of
 //! [`BodyError`](super::BodyError), q = (1 + mu eta) / (1 + mu), k = mu / ((1 + mu) D) and `e` the pixels across the edge per unit
 //! of the unwarped x and y,
 //!

@@ -1,6 +1,6 @@
 //! The error of a warp as the share of pixels whose shadow state changes within their texel: wrong pixels foretold.
 //!
-//! Source: theory.md (10.9), for the family of warps along one axis (theory.md 10.5). With D = d(pixel) / d(x, y) of the
+//! Source: theory.md (10.9), for the family of warps along one axis (10.10). With D = d(pixel) / d(x, y) of the
 //! unwarped space and q, k of [`SeenError`](super::SeenError), a texel's sides in the picture are
 //!
 //! ```text

@@ -16,7 +16,7 @@ from typing_extensions import assert_type
 
 import shadowlab as sl
 from shadowlab import types
-from shadowlab.experiments.compare import ByRun
+from shadowlab.experiments.by_run import ByRun
 
 Floats64 = npt.NDArray[np.float64]
 

@@ -129,8 +129,12 @@ _OF_PATHS = (
     _number("flip_share", "share", "Flips by judged receivers."),
 )
 _OF_RANKINGS = (
-    _number("error", "of the measure", "Error by the measure ranked by; a mean over shifts of the texels if counted.", ""),
-    _number("error_sd", "of the measure", "Standard deviation of the error ranked by where texels shift, if counted.", ""),
+    _number(
+        "error", "of the measure", "Error by the measure ranked by; a mean over shifts of the texels if counted.", ""
+    ),
+    _number(
+        "error_sd", "of the measure", "Standard deviation of the error ranked by where texels shift, if counted.", ""
+    ),
     _count("rank", "", "Place within the budget, from 1.", ""),
     _number("error_mean", "of the measure", "Mean of the error over the views.", ""),
     _number("error_worst", "of the measure", "Largest error of a view.", ""),
@@ -178,9 +182,9 @@ _NOISE = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns of each table, in their order.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
-        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_NOISE, *_CAUSES, "edge_px", "undersampled",
-        "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "fit_us", "map_ms",
-        "lookup_ms", "notes", "failure",
+        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
+        "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "fit_us",
+        "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise": (
         "memory", "rank", "scene", "technique", "spec", "maps", "resolution", "bytes", "unused_memory", "error_mean",

@@ -1,11 +1,11 @@
 """How far the count of wrong pixels depends on where a map's lattice of texels happens to lie.
 
-A map that is shifted by parts of a texel is as good as before, but its edges fall elsewhere and its count of wrong pixels
-changes. The counts over several shifts give the mean, by which maps are compared, and its standard deviation.
+A map that is shifted by parts of a texel is as good as before, but its edges fall elsewhere and its count of wrong
+pixels changes. The counts over several shifts give the mean, by which maps are compared, and its standard deviation.
 
-The first shift is none, so that the map as fitted is one of them. The others are multiples of two irrational steps modulo one
-texel, which fill the square of all shifts evenly however many there are [roberts2018]. They reach at most half a texel: the fit
-leaves a border of one texel around the receivers, so none leaves the map.
+The first shift is none, so that the map as fitted is one of them. The others are multiples of two irrational steps
+modulo one texel, which fill the square of all shifts evenly however many there are [roberts2018]. They reach at most
+half a texel: the fit leaves a border of one texel around the receivers, so none leaves the map.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..errors import ArgumentError
 from ..text import shown
 
 # Shifts by which a count is averaged. Chosen because three standard errors of a difference of two means over eight are
-# then one standard deviation of a difference of two counts (3 / sqrt(8) = 1.06): means that differ by less are about equal.
+# then one standard deviation of a difference of two counts (3 / sqrt(8) = 1.06).
 PHASES = 8
 # The root of x^3 = x + 1; the steps are its first two negative powers.
 PLASTIC = 1.3247179572447460
@@ -66,8 +66,8 @@ def checked_phases(value: object, least: int = 1) -> int:
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < least:
         raise ArgumentError(
-            f"phases: expected a whole number of shifts from {least} on, got {shown(value)}; {PHASES} give a mean and a "
-            "standard deviation, 1 counts the map as fitted alone"
+            f"phases: expected a whole number of shifts from {least} on, got {shown(value)}; {PHASES} give a "
+            "mean and a standard deviation, 1 counts the map as fitted alone"
         )
     return int(value)
 

@@ -202,7 +202,9 @@ class Run(Value):
         if self.failure:
             return self
         if not self.judged:
-            raise ArgumentError('phases: expected a run held against the truth; evaluate with metrics=["misclassified"]')
+            raise ArgumentError(
+                'phases: expected a run held against the truth; evaluate with metrics=["misclassified"]'
+            )
         counts = [scatter_of(part._drawn().count_at, phases).counts for part in self.parts or (self,)]
         # Of several lights the maps of all are shifted alike.
         columns = Scatter(tuple(map(sum, zip(*counts, strict=True)))).columns

@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..experiments.counts import WrongPixels
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
-from ..text import px_text, share_text
+from ..text import digits, px_text, share_text
 from .words import rows_of, size_text
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
     return [
         str(row["technique"]),
         size_text(row),
-        FAILED if row["failure"] else shown("misclassified", "{:,}".format),
+        FAILED if row["failure"] else shown("misclassified", "{:,}".format) + noise_text(row),
         shown("share", share_text),
         shown("false_shadow", "{:,}".format),
         shown("false_light", "{:,}".format),
@@ -76,6 +77,12 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
         shown("map_ms", lambda v: f"{v:.1f} ms"),
         shown("lookup_ms", lambda v: f"{v:.1f} ms"),
     ]
+
+
+def noise_text(row: Mapping[str, Any]) -> str:
+    """The noise behind a count of wrong pixels; empty where it was not measured."""
+    sd = WrongPixels.of(row).sd
+    return "" if sd is None else f" ± {digits(sd)}"
 
 
 def has_numbers(one: Standing) -> bool:

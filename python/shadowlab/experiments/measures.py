@@ -85,6 +85,14 @@ class Measure:
         """A value as people read it."""
         return share_text(value) if self.unit == "share" else f"{value:,.3g} px" if value < 1e3 else f"{value:,.0f} px"
 
+    def noisy_text(self, value: float, sd: float | None) -> str:
+        """A value with its standard deviation, where that is known, as people read both."""
+        if sd is None or self.unit != "share":
+            return self.text(value)
+        # The deviation has two digits, and the value as many places.
+        places = max(0, 1 - math.floor(math.log10(100 * sd))) if sd > 0 else 3
+        return f"{100 * value:.{places}f} ± {100 * sd:.{places}f} %"
+
     @property
     def equal_because(self) -> str:
         """Why candidates are told as about equal: the scatter, or a ratio where that is wider."""

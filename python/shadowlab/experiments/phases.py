@@ -25,7 +25,7 @@ from ..text import shown
 PHASES = 8
 # The root of x^3 = x + 1; the steps are its first two negative powers.
 PLASTIC = 1.3247179572447460
-STEPS = (1.0 / PLASTIC, 1.0 / PLASTIC**2)
+SHIFT_STEPS = (1.0 / PLASTIC, 1.0 / PLASTIC**2)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def checked_phases(value: object, least: int = 1) -> int:
 
 def shifts(count: int) -> list[tuple[float, float]]:
     """Shifts along x and y in texels, each from -0.5 to 0.5; the first is none, and fewer are the first of more."""
-    return [tuple((i * step + 0.5) % 1.0 - 0.5 for step in STEPS) for i in range(count)]  # type: ignore[misc]
+    return [tuple((i * step + 0.5) % 1.0 - 0.5 for step in SHIFT_STEPS) for i in range(count)]  # type: ignore[misc]
 
 
 def shifted(p: _core.Parameterization, dx: float, dy: float, resolution: int) -> _core.Parameterization:

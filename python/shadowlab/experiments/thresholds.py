@@ -19,7 +19,8 @@ SLIGHT = 1.25
 NOISE_SIGMAS = 3.0
 # Edges move by parts of a texel when a map's texels shift, all along the edge at once: the standard deviation of a
 # count over shifts is 0.7 to 4 per cent of it, half of the time below 2; 5 to 11 in the coarsest maps of a forest and
-# of long shadows. Measured over eight shifts in the six library scenes with uniform, lispsm and z_partition at 256 and 1024.
+# of long shadows. Measured over eight shifts in the six library scenes, with uniform, lispsm and z_partition at 256 and
+# 1024 texels.
 LATTICE_SCATTER = 0.02
 # Counts within this ratio are close: their noise is measured before anything is said of their difference. Derived from
 # the largest scatter of a count, 0.11 of it: three standard deviations of a difference are 3 * sqrt(2) * 0.11 = 0.47.

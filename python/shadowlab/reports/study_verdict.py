@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # Why counts are told as about equal.
-WITHIN = "the difference is within the noise, or less than one part in twenty"
+SO_CLOSE = "the difference is within the noise, or less than one part in twenty"
 
 
 class Remarks(NamedTuple):
@@ -159,4 +159,4 @@ def _about_as_few(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
         for row, one in others
         if one.count > mine.count and relation(one, mine) == "about_equal"
     ]
-    return [f"About as few have {listed(near)}: {WITHIN}."] if near else []
+    return [f"About as few have {listed(near)}: {SO_CLOSE}."] if near else []

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any, cast
 from .._core import Note
 from ..experiments.counts import WrongPixels, maps_of
 from ..experiments.thresholds import UNJUDGED
-from ..text import digits, listed, share_text
+from ..text import listed, share_text
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# Switches, failures and the like that are told; the rest is counted and left to the tables.
+MOST_TOLD = 4
 
 
 def unwarped_maps(notes: Sequence[Note], maps: int) -> tuple[int, str]:
@@ -50,9 +53,14 @@ def size_text(row: Mapping[str, Any]) -> str:
     return f"{int(row['resolution'])}²" if maps == 1 else f"{maps} × {int(row['resolution'])}²"
 
 
+def deviation(sd: float) -> str:
+    """A standard deviation with two digits."""
+    return f"{sd:,.0f}" if sd >= 99.5 else f"{sd:.2g}"
+
+
 def count_text(wrong: WrongPixels) -> str:
     """A number of wrong pixels with its noise, where that was measured."""
-    return f"{wrong.count:,.0f}" if wrong.sd is None else f"{wrong.count:,.0f} ± {digits(wrong.sd)}"
+    return f"{wrong.count:,.0f}" if wrong.sd is None else f"{wrong.count:,.0f} ± {deviation(wrong.sd)}"
 
 
 def pixels_text(wrong: WrongPixels) -> str:

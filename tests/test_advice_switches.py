@@ -245,6 +245,11 @@ def test_the_gain_over_uniform_and_ties_with_fewer_maps():
     assert (third.ratio_to_best, third.ratio_to_uniform, best.ratio_to_uniform) == (4.0, 1.0, 0.25)
 
 
+def test_a_slight_gain_is_told_as_a_share():
+    text = said(table([10], uniform=[0.2], lispsm=[0.17]))
+    assert "compared pixels), 15.0 % less than uniform in as much memory (20.0 %)." in text
+
+
 def test_a_warning_where_no_candidate_is_good():
     text = said(table([10], uniform=[0.3], lispsm=[0.2]))
     assert "No candidate drawn is good here: even the best has 20.0 % at 1 MiB, and from 5.00 % on" in text

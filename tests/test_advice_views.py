@@ -301,3 +301,19 @@ def test_figures_for_one_or_several_views_and_budgets(view, count):
         labels = [ax.get_ylabel() for ax in figure.axes] + [ax.get_xlabel() for ax in figure.axes]
         assert any("share of wrong pixels (%)" in label for label in labels)
         figure.canvas.draw()
+
+
+def test_a_figure_of_many_candidates_has_as_many_lines_as_can_be_told_apart(view):
+    from shadowlab.plot.advice import MOST_LINES, lines_of
+
+    counts = range(2, 14)
+    many = advise(view, memory="64 KiB", techniques=["uniform", *(f"z_partition:count={n}" for n in counts)], phases=1)
+    lines = many.figure().axes[0].get_lines()
+    assert len(lines) == MOST_LINES < len(many.candidates)
+    looks = {(line.get_color(), line.get_marker(), line.get_linestyle()) for line in lines}
+    assert len(looks) == MOST_LINES
+    ranked = [one.candidate for one in many.standings if one.ranked]
+    assert lines_of(many, many.standings) == {
+        "uniform",
+        *[name for name in ranked if name != "uniform"][: MOST_LINES - 1],
+    }

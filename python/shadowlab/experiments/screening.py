@@ -68,11 +68,12 @@ def shortlisted(
         known: list[tuple[float, int]] = []
         for i, plan in enumerate(plans):
             if plan.memory == memory:
-                sum_of_views = predicted(plan, views, predict)
-                if sum_of_views is None or plan.candidate.technique == BASELINE:
+                uniform = plan.candidate.technique == BASELINE
+                wrong = None if uniform else predicted(plan, views, predict)
+                if wrong is None:
                     kept.add(i)
                 else:
-                    known.append((sum_of_views, i))
+                    known.append((wrong, i))
         known.sort()
         kept |= {i for _, i in known[:drawn]}
         left |= {i: Untried(plans[i].candidate.label, "predicted", (), memory, n) for n, i in known[drawn:]}

@@ -12,7 +12,7 @@ from ..experiments.counts import WrongPixels
 from ..experiments.measures import Measure
 from ..experiments.memory import memory_text
 from ..experiments.ranking import Standing, counted_views
-from ..experiments.thresholds import FEW_PIXELS, MAIN_CAUSE, hardly_wrong
+from ..experiments.thresholds import FEW_PIXELS, MAIN_CAUSE, SLIGHT, hardly_wrong
 from ..experiments.tried import Untried
 from ..text import listed, share_text
 from .advice_remarks import (
@@ -168,6 +168,8 @@ def _beside_uniform(best: Standing, gain: Gain, measure: Measure) -> str:
     mine, base = float(best.error or 0.0), float(plain.error or 0.0)
     if mine == 0:
         return f", where {plain.candidate} has {other} in as much memory"
+    if base / mine <= SLIGHT:
+        return f", {share_text(1 - mine / base)} less than {plain.candidate} in as much memory ({other})"
     return f", {times(base / mine)} times less than {plain.candidate} in as much memory ({other})"
 
 

@@ -131,9 +131,9 @@ def section_ranking(advice: Advice, ranking: Sequence[Standing], shown: Sequence
         cells = [escape(cell) for cell in advice_cells(one, advice.measure)]
         if one in shown:
             cells[CANDIDATE] = f'<a href="#{anchor(one)}">{cells[CANDIDATE]}</a>'
-        row = "".join(f"<td{' class=text' * (i == CANDIDATE)}>{cell}</td>" for i, cell in enumerate(cells))
         if one.failure:
-            row = "".join(f"<td>{cell}</td>" for cell in (*cells[:-1], "failed"))
+            cells[-1] = "failed"  # why is told below
+        row = "".join(f"<td{' class=text' * (i == CANDIDATE)}>{cell}</td>" for i, cell in enumerate(cells))
         lines.append(f"<tr{' class=best' * (one.rank == 1)}>{row}{bar(of, most)}</tr>")
     heads = [head_cell(text, "text" if text == "candidate" else "") for text in ADVICE_HEADS]
     key = f"{swatch(FALSE_SHADOW)}<span>false shadow</span>{swatch(FALSE_LIGHT)}<span>false light</span>"

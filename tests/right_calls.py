@@ -16,7 +16,7 @@ from typing_extensions import assert_type
 
 import shadowlab as sl
 from shadowlab import types
-from shadowlab.experiments.compare import ByRun
+from shadowlab.experiments.by_run import ByRun
 
 Floats64 = npt.NDArray[np.float64]
 
@@ -150,6 +150,7 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
         scene, [camera], {"noon": light}, memory=["1 MiB", 2**22], error="p95", over="worst", techniques=["uniform"]
     )
     assert_type(advice, sl.Advice)
+    assert_type(sl.advise(scene, camera, light, predict=foretold, drawn=3), sl.Advice)
     assert_type(advice.best.technique, types.TechniqueLike | sl.Parameterization)
     assert_type(advice.reproduce(advice.table.iloc[0]), str)
     angles = sl.aliasing.over_light_angle(scene, camera, range(0, 90, 10), "uniform", renderer="cpu")
@@ -157,6 +158,10 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     assert_type(sl.aliasing.temporal(scene, [camera, camera], light).summary, pd.DataFrame)
     assert_type(sl.aliasing.light_at_angle(camera, 45), sl.DirectionalLight)
     assert_type(sl.report().works, bool)
+
+
+def foretold(view: sl.View, technique: types.Item, *, resolution: int) -> float:
+    return float(resolution * len(view.label))
 
 
 def np_technique() -> sl.Preset:

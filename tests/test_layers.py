@@ -60,7 +60,7 @@ UPWARD = {
     ("experiments.compare", "Study.save"): ("reports",),
     ("experiments.compare", "Study._repr_html_"): ("reports",),
     ("experiments.compare", "Study.__repr__"): ("reports",),
-    ("experiments.advise", "Advice.verdict"): ("reports",),
+    ("experiments.advise", "Advice.sentences"): ("reports",),
     ("experiments.advise", "Advice.reproduce"): ("reports",),
     ("experiments.advise", "Advice.figure"): ("plot",),
     ("experiments.advise", "Advice.save"): ("reports",),

@@ -112,7 +112,7 @@ def of_experiments(scene: sl.Scene, camera: sl.Camera, light: types.Light, view:
     sl.compare(scene, camera, light).truth.shape  # wrong: Item "None" of
     sl.compare(scene, camera, light).masks[256]  # wrong: Invalid index type "int"
     sl.compare(scene, camera, light).save(directory=3)  # wrong: Argument "directory" to "save" of "Study"
-    sl.advise(scene, camera, light)  # wrong: Missing named argument "memory"
+    sl.advise(scene, camera, light, memory=None)  # wrong: Argument "memory" to "advise"
     sl.advise(scene, camera, light, memory="1 MiB", over="sum")  # wrong: expected "Literal['mean', 'worst']"
     sl.advise(scene, camera, light, memory="1 MiB", error="acne")  # wrong: Argument "error" to "advise"
     sl.advise(scene, {"a": light}, light, memory=1)  # wrong: expected "str": "Camera"

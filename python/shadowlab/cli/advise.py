@@ -38,7 +38,9 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
         description=advise_command.__doc__,
     )
     view_options(advise)
-    advise.add_argument("--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB")
+    advise.add_argument(
+        "--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB (default: 4MiB)"
+    )
     lights = advise.add_argument_group("lights", "One that fits the scene where none is given.")
     lights.add_argument(
         "--light",
@@ -56,7 +58,7 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
     technique_option(
         advise,
         'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
-        "ships (default: uniform, LiSPSM, TSM, and depth splits)",
+        "ships (default: every technique that serves the lights, with its settings that matter)",
     )
     advise.add_argument(
         "--error",
@@ -69,23 +71,21 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
         "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
     )
     lookup_options(advise)
-    directory_option(advise, "advice", "advice.csv, advice.json and the rest")
+    directory_option(advise, "advice", "report.html, advice.csv, advice.json and the rest")
     advise.set_defaults(run=advise_command)
 
 
 def advise_command(options: Namespace) -> int:
-    """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
+    """Ranks techniques at equal memory over lights, and writes a report, tables, and advice.json with all numbers."""
     from .._core import Renderer
     from ..experiments.advise import advise
     from ..experiments.measures import measure_of, over_of
-    from ..experiments.memory import budgets_of
+    from ..experiments.memory import DEFAULT_MEMORY, budgets_of
     from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
     from ..text.checks import picture_size
 
-    if not options.memory:
-        raise ArgumentError("memory: expected one or several budgets, got none; try --memory 4MiB,16MiB")
-    budgets = budgets_of([text for words in options.memory for text in words.split(",")])
+    budgets = budgets_of([text for words in options.memory or [DEFAULT_MEMORY] for text in words.split(",")])
     measure_of(options.error), over_of(options.over)
     for spec in options.technique or ():
         if spec != ALL:
@@ -120,7 +120,7 @@ def advise_command(options: Namespace) -> int:
         f"by {advice.measure.title}\n"
     )
     print(advice_table(advice.standings, advice.measure))
-    print(f"\n{advice.verdict}\n\nNumbers, and the Python behind each: {path}")
+    print(f"\n{advice.verdict}\n\nReport: {path}")
     return 0
 
 

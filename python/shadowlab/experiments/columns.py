@@ -88,6 +88,9 @@ _OF_PIXELS = (
     _count("compared", "px", "Pixels that show a surface and whose truth is decided."),
     _count("undecided", "px", "Pixels whose truth changes with the numerical offset of the ray; none is wrong."),
     _count("unmatched", "px", "Pixels in which only one of mask and truth saw a surface."),
+    _count("phases", "", "Shifts of the texels, each by less than a texel, over which wrong pixels were counted.", ""),
+    _number("misclassified_mean", "px", "Mean of the wrong pixels over these shifts; runs are compared by it.", ""),
+    _number("misclassified_sd", "px", "Standard deviation of the wrong pixels over these shifts: their noise.", ""),
     *(_count(name, "px", f"Wrong pixels where {MEANINGS[name]}.") for name in CAUSES.values()),
     _number("edge_px", "px", "Mean distance by which edges are displaced."),
 )
@@ -128,7 +131,12 @@ _OF_PATHS = (
     _number("flip_share", "share", "Flips by judged receivers."),
 )
 _OF_RANKINGS = (
-    _number("error", "of the measure", "Error of the view by the measure that is ranked by.", ""),
+    _number(
+        "error", "of the measure", "Error by the measure ranked by; a mean over shifts of the texels if counted.", ""
+    ),
+    _number(
+        "error_sd", "of the measure", "Standard deviation of the error ranked by where texels shift, if counted.", ""
+    ),
     _count("rank", "", "Place within the budget, from 1.", ""),
     _number("error_mean", "of the measure", "Mean of the error over the views.", ""),
     _number("error_worst", "of the measure", "Largest error of a view.", ""),
@@ -172,21 +180,22 @@ COLUMNS: Mapping[str, Column] = MappingProxyType({c.name: c for group in GROUPS.
 
 _CAUSES = tuple(CAUSES.values())
 _WRONG = ("misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched")
+_NOISE = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns of each table, in their order.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
-        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_CAUSES, "edge_px", "undersampled",
-        "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "outside_shadow",
-        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
+        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
+        "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused",
+        "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise": (
         "memory", "rank", "scene", "technique", "spec", "maps", "resolution", "bytes", "unused_memory", "error_mean",
-        "error_worst", "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
+        "error_worst", "error_sd", "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
     ),
     "advise.runs": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "memory", "maps",
-        "resolution", "bytes", "error", *_WRONG, *_CAUSES, "texel_max", "texel_p95", "texel_mean", "undersampled",
-        "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
+        "resolution", "bytes", "error", "error_sd", *_WRONG, *_NOISE, *_CAUSES, "texel_max", "texel_p95", "texel_mean",
+        "undersampled", "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
         "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise.switches": (

@@ -89,16 +89,16 @@ def test_instances_are_framed_one_by_one_or_by_their_boxes(monkeypatch):
     scene = sl.Scene([mesh], np.zeros(30, int), transforms)
     exact, _ = sl.default_view(scene)
     assert 0.93 < np.abs(ndc_of(scene, exact)).max() <= 0.95
-    monkeypatch.setattr("shadowlab.scene.default_view.VERTICES_AT_ONCE", 7)
+    monkeypatch.setattr("shadowlab.scene.framing.VERTICES_AT_ONCE", 7)
     piecewise, _ = sl.default_view(scene)
     np.testing.assert_allclose(piecewise.eye, exact.eye, rtol=1e-12)
-    monkeypatch.setattr("shadowlab.scene.default_view.MOST_VERTICES", 100)
+    monkeypatch.setattr("shadowlab.scene.framing.MOST_VERTICES", 100)
     loose, _ = sl.default_view(scene)
     assert 0.8 < np.abs(ndc_of(scene, loose)).max() <= 0.95
 
 
 def test_a_line_along_the_view_is_not_in_the_eye():
-    from shadowlab.scene.default_view import INSIDE_DEPTH_RATIO, fitting_offset, orientation
+    from shadowlab.scene.framing import INSIDE_DEPTH_RATIO, fitting_offset, orientation
 
     right, up, forward = orientation(0.5, 0.5)
     line = np.outer([0.0, 3.0, 10.0], forward)
@@ -114,7 +114,7 @@ def test_a_strip_along_the_diagonal_is_seen_from_the_side_that_shows_more(monkey
         return np.ptp(ndc_of(strip, sl.default_view(strip)[0]), axis=0).prod()
 
     chosen = [area(side) for side in (1, -1)]
-    monkeypatch.setattr("shadowlab.scene.default_view.OTHER_SIDE_GAIN", np.inf)
+    monkeypatch.setattr("shadowlab.scene.framing.OTHER_SIDE_GAIN", np.inf)
     usual = [area(side) for side in (1, -1)]
     assert min(chosen) > 1.25 * min(usual)
     assert max(chosen) == max(usual)

@@ -76,7 +76,7 @@ def chosen_camera(
     import numpy as np
 
     from .._core import Camera
-    from ..scene.default_view import INSIDE_DEPTH_RATIO, fitting_depths
+    from ..scene.framing import INSIDE_DEPTH_RATIO, fitting_depths
 
     eye = given.get("eye", fitting.eye)
     middle = np.asarray(scene.bounds).mean(axis=0) if "eye" in given else fitting.eye + fitting.far * fitting.forward

@@ -1,4 +1,4 @@
-"""The camera and the light that are chosen for a scene: at any scale, flat, or a single triangle."""
+"""Views that hold a whole scene: at any scale, flat, or a single triangle. Places are in test_default_views.py."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
+from shadowlab.text.checks import VIEWS
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 
@@ -35,11 +36,12 @@ DEGENERATE = {
 }
 
 
+@pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
 @pytest.mark.parametrize("name", DEGENERATE)
-def test_the_whole_scene_is_in_the_picture(name, aspect):
+def test_the_whole_scene_is_in_the_picture(name, aspect, view):
     scene = DEGENERATE[name]
-    camera, light = sl.default_view(scene, aspect=aspect)
+    camera, light = sl.default_view(scene, aspect=aspect, view=view)
     assert camera.aspect == aspect
     assert 0 < camera.near < camera.far
     assert np.isfinite(light.direction).all()
@@ -69,10 +71,11 @@ FILLED = {
 }
 
 
+@pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("name", FILLED)
-def test_the_picture_is_filled(name, aspect):
-    camera, _ = sl.default_view(FILLED[name], aspect=aspect)
+def test_the_picture_is_filled(name, aspect, view):
+    camera, _ = sl.default_view(FILLED[name], aspect=aspect, view=view)
     ndc = ndc_of(FILLED[name], camera)
     assert 0.93 < np.abs(ndc).max() <= 0.95  # what the margin leaves
     # Centred: as much room on one side as on the other, along the axis that is filled.
@@ -126,7 +129,7 @@ def test_a_city_fills_the_picture(shared_scenes):
     if not found:
         pytest.skip("no town among the shared scenes")
     scene = sl.load_scene(found[0])
-    camera, _ = sl.default_view(scene, aspect=1.0)
+    camera, _ = sl.default_view(scene, aspect=1.0, view="above")
     gbuffer = sl.Renderer("cpu").gbuffer(scene, camera, size=(128, 128))
     seen = np.asarray(gbuffer.triangle) >= 0
     assert seen.any(axis=0).mean() > 0.9 or seen.any(axis=1).mean() > 0.9

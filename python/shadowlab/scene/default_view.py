@@ -21,7 +21,7 @@ import numpy as np
 from .._core import Camera, DirectionalLight
 from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
-from ..text.checks import check_scene, picture_size
+from ..text.checks import VIEWS, check_scene, picture_size
 from .columns import Coordinates, Surfaces
 from .framing import FOV_Y_RAD, bounds_above, corners_of_box, depth_range, framed, height_share, padded_bounds
 from .place import place_of
@@ -31,9 +31,8 @@ from .view import View
 
 if TYPE_CHECKING:
     from .._core import Scene
+    from ..types import ViewName
 
-#: The names of the views.
-VIEWS = ("along", "above", "against")
 #: Of pictures whose shape nobody chose.
 WIDE = 16 / 9
 
@@ -106,7 +105,7 @@ def default_views(scene: Scene, *, aspect: float = WIDE, focus: Scene | None = N
 
 
 def default_view(
-    scene: Scene, *, aspect: float = WIDE, focus: Scene | None = None, view: str = "along"
+    scene: Scene, *, aspect: float = WIDE, focus: Scene | None = None, view: ViewName = "along"
 ) -> tuple[Camera, DirectionalLight]:
     """A camera and a directional light that fit a scene.
 
@@ -148,7 +147,7 @@ def default_view(
     return chosen.camera(aspect), chosen.sun
 
 
-def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view: str) -> Viewpoint:
+def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view: ViewName) -> Viewpoint:
     """The numbers of a view; arguments and errors as of `default_view`."""
     check_scene(scene)
     if view not in VIEWS:

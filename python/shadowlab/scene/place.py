@@ -93,7 +93,7 @@ def place_of(surfaces: Surfaces) -> tuple[Place | None, float]:
     columns = columns_of(surfaces, bounds)
     floors, cover = columns.known.sum() / max(1, columns.covered.sum()), columns.covered.mean()
     flat = height <= FLAT_RATIO * width or (height <= ROOM_RATIO * width and cover >= LEAST_COVER)
-    # A bare plane has nothing to stand before.
+    # On a bare plane there is nothing to look at.
     if not flat or floors < LEAST_FLOORS or height <= np.finfo(np.float32).eps * width:
         return None, -math.inf
     level = level_of(columns, height)
@@ -101,6 +101,8 @@ def place_of(surfaces: Surfaces) -> tuple[Place | None, float]:
         things = float(np.percentile((columns.top - columns.floor)[columns.known], 99))
         return Place(columns, None, things if things > GROUND_SHARE * height else 0.0, *sides_of(columns)), -math.inf
     things = float(bounds[1, 1]) - level
+    if things <= GROUND_SHARE * height:
+        return None, -math.inf
     above = level + GROUND_SHARE * things
     part = bounds_above(scene, above)
     if np.all(np.ptp(part, axis=0)[[0, 2]] < THING_SHARE * np.ptp(bounds, axis=0)[[0, 2]]):

@@ -47,6 +47,10 @@ UNDER_CEILING, DOWN_RAD = 0.85, math.radians(-22.0)
 ROOM_FOR_EYES = 0.9
 # Nobody stands on what is higher over a level ground than this share of the eyes' height: not on a table or a roof.
 CLIMBED_SHARE = 0.3
+# A spot nearer to the border of a column than this share of its width is on it.
+BORDER_SHARE = 1e-3
+# Digits of a score: symmetrical candidates are equal, whatever their rounding, and the earlier one is taken.
+SCORE_DIGITS = 2
 # Pixels of the pictures by which views are chosen: a post or a tree at some distance is still one wide.
 LOOK = (48, 27)
 # Pixels of the picture in which the nearest surface is found.
@@ -89,7 +93,7 @@ def stands(place: Place) -> Iterator[Stand]:
             for aside in ACROSS:
                 for sign in (1.0, -1.0):
                     at = place.center - sign * (0.5 - along) * length * axis + (aside - 0.5) * width * across
-                    i, j = int(np.abs(columns.x - at[0]).argmin()), int(np.abs(columns.z - at[1]).argmin())
+                    i, j = nearest_column(place, at)
                     floor = float(columns.floor[i, j])
                     raised = place.level is not None and abs(floor - place.level) > CLIMBED_SHARE * height
                     room = float(columns.room[i, j])
@@ -102,6 +106,15 @@ def stands(place: Place) -> Iterator[Stand]:
                         yield Stand(eye, way(place, spot, end), height, room)
 
 
+def nearest_column(place: Place, spot: Coordinates) -> tuple[int, int]:
+    """The indices of the column at a spot (x, z); on the border of two, that with the larger index at any rounding."""
+    i, j = (
+        int(np.abs(middles - at - BORDER_SHARE * (middles[1] - middles[0])).argmin())
+        for middles, at in ((place.columns.x, spot[0]), (place.columns.z, spot[1]))
+    )
+    return i, j
+
+
 def way(place: Place, spot: Coordinates, end: Coordinates) -> Coordinates:
     """The unit way from a spot to a point (x, z), a little below the horizon; over slopes, as they fall or rise."""
     level = (end - spot) / np.linalg.norm(end - spot)
@@ -109,7 +122,7 @@ def way(place: Place, spot: Coordinates, end: Coordinates) -> Coordinates:
     pitch = PITCH_RAD
     if place.level is None:
         # Towards the middle height of the floors that lie ahead.
-        i, j = (int(np.abs(v - s).argmin()) for v, s in ((place.columns.x, spot[0]), (place.columns.z, spot[1])))
+        i, j = nearest_column(place, spot)
         before = place.columns.known & (ahead > 0.1 * np.linalg.norm(end - spot))
         if before.any():
             rise = float(np.median(place.columns.floor[before])) - float(place.columns.floor[i, j])
@@ -159,11 +172,11 @@ def best_stand(place: Place, surfaces: Surfaces, aspect: float) -> Stand | None:
     for stand in stands(place):
         ways = rays_of(stand, aspect, LOOK)
         distances, normals, _ = surfaces.hit(np.tile(stand.eye, (len(ways), 1)), ways)
-        found.append((sight_score(place, stand, ways, distances, normals), stand))
+        found.append((round(sight_score(place, stand, ways, distances, normals), SCORE_DIGITS), stand))
     best, most = None, -1.0
     for sight, stand in sorted(found, key=lambda scored: -scored[0])[:FINALISTS]:
         sun = sun_of(stand, surfaces, aspect, SIDE_ANGLES)
-        score = sight * (1 - SHADOWS_COUNT + SHADOWS_COUNT * sun.score)
+        score = round(sight * (1 - SHADOWS_COUNT + SHADOWS_COUNT * sun.score), SCORE_DIGITS)
         if score > most:
             best, most = stand, score
     return best

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 import shadowlab as sl
-from shadowlab.scene.columns import Surfaces, columns_of
-from shadowlab.scene.place import EYE_M, place_of
+from shadowlab.scene.columns import Surfaces, floors_of
+from shadowlab.scene.place import EYE_M, place_in
 from shadowlab.scene.sunlight import shadow_score
 from shadowlab.text.checks import VIEWS
 
@@ -169,16 +169,16 @@ def test_a_thing_is_seen_whole_on_its_ground_however_it_came():
 
 
 def test_what_is_a_place_and_what_is_a_thing():
-    assert place_of(Surfaces(town()))[0] is not None
-    assert place_of(Surfaces(hall()))[0] is not None
-    assert place_of(Surfaces(hills()))[0].level is None
+    assert place_in(Surfaces(town()))[0] is not None
+    assert place_in(Surfaces(hall()))[0] is not None
+    assert place_in(Surfaces(hills()))[0].level is None
     for thing in (trimesh.creation.icosphere(2), trimesh.creation.box((1, 3, 1)), trimesh.creation.box((9, 1, 9))):
-        assert place_of(Surfaces(sl.Scene.from_trimesh(thing)))[0] is None
+        assert place_in(Surfaces(sl.Scene.from_trimesh(thing)))[0] is None
 
 
 def test_floors_are_found_under_roofs_and_on_hills():
     scene = hall()
-    columns = columns_of(Surfaces(scene), np.asarray(scene.bounds))
+    columns = floors_of(Surfaces(scene), np.asarray(scene.bounds))
     inside = columns.known & np.isfinite(columns.room) & (columns.room > 5)
     assert inside.mean() > 0.8
     np.testing.assert_allclose(columns.floor[inside], 0, atol=1e-5)
@@ -221,10 +221,9 @@ def test_shared_scenes_show_shadows_in_every_view(shared_scenes, name):
     up, is_place = SHARED[name]
     part = sl.load_scene(shared_scenes / name, up=up)
     scene = part if is_place else part.with_ground()
-    assert (place_of(Surfaces(part))[0] is not None) == is_place
-    for view in VIEWS:
-        camera, light = sl.default_view(scene, focus=part, view=view)
-        seen, lit, shadowed = shadows(scene, camera, light)
-        assert seen > 0.2, view
-        assert lit > 0.02, view
-        assert shadowed > 0.02, view
+    assert (place_in(Surfaces(part))[0] is not None) == is_place
+    for view in sl.default_views(scene, focus=part):
+        seen, lit, shadowed = shadows(scene, view.camera, view.light)
+        assert seen > 0.2, view.label
+        assert lit > 0.02, view.label
+        assert shadowed > 0.02, view.label

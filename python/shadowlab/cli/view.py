@@ -30,7 +30,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
     """
     from ..reports.reproduce import own_numbers
     from ..scene import library
-    from ..scene.default_view import WIDE, default_viewpoint
+    from ..scene.default_view import WIDE_ASPECT, default_viewpoint
     from ..scene.files import load_scene
     from ..scene.source import Source
     from ..text.checks import VIEWS, picture_size
@@ -45,7 +45,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         part = load_scene(options.scene, up=options.up)
     own = part if isinstance(part, library.LibraryScene) and options.view is None else None
     # The aspect is that of the picture, so that its pixels are square.
-    width, height = size or picture_size(WIDE if own is None else own.camera.aspect)
+    width, height = size or picture_size(WIDE_ASPECT if own is None else own.camera.aspect)
     aspect = width / height
     whole = part.with_ground() if options.ground else part
     vectors = ("eye", "target", "light", "light-position")

@@ -19,7 +19,7 @@ from .. import _core
 Coordinates = npt.NDArray[np.float64]
 
 # Columns along each side of the box: the streets of a town two dozen blocks wide still have one each.
-SIDE = 48
+GRID_SIDE = 48
 # Surfaces that a column goes through: floors, ceilings and roofs of houses, and what stands in them.
 LAYERS = 12
 # Least cosine between a floor and straight up: slopes up to 60 degrees, as of mountains.
@@ -104,11 +104,11 @@ class Columns:
     covered: npt.NDArray[np.bool_]
 
 
-def columns_of(surfaces: Surfaces, bounds: Coordinates) -> Columns:
+def floors_of(surfaces: Surfaces, bounds: Coordinates) -> Columns:
     """The floors within a box (2, 3), which is no higher than the scene."""
     low, high = bounds
     size = float((high - low).max())
-    share = (np.arange(SIDE) + 0.5) / SIDE
+    share = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE
     x, z = (low[axis] + share * (high[axis] - low[axis]) for axis in (0, 2))
     places = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1).reshape(-1, 2)
     count = len(places)
@@ -132,7 +132,7 @@ def columns_of(surfaces: Surfaces, bounds: Coordinates) -> Columns:
     known = standing.any(axis=0)
     lowest = (LAYERS - 1 - standing[::-1].argmax(axis=0), np.arange(count))
     floor, free = np.where(known, heights[lowest], low[1]), np.where(known, room[lowest], 0.0)
-    top, grid = np.where(hit[0], heights[0], low[1]), (SIDE, SIDE)
+    top, grid = np.where(hit[0], heights[0], low[1]), (GRID_SIDE, GRID_SIDE)
     return Columns(
         x, z, floor.reshape(grid), free.reshape(grid), top.reshape(grid), known.reshape(grid), hit[0].reshape(grid)
     )

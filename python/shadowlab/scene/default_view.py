@@ -23,9 +23,9 @@ from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
 from ..text.checks import VIEWS, check_scene, picture_size
 from .columns import Coordinates, Surfaces
-from .framing import FOV_Y_RAD, bounds_above, corners_of_box, depth_range, framed, height_share, padded_bounds
-from .place import place_of
-from .standing import best_stand, planes_of, sun_of
+from .framing import FOV_Y_RAD, bounds_above, corners_of_box, depth_range, framing_of, height_share, padded_bounds
+from .place import place_in
+from .standing import Stand, best_stand, planes_of, sun_of
 from .sunlight import AHEAD_ANGLES, AHEAD_RAD, SIDE_ANGLES, SIDE_RAD, side_light
 from .view import View
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..types import ViewName
 
 #: Of pictures whose shape nobody chose.
-WIDE = 16 / 9
+WIDE_ASPECT = 16 / 9
 
 # How high eyes are that look at a thing or at a whole scene: from a little above, and from high above; each over things
 # at least half as high as wide and over flat ones, of which more of the ground is seen from higher up.
@@ -70,7 +70,7 @@ class Viewpoint:
         return DirectionalLight(self.light)
 
 
-def default_views(scene: Scene, *, aspect: float = WIDE, focus: Scene | None = None) -> tuple[View, ...]:
+def default_views(scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | None = None) -> tuple[View, ...]:
     """The three views that are chosen for a scene, each with its camera and light, labelled with its name.
 
     Parameters
@@ -100,12 +100,13 @@ def default_views(scene: Scene, *, aspect: float = WIDE, focus: Scene | None = N
     >>> above.label, along.size, along.camera == against.camera
     ('above', (1360, 765), True)
     """
-    views = [default_viewpoint(scene, aspect=aspect, focus=focus, view=name) for name in VIEWS]
+    around = surroundings_of(scene, focus, aspect)
+    views = [viewpoint_in(around, name) for name in VIEWS]
     return tuple(View(scene, one.camera(aspect), one.sun, picture_size(aspect), one.name) for one in views)
 
 
 def default_view(
-    scene: Scene, *, aspect: float = WIDE, focus: Scene | None = None, view: ViewName = "along"
+    scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | None = None, view: ViewName = "along"
 ) -> tuple[Camera, DirectionalLight]:
     """A camera and a directional light that fit a scene.
 
@@ -147,33 +148,60 @@ def default_view(
     return chosen.camera(aspect), chosen.sun
 
 
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """A scene, the part of it that pictures are of, and where somebody stands in it, if anybody can.
+
+    What of a thing is higher than `above` is seen whole.
+    """
+
+    scene: Scene
+    part: Scene
+    aspect: float
+    surfaces: Surfaces
+    above: float
+    stand: Stand | None
+    roofed: bool
+
+
 def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view: ViewName) -> Viewpoint:
     """The numbers of a view; arguments and errors as of `default_view`."""
-    check_scene(scene)
     if view not in VIEWS:
         raise UnknownNameError(f"view: unknown name {view!r}; expected one of {', '.join(VIEWS)}")
+    return viewpoint_in(surroundings_of(scene, focus, aspect), view)
+
+
+def surroundings_of(scene: Scene, focus: Scene | None, aspect: float) -> Surroundings:
+    """What all views of a scene share; errors as of `default_view`."""
+    check_scene(scene)
     if not (isinstance(aspect, (int, float)) and math.isfinite(aspect) and aspect > 0):
         raise ArgumentError(f"aspect: expected a finite number above 0, got {shown(aspect)}; try 16 / 9")
     part = scene if focus is None else focus
-    place, above = place_of(Surfaces(part))
+    surfaces = Surfaces(scene)
+    place, above = place_in(surfaces if part is scene else Surfaces(part))
+    stand = None if place is None else best_stand(place, surfaces, aspect)
+    return Surroundings(scene, part, aspect, surfaces, above, stand, place is not None and math.isfinite(place.room))
+
+
+def viewpoint_in(around: Surroundings, view: ViewName) -> Viewpoint:
+    """The numbers of a view of a scene."""
+    stand, surfaces, aspect = around.stand, around.surfaces, around.aspect
     # A roof hides a place from above: the eye is then under it.
-    if place is not None and (view != "above" or math.isfinite(place.room)):
-        surfaces = Surfaces(scene)
-        stand = best_stand(place, surfaces, aspect)
-        if stand is not None:
-            sun = sun_of(stand, surfaces, aspect, AHEAD_ANGLES if view == "against" else SIDE_ANGLES)
-            stand = stand.raised() if view == "above" else stand
-            near, far = planes_of(stand, surfaces, aspect)
-            # By the eye's height, not by the length of the place: what is nearest is about as far away as the ground.
-            return rounded(view, stand.eye, stand.eye + far * stand.forward, near, far, sun.way, stand.height)
-    return whole_view(scene, part, view, aspect, above)
+    if stand is None or (view == "above" and not around.roofed):
+        return whole_view(around, view)
+    sun = sun_of(stand, surfaces, aspect, AHEAD_ANGLES if view == "against" else SIDE_ANGLES)
+    stand = stand.raised() if view == "above" else stand
+    near, far = planes_of(stand, surfaces, aspect)
+    # By the eye's height, not by the length of the place: what is nearest is about as far away as the ground.
+    return rounded(view, stand.eye, stand.eye + far * stand.forward, near, far, sun.way, stand.height)
 
 
-def whole_view(scene: Scene, part: Scene, view: str, aspect: float, above: float) -> Viewpoint:
-    """A view that holds all of a part of the scene that is higher than `above`."""
+def whole_view(around: Surroundings, view: ViewName) -> Viewpoint:
+    """A view that holds the part whole."""
+    scene, part, above = around.scene, around.part, around.above
     bounds = bounds_above(part, above)
     high, flat = ABOVE_RAD if view == "above" else BESIDE_RAD
-    found = framed(part, flat + (high - flat) * height_share(bounds), aspect, above)
+    found = framing_of(part, flat + (high - flat) * height_share(bounds), around.aspect, above)
     _, up, forward = found.axes
     # A floor around what is framed: the planes hold it, too.
     whole = found.outline if part is scene and above == -math.inf else corners_of_box(padded_bounds(scene))

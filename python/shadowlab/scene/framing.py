@@ -62,7 +62,7 @@ class Framing:
     area: float
 
 
-def framed(scene: Scene, elevation: float, aspect: float, above: float = -math.inf) -> Framing:
+def framing_of(scene: Scene, elevation: float, aspect: float, above: float = -math.inf) -> Framing:
     """The eye at this elevation (radians) that holds the scene, from the usual side or the one that shows more.
 
     What lies at the height `above` or below it is left out.

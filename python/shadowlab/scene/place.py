@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .columns import Columns, Coordinates, Surfaces, columns_of
+from .columns import Columns, Coordinates, Surfaces, floors_of
 from .framing import bounds_above, padded_bounds
 
 # Height by width up to which a scene is a place wherever it has surfaces at all (towns, terrains), and up to which it
@@ -83,14 +83,14 @@ class Place:
         return EYE_M if BARE_LEAST_M <= self.sides[0][1] <= BARE_MOST_M else RELIEF_SHARE * relief
 
 
-def place_of(surfaces: Surfaces) -> tuple[Place | None, float]:
+def place_in(surfaces: Surfaces) -> tuple[Place | None, float]:
     """The place that a scene is, or None, and the height above which things stand on level ground, else -inf."""
     scene = surfaces.scene
     bounds = np.asarray(scene.bounds, np.float64)
     if not np.array_equal(bounds, padded_bounds(scene)):
         return None, -math.inf  # a point: rays would not tell its surfaces apart
     width, height = float(max(np.ptp(bounds, axis=0)[[0, 2]])), float(np.ptp(bounds[:, 1]))
-    columns = columns_of(surfaces, bounds)
+    columns = floors_of(surfaces, bounds)
     floors, cover = columns.known.sum() / max(1, columns.covered.sum()), columns.covered.mean()
     flat = height <= FLAT_RATIO * width or (height <= ROOM_RATIO * width and cover >= LEAST_COVER)
     # On a bare plane there is nothing to look at.
@@ -99,7 +99,9 @@ def place_of(surfaces: Surfaces) -> tuple[Place | None, float]:
     level = level_of(columns, height)
     if level is None:
         things = float(np.percentile((columns.top - columns.floor)[columns.known], 99))
-        return Place(columns, None, things if things > GROUND_SHARE * height else 0.0, *sides_of(columns)), -math.inf
+        return Place(
+            columns, None, things if things > GROUND_SHARE * height else 0.0, *principal_sides(columns)
+        ), -math.inf
     things = float(bounds[1, 1]) - level
     if things <= GROUND_SHARE * height:
         return None, -math.inf
@@ -108,8 +110,8 @@ def place_of(surfaces: Surfaces) -> tuple[Place | None, float]:
     if np.all(np.ptp(part, axis=0)[[0, 2]] < THING_SHARE * np.ptp(bounds, axis=0)[[0, 2]]):
         return None, above
     part[:, 1] = bounds[:, 1]
-    columns = columns_of(surfaces, part)
-    return Place(columns, level, things, *sides_of(columns)), above
+    columns = floors_of(surfaces, part)
+    return Place(columns, level, things, *principal_sides(columns)), above
 
 
 def level_of(columns: Columns, height: float) -> float | None:
@@ -123,7 +125,7 @@ def level_of(columns: Columns, height: float) -> float | None:
     return float(np.median(within)) if len(within) >= LEVEL_SHARE * len(floors) else None
 
 
-def sides_of(columns: Columns) -> tuple[Coordinates, tuple[tuple[Coordinates, float], ...]]:
+def principal_sides(columns: Columns) -> tuple[Coordinates, tuple[tuple[Coordinates, float], ...]]:
     """The middle of the covered columns, and their extents along their principal axes, the longer first.
 
     Where no direction stands out, the axes are those of the scene.

@@ -21,6 +21,7 @@ from .columns import LEAST_FLOOR_COSINE, Coordinates, Surfaces
 from .framing import DEPTH_MARGIN, FOV_Y_RAD, corners_of_box, padded_bounds
 from .place import Place
 from .sunlight import (
+    AHEAD_ANGLES,
     ALL_ANGLES,
     ALL_ELEVATIONS,
     ELEVATIONS,
@@ -62,7 +63,7 @@ DEPTH_BITS = 3.3
 # Candidates that look at shadows after all have looked at surfaces, and how much of the score shadows make up.
 FINALISTS, SHADOWS_COUNT = 6, 0.7
 # Near planes stand at this share of the nearest distance seen: what stands between two rays may be nearer.
-NEAR_SHARE = 0.5
+NEAREST_SHARE = 0.5
 # Far over near is at most this: what a depth map of 24 bits still separates.
 MOST_DEPTH_RATIO = 2.0**16
 
@@ -190,29 +191,25 @@ def sun_of(stand: Stand, surfaces: Surfaces, aspect: float, angles: Sequence[flo
     ways = rays_of(stand, aspect, JUDGED)
     distances, fronts, _ = surfaces.hit(np.tile(stand.eye, (len(ways), 1)), ways)
     normals = fronts * -np.sign((fronts * ways).sum(axis=1, keepdims=True))
-    near, far = depths_of(distances * (ways @ stand.forward), surfaces, stand)
+    near, far = planes_by_depth(distances * (ways @ stand.forward), surfaces, stand)
     camera = _core.Camera.look_at(
         stand.eye, stand.eye + far * stand.forward, fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
     )
-    choices = (
-        (angles, ELEVATIONS),
-        ([angle for angle in ALL_ANGLES if angle > 90 or angles is SIDE_ANGLES], ALL_ELEVATIONS),
-        (ALL_ANGLES, ALL_ELEVATIONS),
-    )
-    sun = Sun(stand.forward, -math.inf)
-    for some, elevations in choices:
-        other = best_sun(camera, surfaces, normals, tuple(ways_of_light(stand.forward, some, elevations)))
-        sun = other if other.score > sun.score + NOTICED else sun
+    wider = [angle for angle in ALL_ANGLES if angle > 90] if angles is AHEAD_ANGLES else ALL_ANGLES
+    sun = best_sun(camera, surfaces, normals, ways_of_light(stand.forward, angles, ELEVATIONS))
+    for some in (wider, ALL_ANGLES)[: 2 if angles is AHEAD_ANGLES else 1]:
         if sun.score >= GOOD_LIGHT:
             break
+        other = best_sun(camera, surfaces, normals, ways_of_light(stand.forward, some, ALL_ELEVATIONS))
+        sun = other if other.score > sun.score + NOTICED else sun
     return sun
 
 
-def depths_of(depths: Coordinates, surfaces: Surfaces, stand: Stand) -> tuple[float, float]:
+def planes_by_depth(depths: Coordinates, surfaces: Surfaces, stand: Stand) -> tuple[float, float]:
     """Near and far planes of a candidate: before the nearest depth (N,) in its picture, and behind the whole scene."""
     corners = corners_of_box(padded_bounds(surfaces.scene))
     far = float(((corners - stand.eye) @ stand.forward).max()) * (1 + DEPTH_MARGIN)
-    near = NEAR_SHARE * float(depths[np.isfinite(depths)].min(initial=far))
+    near = NEAREST_SHARE * float(depths[np.isfinite(depths)].min(initial=far))
     return max(near, far / MOST_DEPTH_RATIO), far
 
 
@@ -220,4 +217,4 @@ def planes_of(stand: Stand, surfaces: Surfaces, aspect: float) -> tuple[float, f
     """Near and far planes of a candidate, by a closer look."""
     ways = rays_of(stand, aspect, CLOSE_LOOK)
     distances, _, _ = surfaces.hit(np.tile(stand.eye, (len(ways), 1)), ways)
-    return depths_of(distances * (ways @ stand.forward), surfaces, stand)
+    return planes_by_depth(distances * (ways @ stand.forward), surfaces, stand)

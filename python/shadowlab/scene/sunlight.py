@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,8 @@ SHADOWED = (0.0, 0.12, 0.45, 1.0)
 LIT = (0.0, 0.25)
 # Scores that differ by less are equal, and the earlier light is taken.
 NOTICED = 0.03
+# A light that scores this much is good enough: no other is looked at.
+BEST_LIGHT = 1 - NOTICED
 # A light that scores less leaves nearly all in the dark, and others are looked for all around.
 GOOD_LIGHT = 0.2
 # Pixels of the pictures by which lights are judged.
@@ -76,7 +78,7 @@ def ways_of_light(forward: Coordinates, angles: Sequence[float], elevations: Seq
                 yield travels(forward, sign * math.radians(angle), math.radians(elevation))
 
 
-def best_sun(camera: _core.Camera, surfaces: Surfaces, normals: Coordinates, ways: Sequence[Coordinates]) -> Sun:
+def best_sun(camera: _core.Camera, surfaces: Surfaces, normals: Coordinates, ways: Iterable[Coordinates]) -> Sun:
     """The light under which the shadows of a picture show best.
 
     Parameters
@@ -85,11 +87,13 @@ def best_sun(camera: _core.Camera, surfaces: Surfaces, normals: Coordinates, way
     surfaces : Surfaces
     normals : (N, 3) float64
         Unit normals on the side of the eye at the pixels of the picture, row by row; 0 where nothing is seen.
-    ways : sequence of (3,) float64
+    ways : iterable of (3,) float64
         Those to choose from, the usual one first.
     """
-    best = Sun(ways[0], -1.0)
+    best = Sun(np.array([0.0, -1.0, 0.0]), -1.0)
     for way in ways:
+        if best.score >= BEST_LIGHT:
+            break
         truth = _core.trace_shadow_mask(surfaces.scene, camera, _core.DirectionalLight(way), size=JUDGED)
         score = shadow_score(truth.ravel(), normals @ way < 0)
         if score > best.score + NOTICED:

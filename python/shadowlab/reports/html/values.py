@@ -71,7 +71,7 @@ def parameterization_html(p: Parameterization) -> str:
     count = f"{len(maps)} of {p.resolution}²" + (f", found by {p.selection}" if len(maps) > 1 else "")
     rows = [
         ("technique", p.technique),
-        ("settings", named(p.settings)),
+        ("settings", settings_line(p.settings)),
         ("maps", count),
         *(("note", str(note)) for note in p.notes),
     ]
@@ -101,7 +101,7 @@ def camera_rows(camera: Camera) -> list[tuple[str, str]]:
     ]
 
 
-def named(settings: Mapping[str, object]) -> str:
+def settings_line(settings: Mapping[str, object]) -> str:
     """Settings on one line, numbers as people read them."""
     texts = (f"{name}={f'{v:.6g}' if isinstance(v, float) else format_value(v)}" for name, v in settings.items())
     return ", ".join(texts) or "none"

@@ -2,7 +2,7 @@
 
     python docs/first_screen.py kenney_city.glb
 
-The file is a city of models by Kenney (CC0). It is not part of the project, so `make docs` leaves this to whoever has it.
+The file is a city of models by Kenney (CC0), which is no part of the project: `make docs` leaves this block as it is.
 """
 
 from __future__ import annotations

@@ -123,15 +123,15 @@ def technique_text(run: Run) -> str | None:
 
 
 def light_arguments(light: Light, up: str) -> list[str]:
-    """The command line's options that make a light."""
+    """The command line's options that make a light, a word each."""
     words = []
     if light.kind != "point":
         words.append(f"--light={own_numbers(light.direction, up)}")
     if light.kind != "directional":
         words.append(f"--light-position={own_numbers(light.position, up)}")
-        words += ["--range", format_value(light.range)]
+        words.append(f"--range={format_value(light.range)}")
     if light.kind == "spot":
-        words += ["--cone-deg", format_value(float(np.degrees(light.cone_angle)))]
+        words.append(f"--cone-deg={format_value(float(np.degrees(light.cone_angle)))}")
     return words
 
 
@@ -202,6 +202,7 @@ def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int
         *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
         *("--near", format_value(camera.near), "--far", format_value(camera.far)),
     ]
+    # Spots of one lamp share their position.
     words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))
     as_given = {f"--{name}": text for name, text in source.given if name != "light" or len(lights) == 1}
     heads = [word.partition("=")[0] for word in words]

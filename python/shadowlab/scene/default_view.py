@@ -86,7 +86,8 @@ def default_views(scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | N
     -------
     tuple of View
         "along": at eye level, along the scene's long side, with the light from the side; "above": the whole scene from
-        above; "against": as "along", with the light from ahead.
+        above, or from under the roof of a place that has one; "against": as "along", with the light from ahead. In a
+        hall that is dark under such light, it comes from where it enters.
 
     Raises
     ------

@@ -21,7 +21,6 @@ from .columns import LEAST_FLOOR_COSINE, Coordinates, Surfaces
 from .framing import DEPTH_MARGIN, FOV_Y_RAD, corners_of_box, padded_bounds
 from .place import Place
 from .sunlight import (
-    AHEAD_ANGLES,
     ALL_ANGLES,
     ALL_ELEVATIONS,
     ELEVATIONS,
@@ -89,7 +88,7 @@ def stands(place: Place) -> Iterator[Stand]:
     """The candidates, those in the middle of an end first."""
     columns, height = place.columns, place.eye_height
     for index, (axis, length) in enumerate(place.long_sides):
-        across, width = next(side for side in (place.sides[1 - index], place.sides[index]))
+        across, width = place.sides[1 - index]
         for along in ALONG:
             for aside in ACROSS:
                 for sign in (1.0, -1.0):
@@ -158,7 +157,7 @@ def sight_score(place: Place, stand: Stand, ways: Coordinates, distances: Coordi
         return 0.0
     level = (np.abs(normals[:, 1]) >= LEAST_FLOOR_COSINE) & (ways[:, 1] < 0)
     before = np.mean(seen & ~level & (distances < BEFORE_HEIGHTS * stand.height))
-    _, counts = np.unique(np.floor(np.log2(distances[seen])), return_counts=True)
+    _, counts = np.unique(np.floor(np.log2(distances[seen] / stand.height)), return_counts=True)
     shares = counts / counts.sum()
     depth = min(1.0, float(-(shares * np.log2(shares)).sum()) / DEPTH_BITS)
     standing = np.mean(seen & ~level)
@@ -186,7 +185,7 @@ def best_stand(place: Place, surfaces: Surfaces, aspect: float) -> Stand | None:
 def sun_of(stand: Stand, surfaces: Surfaces, aspect: float, angles: Sequence[float]) -> Sun:
     """The light at one of these angles to the view (degrees) under which a candidate's shadows show best.
 
-    Where all of them leave the picture dark, as in a hall with windows, it comes from any side, or from any ahead.
+    Where all of them leave the picture dark, as in a hall with windows, it comes from where light enters.
     """
     ways = rays_of(stand, aspect, JUDGED)
     distances, fronts, _ = surfaces.hit(np.tile(stand.eye, (len(ways), 1)), ways)
@@ -195,9 +194,9 @@ def sun_of(stand: Stand, surfaces: Surfaces, aspect: float, angles: Sequence[flo
     camera = _core.Camera.look_at(
         stand.eye, stand.eye + far * stand.forward, fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
     )
-    wider = [angle for angle in ALL_ANGLES if angle > 90] if angles is AHEAD_ANGLES else ALL_ANGLES
+    ahead = tuple(angle for angle in ALL_ANGLES if angle > 90)
     sun = best_sun(camera, surfaces, normals, ways_of_light(stand.forward, angles, ELEVATIONS))
-    for some in (wider, ALL_ANGLES)[: 2 if angles is AHEAD_ANGLES else 1]:
+    for some in (ahead, ALL_ANGLES) if min(angles) > 90 else (ALL_ANGLES,):
         if sun.score >= GOOD_LIGHT:
             break
         other = best_sun(camera, surfaces, normals, ways_of_light(stand.forward, some, ALL_ELEVATIONS))

@@ -37,6 +37,7 @@ def of_views(scene: sl.Scene, camera: sl.Camera, light: sl.DirectionalLight, poi
     sl.PointLight((0, 5, 0), 20)  # wrong: Too many positional arguments
     point.direction  # wrong: "PointLight" has no attribute "direction"
     sl.default_view("model.glb")  # wrong: incompatible type "str"; expected "Scene"
+    sl.default_view(scene, view="below")  # wrong: incompatible type "Literal['below']"
     sl.default_view(scene, 1.5)  # wrong: Too many positional arguments
     sl.View(scene, light, camera)  # wrong: incompatible type "DirectionalLight"; expected "Camera"
     sl.View(scene, camera, "noon")  # wrong: Argument 3 to "View" has incompatible type "str"

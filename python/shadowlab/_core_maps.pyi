@@ -316,5 +316,7 @@ class Parameterization:
     @property
     def matrices(self) -> _Float:
         """(K, 4, 4) float64: shadow clip from world of every map."""
+    def _repr_html_(self) -> str:
+        """The maps as a table, for notebooks."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -280,6 +280,8 @@ class Camera:
         """(4, 4) float64: clip from world."""
     def depth(self, points: npt.ArrayLike) -> _Float:
         """Depth along the view direction of world points: (N, 3) -> (N,)."""
+    def _repr_html_(self) -> str:
+        """The values as a table, for notebooks."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

@@ -18,7 +18,7 @@ from .options import (
     view_options,
     writable_directory,
 )
-from .view import chosen_light, given_vectors, load_view
+from .view import chosen_light, given_vectors, load_view, view_text
 
 if TYPE_CHECKING:
     from .._core import Camera, DirectionalLight, Scene
@@ -116,9 +116,9 @@ def advise_command(options: Namespace) -> int:
         raise ArgumentError(advice.outcomes[0].failure)
     path = advice.save(directory)
     print(
-        f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, "
-        f"by {advice.measure.title}\n"
+        f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, by {advice.measure.title}"
     )
+    print(f"{view_text(camera, lights, size, source)}\n")
     print(advice_table(advice.standings, advice.measure))
     print(f"\n{advice.verdict}\n\nReport: {path}")
     return 0
@@ -137,6 +137,8 @@ def load_views(
     first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
     scene, camera, light, source = load_view(first, size)
     if elevations is not None:
+        # Their directions are not the one that fits the scene.
+        source = replace(source, given=tuple(one for one in source.given if one[0] != "light"))
         return scene, camera, [elevated(light, camera, angle) for angle in elevations], source
     more = [Namespace(**{**vars(options), "light": direction}) for direction in directions[1:]]
     others = [chosen_light(one, given_vectors(one), light, scene) for one in more]

@@ -253,6 +253,33 @@ class Study(Value):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
         return save_study(self, Path(directory), progress)
 
+    def save_arrays(self, path: str | Path) -> Path:
+        """Writes the G-buffer, the truth, and the matrices, maps and masks of every run into one .npz file.
+
+        Parameters
+        ----------
+        path : path
+            The file, by the name that is given; its directory must be there.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ArgumentError
+            Where it cannot be written.
+
+        Notes
+        -----
+        `numpy.load` reads it without pickle. docs/arrays.md lists the keys.
+        """
+        from ..reports.study_arrays import save_study_arrays
+
+        if not isinstance(path, (str, os.PathLike)):
+            raise ArgumentError(f'path: expected a path, got {shown(path)}; try "study.npz"')
+        return save_study_arrays(self, Path(path))
+
     def _repr_html_(self) -> str:
         from ..reports.html.page import study_html
 

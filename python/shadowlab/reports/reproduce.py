@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .._core import Bias, Camera, Parameterization, Partition
     from ..experiments.compare import Study
     from ..experiments.run import Run
+    from ..scene.source import Source
     from ..types import Light
 
 
@@ -118,15 +119,15 @@ def technique_text(run: Run) -> str | None:
 
 
 def light_arguments(light: Light, up: str) -> list[str]:
-    """The command line's options that make a light."""
+    """The command line's options that make a light, a word each."""
     words = []
     if light.kind != "point":
         words.append(f"--light={own_numbers(light.direction, up)}")
     if light.kind != "directional":
         words.append(f"--light-position={own_numbers(light.position, up)}")
-        words += ["--range", format_value(light.range)]
+        words.append(f"--range={format_value(light.range)}")
     if light.kind == "spot":
-        words += ["--cone-deg", format_value(float(np.degrees(light.cone_angle)))]
+        words.append(f"--cone-deg={format_value(float(np.degrees(light.cone_angle)))}")
     return words
 
 
@@ -161,7 +162,7 @@ def python_snippet(study: Study, runs: Sequence[Run]) -> str:
 
 def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     """The command that computes these runs again; None where it cannot say what the study was."""
-    source, camera, light = study.source, study.camera, study.light
+    source, camera = study.source, study.camera
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
     sayable = source.arguments and level and study.truth is not None
     aspect = study.size[0] / study.size[1]
@@ -173,20 +174,9 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     words = ["shadowlab", "compare", *source.arguments]
     for spec in specs:
         words += ["--technique", str(spec)]
-    words += [
-        f"--eye={own_numbers(camera.eye, source.up)}",
-        f"--target={own_numbers(camera_target(camera), source.up)}",
-    ]
-    words += ["--fov-deg", format_value(float(np.degrees(camera.fov_y)))]
-    words += [
-        "--near",
-        format_value(camera.near),
-        "--far",
-        format_value(camera.far),
-        *light_arguments(light, source.up),
-    ]
+    words += view_arguments(camera, [study.light], study.size, source)
     words += ["--resolution", ",".join(str(r) for r in sorted({run.resolution for run in runs}))]
-    words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
+    words += ["--backend", study.backend]
     if study.filter != "nearest":
         words += ["--filter", study.filter]
     if study.bias != Bias():
@@ -194,11 +184,26 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     if source.out:
         # Some of the runs again: beside the report of all of them, not over it.
         words += ["--out", source.out if len(runs) == len(study.runs) else str(Path(source.out) / "again")]
-    as_given = {f"--{name}": text for name, text in source.given}
+    return shlex.join(words)
+
+
+def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> list[str]:
+    """The command line's options that make a camera, one or several lights, and the size of the picture.
+
+    Vectors that were given stand as they were given.
+    """
+    words = [
+        f"--eye={own_numbers(camera.eye, source.up)}",
+        f"--target={own_numbers(camera_target(camera), source.up)}",
+        *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
+        *("--near", format_value(camera.near), "--far", format_value(camera.far)),
+    ]
+    # Spots of one lamp share their position.
+    words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))
+    as_given = {f"--{name}": text for name, text in source.given if name != "light" or len(lights) == 1}
     heads = [word.partition("=")[0] for word in words]
-    return shlex.join(
-        [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
-    )
+    words = [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
+    return [*words, "--size", f"{size[0]}x{size[1]}"]
 
 
 def in_file_axes(vector: npt.ArrayLike, up: str) -> np.ndarray:

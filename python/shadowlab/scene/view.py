@@ -218,6 +218,11 @@ class View(Value):
         """Forgets what is kept of this picture, for all its lights."""
         KEPT_VIEWS.forget(self._seen)
 
+    def _repr_html_(self) -> str:
+        from ..reports.html.values import view_html
+
+        return view_html(self)
+
     @property
     def _seen(self) -> tuple[Hashable, ...]:
         return (self.scene.content_hash, self.camera, self.size)

@@ -7,6 +7,7 @@ mod tightening;
 mod unit_cube;
 
 pub use logarithmic::fit_logarithmic;
+pub use outlined::rectangle;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;
 pub(crate) use unit_cube::Room;

@@ -38,7 +38,7 @@ pub(super) fn outline_extent(rows: &Rows, outline: &Outline, view: &FocusedView,
 }
 
 /// The rectangle around an outline's image, at least a texel wide and high.
-fn rectangle(outline: &Outline, homography: &DMat3, size: &MapSize) -> (DVec2, DVec2) {
+pub fn rectangle(outline: &Outline, homography: &DMat3, size: &MapSize) -> (DVec2, DVec2) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     outline.images(homography, LEAST_W, |p| (low, high) = (low.min(p), high.max(p)));
     // NDC per unit of the ray's coordinates, at the middle.

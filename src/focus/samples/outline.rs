@@ -118,16 +118,16 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of samples (position relative to the eye, and normal), with the corners of their pixels where they come from
-    /// a picture; nothing without samples.
+    /// The outline of so many samples (position relative to the eye, and normal), with the corners of their pixels where they
+    /// come from a picture; nothing without samples.
     pub fn of(
         rays: RayFrame,
         picture: Option<&Picture>,
-        samples: impl Iterator<Item = (DVec3, DVec3)> + Clone,
+        count: usize,
+        sample: impl Fn(usize) -> (DVec3, DVec3),
     ) -> Option<Self> {
         let mut hull = Growing::default();
         let mut sum = DVec2::ZERO;
-        let mut count = 0_usize;
         let add = |hull: &mut Growing, p: DVec3, n: DVec3| {
             let Some(picture) = picture else {
                 hull.add(&[rays.ray(p)]);
@@ -138,14 +138,13 @@ impl Outline {
             if behind { hull.add(&[rays.ray(p)]) } else { hull.add(&corners.map(|c| rays.ray(c))) }
         };
         // A hull of a few first, so that the pass over all hardly adds.
-        for (p, n) in samples.clone().step_by(SEED_STEP) {
+        for (p, n) in (0..count).step_by(SEED_STEP).map(&sample) {
             add(&mut hull, p, n);
         }
         hull.settle();
-        for (p, n) in samples.clone() {
+        for (p, n) in (0..count).map(&sample) {
             let ray = rays.ray(p);
             sum += ray;
-            count += 1;
             let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
             if !hull.holds(ray, reach) {
                 add(&mut hull, p, n);
@@ -153,8 +152,9 @@ impl Outline {
         }
         hull.settle();
         let mean = sum / count.max(1) as f64;
-        let nearest = |(p, _): &(DVec3, DVec3)| (rays.ray(*p) - mean).length_squared();
-        let (middle, _) = samples.step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).min_by(|a, b| nearest(a).total_cmp(&nearest(b)))?;
+        let off = |p: DVec3| (rays.ray(p) - mean).length_squared();
+        let some = (0..count).step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).map(|i| sample(i).0);
+        let middle = some.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
         let corners = rays.inside(hull.corners);
         let corners = if corners.is_empty() { vec![rays.ray(middle)] } else { corners };
         Some(Self { rays, corners, middle })

@@ -205,10 +205,10 @@ impl Warp for Lispsm {
 }
 
 /// Samples of a search, at the most.
-const MOST_EDGES: usize = 4096;
+const MOST_EDGES: usize = 2048;
 
 /// Receivers of a search for the fewest changes of state.
-const MOST_FLIPS: usize = 4096;
+const MOST_FLIPS: usize = 2048;
 
 impl Lispsm {
     /// Where the warp acts; nothing where nothing is seen.

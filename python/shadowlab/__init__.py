@@ -19,6 +19,7 @@ from ._core import (
     Partition,
     PointLight,
     Renderer,
+    Samples,
     SpotLight,
     Technique,
     __version__,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from .experiments.compare import Study, compare
     from .experiments.evaluate import evaluate
     from .experiments.run import Run
-    from .scene.default_view import default_view
+    from .scene.default_view import default_view, default_views
 
 __all__ = [
     "Advice",
@@ -60,6 +61,7 @@ __all__ = [
     "Preset",
     "Renderer",
     "Run",
+    "Samples",
     "Scene",
     "Source",
     "SpotLight",
@@ -71,6 +73,7 @@ __all__ = [
     "aliasing",
     "compare",
     "default_view",
+    "default_views",
     "diagnose",
     "errors",
     "evaluate",
@@ -100,6 +103,7 @@ _LAZY = {
     "advise": "experiments.advise",
     "compare": "experiments.compare",
     "default_view": "scene.default_view",
+    "default_views": "scene.default_view",
     "diagnose": "conventions.diagnosis",
     "evaluate": "experiments.evaluate",
     "plot": "plot",

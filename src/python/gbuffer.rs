@@ -6,9 +6,11 @@ use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
 use super::convert::{image, instance_of, vec3_to_array};
-use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
+use super::camera::PyCamera;
+use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
+use crate::scene::Camera;
 use crate::render::MAX_IMAGE_SIDE;
 
 /// What a camera sees, one record a pixel.
@@ -16,6 +18,8 @@ use crate::render::MAX_IMAGE_SIDE;
 pub struct PyGBuffer {
     size: [u32; 2],
     origin: glam::DVec3,
+    /// That drew it; states of the first version have none.
+    camera: Option<Camera>,
     depth: Py<PyArray2<f32>>,
     relative: Py<PyArray3<f32>>,
     position: PyOnceLock<Py<PyAny>>,
@@ -26,7 +30,7 @@ pub struct PyGBuffer {
 
 /// Its state.
 const NAME: &str = "GBuffer";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A G-buffer argument.
 pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
@@ -57,6 +61,9 @@ impl PyGBuffer {
         let mut head = Writer::new(numbers);
         self.size.iter().for_each(|&n| head.count(u64::from(n)));
         head.vector(self.origin);
+        if let Some(camera) = self.camera {
+            PyCamera { camera }.write(&mut head);
+        }
         head
     }
 
@@ -79,7 +86,12 @@ impl PyGBuffer {
     /// The one of a state; it keeps the arrays that came.
     pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Self> {
         parts.check(py, VERSION, 5)?;
-        let (size, origin) = parts.read(py, |from| Ok(([from.count()?, from.count()?], from.vector()?)))?;
+        let version = parts.version;
+        let (size, origin, camera) = parts.read(py, |from| {
+            let (size, origin) = ([from.count()?, from.count()?], from.vector()?);
+            let camera = if version > 1 { Some(PyCamera::read(from)?.camera) } else { None };
+            Ok((size, origin, camera))
+        })?;
         if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) || !origin.is_finite() {
             return Err(parts.error(py, format!("it has {size:?} pixels around {origin}")));
         }
@@ -89,6 +101,7 @@ impl PyGBuffer {
         let found = Self {
             size,
             origin,
+            camera,
             depth: stored::<f32>(py, parts, 0, &[h, w])?.into_any().cast_into::<PyArray2<f32>>()?.unbind(),
             relative: vectors(1)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
             position: PyOnceLock::new(),
@@ -101,11 +114,12 @@ impl PyGBuffer {
     }
 
     /// One that takes over the core's arrays.
-    pub fn new(py: Python<'_>, g: GBuffer) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, g: GBuffer, camera: Camera) -> PyResult<Self> {
         let [w, h] = g.size.map(|n| n as usize);
         Ok(Self {
             size: g.size,
             origin: g.origin,
+            camera: Some(camera),
             depth: image(py, g.depth, [h, w])?.unbind(),
             relative: image(py, g.position.into_flattened(), [h, w, 3])?.unbind(),
             position: PyOnceLock::new(),
@@ -127,6 +141,22 @@ impl PyGBuffer {
     #[getter]
     fn depth(&self, py: Python<'_>) -> Py<PyArray2<f32>> {
         self.depth.clone_ref(py)
+    }
+    /// (H, W) float32: distances along the view, world units; infinite where nothing is.
+    ///
+    /// Raises
+    /// ------
+    /// StateError
+    ///     For a G-buffer that version 0.1 pickled before it stored its camera.
+    #[getter]
+    fn view_depth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let camera = self.camera.ok_or_else(|| state_error(py, NAME, "it has no camera"))?;
+        let [w, h] = self.size.map(|n| n as usize);
+        let depths = self.with_surfaces(py, |s| {
+            let depth = |i: usize| s.receiver(i).map_or(f64::INFINITY, |(p, _)| camera.depth_of(s.origin + p)) as f32;
+            Ok(py.detach(|| (0..w * h).map(depth).collect()))
+        })?;
+        image(py, depths, [h, w])
     }
     /// (H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look.
     #[getter]
@@ -194,7 +224,9 @@ impl PyGBuffer {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let head = self.head(Numbers::Exact);
         let mut added = Ok(());
-        let seal = seal(NAME, VERSION, head.bytes(), |digest| added = self.add_arrays(py, digest));
+        // One without a camera stays of the version that has none.
+        let version = if self.camera.is_some() { VERSION } else { 1 };
+        let seal = seal(NAME, version, head.bytes(), |digest| added = self.add_arrays(py, digest));
         added?;
         let arrays = vec![
             self.depth.bind(py).clone().into_any(),
@@ -203,7 +235,7 @@ impl PyGBuffer {
             self.triangle.bind(py).clone().into_any(),
             self.instance.bind(py).clone().into_any(),
         ];
-        reduced(py, NAME, VERSION, head.bytes(), &seal, arrays)
+        reduced(py, NAME, version, head.bytes(), &seal, arrays)
     }
     fn __repr__(&self) -> String {
         format!("GBuffer({} x {} pixels)", self.size[0], self.size[1])

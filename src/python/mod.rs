@@ -17,6 +17,7 @@ mod mesh;
 mod note;
 mod parameterization;
 mod render;
+mod sample_states;
 mod samples;
 mod scene;
 mod scene_states;
@@ -56,11 +57,11 @@ mod _core {
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
-    use super::samples::PySamples;
+    use super::samples::{PySamples, mapped_states, predict_wrong};
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]
-    use super::technique::{PyTechnique, technique_specs};
+    use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]

@@ -173,6 +173,12 @@ pub fn technique_specs(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     Ok(list)
 }
 
+/// Words of parameters that have another name now: technique, parameter, the old word and the new one.
+#[pyfunction]
+pub fn renamed_words() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
+    techniques::RENAMED.iter().map(|r| (r.technique, r.param, r.words[0], r.words[1])).collect()
+}
+
 /// The text of a technique or of its name; nothing for another type.
 fn text_of_technique(value: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
     if let Ok(technique) = value.cast::<PyTechnique>() {

@@ -103,10 +103,18 @@ pub(super) fn edges_of(
     let kept = found.len().min(count);
     let weight = if kept > 0 { found.len() as f32 / kept as f32 } else { 0.0 };
     let edges = bit_reversed(kept).map(|i| {
-        let pixel = found[(i * found.len() + found.len() / 2) / kept.max(1)].1;
+        let pixel = found[(2 * i + 1) * found.len() / (2 * kept)].1;
         EdgeSample { sample: facing[pixel], normal: normal(pixel), weight }
     });
     (edges.collect(), shaded)
+}
+
+/// At most `count` of some edges, evenly, each with the weight of those it stands for.
+pub(super) fn thinned(edges: &[EdgeSample], count: usize) -> Vec<EdgeSample> {
+    let kept = edges.len().min(count);
+    let share = if kept > 0 { edges.len() as f32 / kept as f32 } else { 0.0 };
+    let at = |i: usize| edges[(2 * i + 1) * edges.len() / (2 * kept)];
+    bit_reversed(kept).map(|i| EdgeSample { weight: at(i).weight * share, ..at(i) }).collect()
 }
 
 /// The four beside a pixel, then the four across its corners.

@@ -10,7 +10,7 @@
 //!     \_.___._/
 //! ```
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use super::picture::Picture;
 use crate::geometry::{Rows, clipped, convex_hull};
@@ -67,12 +67,26 @@ impl RayFrame {
     /// The homography of a map of this light: clip x, y and w, up to a positive factor, of (ray, 1).
     pub fn homography(&self, rows: &Rows) -> DMat3 {
         let LightFrame { right, up, along } = self.frame;
-        let of = |row: glam::DVec4| {
+        let of = |row: DVec4| {
             let across = row.truncate();
             let last = if self.apex.is_some() { across.dot(along) } else { row.w };
             DVec3::new(across.dot(right), across.dot(up), last)
         };
         DMat3::from_cols(of(rows.x), of(rows.y), of(rows.w)).transpose()
+    }
+    /// The rows of a map whose homography of (ray, 1) this is; z is the depth along a directional light, and -1 under a placed
+    /// one.
+    pub fn rows(&self, homography: &DMat3) -> Rows {
+        let LightFrame { right, up, along } = self.frame;
+        let (basis, z) = match self.apex {
+            None => ([right.extend(0.0), up.extend(0.0), DVec4::W], along.extend(0.0)),
+            Some((apex, _)) => ([right, up, along].map(|v| v.extend(-v.dot(apex))), DVec4::NEG_W),
+        };
+        let row = |i: usize| {
+            let h = homography.row(i);
+            basis[0] * h.x + basis[1] * h.y + basis[2] * h.z
+        };
+        Rows { x: row(0), y: row(1), z, w: row(2) }
     }
     /// How far the ray may move as a point moves by `reach`.
     fn moved(&self, p: DVec3, ray: DVec2, reach: f64) -> f64 {

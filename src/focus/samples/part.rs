@@ -1,10 +1,11 @@
 //! Samples of a part of a view in the coordinates of the light's rays: what a search over maps looks at.
 //!
 //! Source: theory.md 10.2: with D = d(pixel) / d(ray) on a sample's tangent plane and J = d(map) / d(ray), a texel is
-//! `G = D J⁻¹ 2/N` pixels long and wide; D is fixed, J is the map's.
+//! `G = D J⁻¹ 2/N` pixels long and wide (10.1); D is fixed, J is the map's.
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
+use super::flips::pixel_per_ray;
 use super::outline::RayFrame;
 use super::samples::{Samples, counts};
 use crate::parameterization::Region;
@@ -34,14 +35,7 @@ impl Samples {
     pub fn ray_edges(&self, camera: &Camera, light: &Light, region: &Region, count: usize) -> Option<(RayFrame, Vec<RayEdge>)> {
         let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
         let rays = RayFrame::new(light, eye)?;
-        let pixel = |p: DVec3, n: DVec3| {
-            let per_ray = on_tangent(&rays, p, n)?;
-            let gradients = picture.gradients(p);
-            Some(DMat2::from_cols(
-                DVec2::new(gradients[0].dot(per_ray[0]), gradients[1].dot(per_ray[0])),
-                DVec2::new(gradients[0].dot(per_ray[1]), gradients[1].dot(per_ray[1])),
-            ))
-        };
+        let pixel = |p: DVec3, n: DVec3| pixel_per_ray(picture, &rays, p, n);
         let mut found = Vec::new();
         let mut add = |p: DVec3, n: DVec3, edge: DVec2, weight: f64| {
             if let Some(pixel) = pixel(p - eye, n) {
@@ -70,7 +64,7 @@ impl Samples {
 }
 
 /// Steps along a surface that change one coordinate of the ray by 1; nothing where the surface runs along the ray.
-fn on_tangent(rays: &RayFrame, p: DVec3, n: DVec3) -> Option<[DVec3; 2]> {
+pub(super) fn on_tangent(rays: &RayFrame, p: DVec3, n: DVec3) -> Option<[DVec3; 2]> {
     let [a, b] = rays.gradients(p);
     let volume = a.cross(b).dot(n);
     let steps = [b.cross(n) / volume, n.cross(a) / volume];

@@ -55,6 +55,11 @@ impl Picture {
         let across = DVec2::new(p.dot(self.camera.right()), p.dot(self.camera.up())) / p.dot(self.camera.forward());
         across * self.pixels + 0.5 * DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]))
     }
+    /// The pixel at a place of the picture, column and row; nothing outside.
+    pub fn pixel(&self, at: DVec2) -> Option<[usize; 2]> {
+        let inside = at.cmpge(DVec2::ZERO).all() && at.x < f64::from(self.size[0]) && at.y < f64::from(self.size[1]);
+        inside.then_some([at.x as usize, at.y as usize])
+    }
     /// Gradients of [`Picture::place`].
     pub fn gradients(&self, p: DVec3) -> [DVec3; 2] {
         let (right, up, forward) = (self.camera.right(), self.camera.up(), self.camera.forward());

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::edges::{EdgeSample, edges_of};
+use super::edges::{EdgeSample, edges_of, thinned};
 use super::outline::{Outline, RayFrame};
 use super::picture::Picture;
 use crate::image::{Surfaces, TruthMask};
@@ -50,6 +50,7 @@ pub struct Shadows {
 #[derive(Debug, Clone, PartialEq)]
 struct Outlines {
     camera: Camera,
+    depths: Option<[f64; 2]>,
     seen: Option<Outline>,
     shaded: Option<Outline>,
 }
@@ -98,10 +99,40 @@ impl Samples {
         let (edges, shaded) = edges_of(&self, &picture, &image, &facing, count);
         let image = image.iter().zip(&facing).map(|(&s, &f)| if f == NO_SAMPLE { TruthMask::NOTHING } else { s }).collect();
         self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
-        let seen = self.outline_of(&picture.camera, light, &Region::ALL);
-        let shaded = self.shaded_outline_of(&picture.camera, light, &Region::ALL);
-        self.outlines = Some(Outlines { camera: picture.camera, seen, shaded });
+        self.outlined()
+    }
+    /// Samples of an engine's own: world positions and unit normals as they are seen in a picture of a camera, and, under a
+    /// light, their states and the normals of shadows' edges in the picture (zero for a sample at no edge) with weights.
+    pub fn of_arrays(points: &[DVec3], normals: &[DVec3], picture: Picture) -> Self {
+        Self { picture: Some(picture), ..Self::of_points(points, normals) }
+    }
+    /// The same with shadow states under a light and samples at shadows' edges, thinned to `count`.
+    pub fn with_states(mut self, light: &Light, states: Vec<i8>, edges: &[EdgeSample], count: usize) -> Self {
+        let shaded = (0..states.len()).filter(|&i| states[i] != TruthMask::LIT).map(|i| i as u32).collect();
+        let edges = thinned(edges, count);
+        self.shadows = Some(Shadows { light: *light, states, edges, shaded, image: Vec::new() });
+        self.outlined()
+    }
+    /// Finds the outlines of all samples.
+    pub fn outlined(mut self) -> Self {
+        if let (Some(picture), Some(shadows)) = (&self.picture, &self.shadows) {
+            let (camera, light) = (picture.camera, shadows.light);
+            let depths = self.depths_of(&camera, &light, &Region::ALL);
+            let seen = self.outline_of(&camera, &light, &Region::ALL);
+            let shaded = self.shaded_outline_of(&camera, &light, &Region::ALL);
+            self.outlines = Some(Outlines { camera, depths, seen, shaded });
+        }
         self
+    }
+    /// The samples at shadows' edges; where none is known, some of all samples, evenly chosen, with zero normals.
+    pub fn chosen(&self) -> Vec<EdgeSample> {
+        match self.shadows.as_ref().map(|shadows| &shadows.edges).filter(|edges| !edges.is_empty()) {
+            Some(edges) => edges.clone(),
+            None => {
+                let all = |i: usize| EdgeSample { sample: i as u32, normal: [0.0; 2], weight: 1.0 };
+                thinned(&(0..self.len()).map(all).collect::<Vec<_>>(), MOST_CHOSEN)
+            }
+        }
     }
     /// How many there are.
     pub fn len(&self) -> usize {
@@ -130,6 +161,10 @@ impl Samples {
     ) -> impl Iterator<Item = (DVec3, DVec3)> + Clone + 'a {
         let all = self.points.iter().zip(&self.normals).map(|(p, n)| (self.origin + vector(*p), vector(*n)));
         all.filter(move |(p, n)| counts(camera, light, region, *p, *n))
+    }
+    /// Whether a point is one that a map for a part of a view has to answer for.
+    pub fn counts(&self, camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
+        counts(camera, light, region, p, normal)
     }
     /// The outline of the samples that a map for a part of a view has to answer for; nothing where there is none.
     pub fn outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
@@ -163,6 +198,12 @@ impl Samples {
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
     pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
+        match self.known(camera, light, region) {
+            Some(known) => known.depths,
+            None => self.depths_of(camera, light, region),
+        }
+    }
+    fn depths_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
         let (eye, forward) = (camera.eye(), camera.forward());
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for (p, n) in self.lit(camera, light, region) {
@@ -182,6 +223,9 @@ impl Samples {
         (range[0] <= range[1]).then_some([near, far])
     }
 }
+
+/// Samples that are shown where none lies at an edge.
+const MOST_CHOSEN: usize = 4096;
 
 /// In place of a sample's index.
 pub(super) const NO_SAMPLE: u32 = u32::MAX;

@@ -6,12 +6,14 @@ pub(super) mod focused;
 pub(super) mod light_projection;
 mod light_space;
 mod maps;
+mod receivers_outline;
 mod settings;
 mod spec;
 mod technique;
 mod warp_space;
 
 pub use maps::{Maps, Part};
+pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use settings::{Holds, Range, Settings};
 pub use spec::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, RANGE, Spec};
 pub use technique::{Fitting, Named, Needs, Provisional, Spacing, Technique, Warp};

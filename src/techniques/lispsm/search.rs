@@ -16,11 +16,10 @@
 use glam::DVec2;
 
 use super::body_error::{across_along_per_ndc, q_at};
-use super::receivers_outline::ReceiversOutline;
 use crate::fit::{MapSize, Room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
-use crate::techniques::kit::{LEAST_LAMBDA, WarpSpace};
+use crate::techniques::kit::{LEAST_LAMBDA, ReceiversOutline, WarpSpace};
 
 /// Smallest strength of a warp that is tried. Chosen because the error changes by at most the cube of 1 + mu.
 const LEAST_MU: f64 = 1e-3;

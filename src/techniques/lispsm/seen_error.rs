@@ -1,6 +1,6 @@
 //! The error of a warp at the shadows' edges that are seen: how wide texels are across them, in pixels.
 //!
-//! Source: theory.md 10.2, (10.7) and (10.8), for the family of warps along one axis (theory.md 10.5). With x and eta of
+//! Source: theory.md 10.2, (10.7) and (10.8), for the family of warps along one axis (10.10). With x and eta of
 //! [`BodyError`](super::BodyError), q = (1 + mu eta) / (1 + mu), k = mu / ((1 + mu) D) and `e` the pixels across the edge per unit
 //! of the unwarped x and y,
 //!
@@ -9,7 +9,7 @@
 //! error = Σ weight c (1 - exp(-edge / c)) / Σ weight      c = 32 px: no single sample can rule the sum
 //! ```
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DMat3, DVec2};
 
 use super::body_error::across_along_per_ndc;
 use super::search::Measure;
@@ -42,29 +42,42 @@ struct Point {
     weight: f64,
 }
 
+/// The coordinates of a warp space of a light's rays.
+pub(super) struct Unwarped<'a> {
+    space: &'a WarpSpace,
+    homography: DMat3,
+}
+
+impl<'a> Unwarped<'a> {
+    pub fn new(space: &'a WarpSpace, rays: &RayFrame) -> Self {
+        Self { space, homography: rays.homography(&space.rows) }
+    }
+    /// x from the reference point's, eta along the axis and d(ray) / d(x, y); nothing where the space's w is not positive.
+    pub fn at(&self, ray: DVec2) -> Option<(f64, f64, DMat2)> {
+        let (homography, space) = (&self.homography, self.space);
+        let clip = *homography * ray.extend(1.0);
+        let at = clip.truncate() / clip.z;
+        let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate() / clip.z;
+        // d(x, y) / d(ray), its rows the gradients.
+        let jacobian = DMat2::from_cols(gradient(0), gradient(1)).transpose();
+        let ray_per_unit = jacobian.inverse();
+        let eta = (at.y - space.y[0]) / space.extent();
+        (clip.z > 0.0 && ray_per_unit.is_finite()).then_some((at.x - space.x_ref, eta, ray_per_unit))
+    }
+}
+
 impl SeenError {
     /// The measure of a space's warps at edges told in a light's rays; edges at which the space's own w is not positive are left
     /// out.
     pub fn new(space: &WarpSpace, rays: &RayFrame, edges: &[RayEdge], size: &MapSize) -> Self {
-        let homography = rays.homography(&space.rows);
-        let per_extent = space.extent().recip();
+        let unwarped = Unwarped::new(space, rays);
         let point = |edge: &RayEdge| {
-            let clip = homography * edge.ray.extend(1.0);
-            let at = clip.truncate() / clip.z;
-            let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate() / clip.z;
-            // d(x, y) / d(ray), its rows the gradients.
-            let jacobian = DMat2::from_cols(gradient(0), gradient(1)).transpose();
-            let across = jacobian.inverse().transpose() * edge.across;
-            let point = Point {
-                x: at.x - space.x_ref,
-                eta: (at.y - space.y[0]) * per_extent,
-                across,
-                weight: edge.weight,
-            };
-            (clip.z > 0.0 && across.is_finite()).then_some(point)
+            let (x, eta, ray_per_unit) = unwarped.at(edge.ray)?;
+            Some(Point { x, eta, across: ray_per_unit.transpose() * edge.across, weight: edge.weight })
         };
         let texels = f64::from(size.resolution) * size.inset();
-        Self { points: edges.iter().filter_map(point).collect(), per_extent, texels }
+        let points = edges.iter().filter_map(point).collect();
+        Self { points, per_extent: space.extent().recip(), texels }
     }
     fn over(&self, points: &[Point], mu: f64, ndc: DVec2) -> f64 {
         let texel = ndc * across_along_per_ndc(mu) / self.texels;

@@ -12,9 +12,9 @@
 //! ```
 
 use super::body_error::{BodyError, ErrorMeasure, ErrorNorm};
-use super::receivers_outline::receivers_outline;
 use super::search::{Measure, Strength, best_strength};
 use super::seen_error::SeenError;
+use super::seen_flips::SeenFlips;
 use crate::error::{Error, Result};
 use glam::DVec3;
 
@@ -26,6 +26,7 @@ use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp, WarpSpace,
+    receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -70,9 +71,10 @@ pub static SPEC: Spec = Spec {
             name: "norm",
             unit: "",
             default: Default::Choice("auto"),
-            kind: Kind::Choice(&["auto", "edge", "linf", "storage", "mean"]),
+            kind: Kind::Choice(&["auto", "edge", "flips", "linf", "storage", "mean"]),
             doc: "quantity that near=optimal minimises, in the image: mean width of a texel across the edges of visible \
-                  shadows (edge, only over=seen), longest texel along the warp (linf), longest along times longest across \
+                  shadows (edge) or share of pixels near them whose state changes within their texel (flips), both only \
+                  over=seen, longest texel along the warp (linf), longest along times longest across \
                   (storage), or mean area, of a body with every octave of depth as likely (mean); auto: edge over what is \
                   seen, linf over the body",
         },
@@ -103,6 +105,8 @@ enum Distance {
 enum Objective {
     /// The width of texels across visible shadows' edges.
     Edge,
+    /// Changes of state within a texel.
+    Flips,
     /// A norm over visible surfaces.
     Seen(ErrorMeasure),
     /// A norm over the receivers' body.
@@ -131,10 +135,11 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
         Ok(if over_seen { Objective::Seen(measure) } else { Objective::Body(measure) })
     };
     let objective = match (settings.word("norm"), over_seen) {
-        ("edge", true) | ("auto", true) => Objective::Edge,
-        ("edge", false) => {
+        ("edge" | "auto", true) => Objective::Edge,
+        ("flips", true) => Objective::Flips,
+        (norm @ ("edge" | "flips"), false) => {
             let fix = "set over=seen, or take linf, storage or mean";
-            return Err(Error::argument("norm", "a norm over the body, with over=body", "edge", fix));
+            return Err(Error::argument("norm", "a norm over the body, with over=body", norm, fix));
         }
         ("storage", _) => by_norm(ErrorNorm::Storage)?,
         ("mean", _) => by_norm(ErrorNorm::Mean)?,
@@ -154,7 +159,7 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
 impl Warp for Lispsm {
     fn needs(&self) -> Needs {
         match self.distance {
-            Distance::Optimal(Objective::Edge) => Needs::Shadows,
+            Distance::Optimal(Objective::Edge | Objective::Flips) => Needs::Shadows,
             Distance::Optimal(Objective::Seen(_)) => Needs::Surfaces,
             _ => Needs::Nothing,
         }
@@ -201,6 +206,9 @@ impl Warp for Lispsm {
 
 /// Samples of a search, at the most.
 const MOST_EDGES: usize = 4096;
+
+/// Receivers of a search for the fewest changes of state.
+const MOST_FLIPS: usize = 4096;
 
 impl Lispsm {
     /// Where the warp acts; nothing where nothing is seen.
@@ -265,6 +273,21 @@ impl Lispsm {
                     self.optimum_of(|space: &WarpSpace| BodyError::new(view, space, &linf), space, view, part, values)
                 }
             },
+            Objective::Flips => {
+                let found = part.samples.and_then(|samples| {
+                    let (picture, shadows) = (samples.picture.as_ref()?, samples.shadows.as_ref()?);
+                    let (rays, flips) = samples.ray_flips(&part.camera, &part.light, &part.region, MOST_FLIPS)?;
+                    (!flips.is_empty()).then_some((rays, flips, picture, shadows))
+                });
+                match found {
+                    Some((rays, flips, picture, shadows)) => {
+                        let measure =
+                            |space: &WarpSpace| SeenFlips::new(space, &rays, &flips, &part.size, picture, shadows);
+                        self.optimum_of(measure, space, view, part, values)
+                    }
+                    None => self.optimum(&Objective::Edge, space, view, part, values),
+                }
+            }
             Objective::Body(measure) => {
                 self.optimum_of(|space: &WarpSpace| BodyError::new(view, space, measure), space, view, part, values)
             }

@@ -6,8 +6,9 @@
 //! - Viewer and light on opposite sides of the plane mirror the image. Every map here keeps the winding that the light sees:
 //!   x is negated then (the value `mirrored` says so), where a renderer could switch the cull mode.
 //! - The plane may be found from what is seen ([`dominant_plane`]).
-//! - One map is made, so light rays that meet the plane behind the eye cannot be covered: the paper splits, here it is an
-//!   error that tells how much is lost, or on demand a uniform map.
+//! - One map is made, so light rays that meet the plane behind the eye cannot be covered by the plane's own w: the paper
+//!   splits. A map for samples leans its w towards a constant until it serves them; a map for the body is an error that
+//!   tells how much is lost, or on demand a uniform map.
 //!
 //! ```text
 //!        eye x         . light ray
@@ -19,6 +20,7 @@
 use glam::{DVec3, DVec4};
 
 use super::dominant::dominant_plane;
+use super::lean::{LEAST_SHARE, leaned};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
@@ -41,8 +43,8 @@ pub static SPEC: Spec = Spec {
             unit: "",
             default: Default::Choice("dominant"),
             kind: Kind::Numbers { words: &["dominant"], count: [4, 4], min: f64::MIN, max: f64::MAX },
-            doc: "the plane n·p + d = 0 in world space as (nx, ny, nz, d), or the one that most visible receivers that face \
-                  the light lie on (dominant)",
+            doc: "the plane n·p + d = 0 in world space as (nx, ny, nz, d), or the one that most samples at the edges of visible \
+                  shadows lie on, or where no shadow is known most visible receivers that face the light (dominant)",
         },
         ParamSpec {
             name: "fallback",
@@ -233,13 +235,31 @@ fn through_plane(
         }
     };
     let (x, y, w) = (row(view.camera.right() / tx), row(view.camera.up() / ty), row(view.camera.forward()));
-    let (w_min, w_max) = view.receivers.range(w);
-    if w_min <= LEAST_LAMBDA * w_max {
+    let served = match view.outline {
+        Some(outline) => {
+            let w_row = outline.rays.homography(&Rows { x, y, z: DVec4::W, w }).row(2);
+            let corners = outline.corners.iter().map(|p| w_row.dot(p.extend(1.0)));
+            let (w_min, w_max) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), w| (a.min(w), b.max(w)));
+            let floor = view.eye_depth[0] / view.eye_depth[1];
+            if w_min < LEAST_SHARE.min(floor) * w_max || w_max <= 0.0 {
+                let found = leaned(outline, w_row, view.eye_depth);
+                let (rows, lean) = found.ok_or_else(|| uncovered(view, part, plane, w))?;
+                values.push(("lean", lean));
+                return Ok(rows);
+            }
+            true
+        }
+        None => {
+            let (w_min, w_max) = view.receivers.range(w);
+            w_min > LEAST_LAMBDA * w_max
+        }
+    };
+    if !served {
         return Err(uncovered(view, part, plane, w));
     }
     let z = match light.w {
         // ε of theory.md 9, from the middle of the receivers.
-        0.0 => (-light.truncate()).extend(light.truncate().dot(view.receivers.vertex_mean())),
+        0.0 => (-light.truncate()).extend(light.truncate().dot(view.middle())),
         // z / w = -1 / w grows away from the light, at which w vanishes.
         _ => DVec4::NEG_W,
     };

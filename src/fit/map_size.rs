@@ -38,11 +38,11 @@ impl MapSize {
     /// The same with so many texels between the border and the samples that the map must hold.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels.
+    /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels between the borders.
     pub fn with_margin(self, margin: f64) -> Result<Self> {
-        let most = 0.25 * f64::from(self.resolution);
-        if !(margin <= most) {
-            let expected = format!("at most a quarter of the map's {} texels", self.resolution);
+        let between = self.resolution - 2 * self.border;
+        if !(margin <= 0.25 * f64::from(between)) {
+            let expected = format!("at most a quarter of the {between} texels between the map's borders");
             return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
         }
         Ok(Self { margin, ..self })

@@ -10,7 +10,8 @@
 //! ```
 
 use super::tightening::Tightening;
-use super::unit_cube::{Fit, MapSize, across, cut_to, fit, with_border, with_room};
+use super::map_size::MapSize;
+use super::unit_cube::{Fit, across, cut_to, fit, with_border, with_room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
 use crate::parameterization::PostWarp;

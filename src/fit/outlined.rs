@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::tightening::sides;
-use super::unit_cube::MapSize;
+use super::map_size::MapSize;
 use crate::focus::{FocusedView, Outline};
 use crate::geometry::{Aabb, Plane, Rows};
 

@@ -14,9 +14,9 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
+use super::map_size::MapSize;
 use super::outlined::outline_extent;
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
-use crate::error::{Error, Result};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::rays::LightFrame;
@@ -28,53 +28,6 @@ const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
 
 /// A body without extent across the light gets this share of its distance (theory.md 1.1).
 const POINT_EXTENT: f64 = 1e-6;
-
-/// Texels along each edge of a map that no receiver maps to. Derived from the filters: a lookup compares texel centres up to
-/// one texel from the point, so none of them lies off the map. Border texels are as complete as any other ([`fit`]); nothing
-/// is clamped to them, so they need not stay empty as the article has them.
-pub const BORDER_TEXELS: u32 = 1;
-
-/// The texels of a map and those at its edge that no receiver maps to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapSize {
-    /// Texels along each side.
-    pub resolution: u32,
-    /// Texels along each edge that no receiver maps to.
-    pub border: u32,
-    /// Texels between border and samples.
-    pub margin: f64,
-}
-
-impl MapSize {
-    /// A map with [`BORDER_TEXELS`] along each edge.
-    ///
-    /// # Errors
-    /// [`Error::InvalidArgument`] for a resolution that leaves no texel between the borders.
-    pub fn new(resolution: u32) -> Result<Self> {
-        let (border, least) = (BORDER_TEXELS, 2 * BORDER_TEXELS + 1);
-        if resolution < least {
-            let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
-            return Err(Error::argument("resolution", expected, resolution, "choose a larger map"));
-        }
-        Ok(Self { resolution, border, margin: 0.0 })
-    }
-    /// The share of [-1, 1] that receivers fill.
-    pub fn inset(&self) -> f64 {
-        (f64::from(self.resolution - 2 * self.border) - 2.0 * self.margin) / f64::from(self.resolution)
-    }
-    /// The same with so many texels between the border and the samples that the map must hold.
-    ///
-    /// # Errors
-    /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels.
-    pub fn with_margin(self, margin: f64) -> Result<Self> {
-        let most = 0.25 * f64::from(self.resolution);
-        if !(margin <= most) {
-            let expected = format!("at most a quarter of the map's {} texels", self.resolution);
-            return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
-        }
-        Ok(Self { margin, ..self })
-    }
-}
 
 /// `clip_from_local` cropped to receivers and casters as closely as `tightening` says; w = 1 at the mean of the receivers'
 /// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and

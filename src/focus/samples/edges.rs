@@ -13,7 +13,6 @@
 use glam::DVec3;
 
 use super::picture::Picture;
-use super::samples::{NO_SAMPLE, Samples};
 use crate::image::TruthMask;
 
 /// Neighbours lie on one surface where the depth that the plane of one foretells of the other is right to this share. Chosen
@@ -31,10 +30,13 @@ pub struct EdgeSample {
     pub weight: f32,
 }
 
+/// In place of a sample's index.
+pub(super) const NO_SAMPLE: u32 = u32::MAX;
+
 /// At most `count` samples at edges, and the samples in shadow with their neighbours. `facing` has the index of the sample of
-/// each pixel that faces the light, else [`NO_SAMPLE`].
+/// each pixel that faces the light, else [`NO_SAMPLE`]; `sample` gives world position and normal.
 pub(super) fn edges_of(
-    samples: &Samples,
+    sample: impl Fn(usize) -> (DVec3, DVec3),
     picture: &Picture,
     image: &[i8],
     facing: &[u32],
@@ -49,7 +51,7 @@ pub(super) fn edges_of(
     };
     let eye = picture.camera.eye();
     let seen = |pixel: usize| {
-        let (p, n) = samples.sample(facing[pixel] as usize);
+        let (p, n) = sample(facing[pixel] as usize);
         (p - eye, n)
     };
     let mut found: Vec<(u32, usize)> = Vec::new();

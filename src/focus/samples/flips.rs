@@ -9,9 +9,9 @@
 //!     ####. . . .
 //! ```
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DVec2};
 
-use super::part::on_tangent;
+use super::part::pixel_per_ray;
 use super::picture::Picture;
 use super::outline::RayFrame;
 use super::samples::{Samples, Shadows, counts};
@@ -88,13 +88,6 @@ impl Samples {
         };
         Some((rays, self.near_edges(count).0.into_iter().filter_map(flip).collect()))
     }
-}
-
-/// d(pixel) / d(ray) at a point, along its surface; nothing where the surface runs along the ray.
-pub(super) fn pixel_per_ray(picture: &Picture, rays: &RayFrame, p: DVec3, n: DVec3) -> Option<DMat2> {
-    let [a, b] = on_tangent(rays, p, n)?;
-    let [x, y] = picture.gradients(p);
-    Some(DMat2::from_cols(DVec2::new(x.dot(a), y.dot(a)), DVec2::new(x.dot(b), y.dot(b))))
 }
 
 impl Shadows {

@@ -207,7 +207,11 @@ struct Growing {
 
 impl Growing {
     fn add(&mut self, points: &[DVec2]) {
-        self.corners.extend(points.iter().filter(|p| p.is_finite()));
+        for p in points {
+            if p.is_finite() && !self.holds(*p, 0.0) {
+                self.corners.push(*p);
+            }
+        }
         if self.corners.len() > self.settled + MOST_WAITING {
             self.settle();
         }

@@ -3,10 +3,10 @@
 //! Source: theory.md 10.2: with D = d(pixel) / d(ray) on a sample's tangent plane and J = d(map) / d(ray), a texel is
 //! `G = D J⁻¹ 2/N` pixels long and wide (10.1); D is fixed, J is the map's.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 
-use super::flips::pixel_per_ray;
 use super::outline::RayFrame;
+use super::picture::Picture;
 use super::samples::{Samples, counts};
 use crate::parameterization::Region;
 use crate::scene::{Camera, Light};
@@ -66,8 +66,15 @@ impl Samples {
     }
 }
 
+/// d(pixel) / d(ray) at a point, along its surface; nothing where the surface runs along the ray.
+pub(super) fn pixel_per_ray(picture: &Picture, rays: &RayFrame, p: DVec3, n: DVec3) -> Option<DMat2> {
+    let [a, b] = on_tangent(rays, p, n)?;
+    let [x, y] = picture.gradients(p);
+    Some(DMat2::from_cols(DVec2::new(x.dot(a), y.dot(a)), DVec2::new(x.dot(b), y.dot(b))))
+}
+
 /// Steps along a surface that change one coordinate of the ray by 1; nothing where the surface runs along the ray.
-pub(super) fn on_tangent(rays: &RayFrame, p: DVec3, n: DVec3) -> Option<[DVec3; 2]> {
+fn on_tangent(rays: &RayFrame, p: DVec3, n: DVec3) -> Option<[DVec3; 2]> {
     let [a, b] = rays.gradients(p);
     let volume = a.cross(b).dot(n);
     let steps = [b.cross(n) / volume, n.cross(a) / volume];

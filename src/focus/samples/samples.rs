@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::edges::{EdgeSample, edges_of, thinned};
+use super::edges::{EdgeSample, NO_SAMPLE, edges_of, thinned};
 use super::outline::{Outline, RayFrame};
 use super::picture::Picture;
 use crate::image::{Surfaces, TruthMask};
@@ -99,7 +99,7 @@ impl Samples {
                 image[pixel] = TruthMask::NOTHING;
             }
         }
-        let (edges, shaded) = edges_of(&self, &picture, &image, &sample_at, count);
+        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);
         self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
         self.outlined_from(&facing)
     }
@@ -270,9 +270,6 @@ impl Samples {
 
 /// Samples that are shown where none lies at an edge.
 const MOST_CHOSEN: usize = 4096;
-
-/// In place of a sample's index.
-pub(super) const NO_SAMPLE: u32 = u32::MAX;
 
 /// Whether a point is one that a map for a part of a view has to answer for.
 pub(super) fn counts(camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {

@@ -31,7 +31,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::search::Measure;
+use super::measure::{Measure, across_along_per_ndc};
 use crate::focus::FocusedView;
 use crate::geometry::Rows;
 use crate::rays::{LightFrame, LightRays};
@@ -110,18 +110,6 @@ struct Sample {
     xx: f64,
     xy: f64,
     yy: f64,
-}
-
-/// q at a place along the axis.
-pub(super) fn q_at(mu: f64, eta: f64) -> f64 {
-    (1.0 + mu * eta) / (1.0 + mu)
-}
-
-/// Extents Ex and Ey in a map in which receivers span 1 of NDC x and y.
-pub(super) fn across_along_per_ndc(mu: f64) -> DVec2 {
-    // warped() has w = 1 at Pn + D / 2, q is 1 at Pn + D.
-    let (far, middle) = (1.0 + mu, 1.0 + 0.5 * mu);
-    DVec2::new(far / middle, far * far / middle)
 }
 
 impl BodyError {

@@ -15,7 +15,7 @@
 
 use glam::DVec2;
 
-use super::body_error::{across_along_per_ndc, q_at};
+use super::measure::{Measure, across_along_per_ndc, q_at};
 use crate::fit::{MapSize, Room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
@@ -35,19 +35,6 @@ const GOLDEN_STEPS: usize = 18;
 const LOOKS: [f64; 6] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 const LAST_LOOKS: usize = 9;
 const LAST_RATIO: f64 = 1.8;
-
-/// What a search makes small: an error for each strength of a warp and extent of its map.
-pub trait Measure {
-    /// The error of a map in which receivers span `ndc`: of [`WarpSpace::warped`] at distance D / mu, or of the space itself
-    /// for mu = 0.
-    fn error(&self, mu: f64, ndc: DVec2) -> f64;
-    /// Nearly the same, for less.
-    fn rough(&self, mu: f64, ndc: DVec2) -> f64 {
-        self.error(mu, ndc)
-    }
-    /// Whether one map's error is known to be less than another's.
-    fn is_less(&self, error: f64, other: f64) -> bool;
-}
 
 /// A strength mu = D / Pn of a warp, 0 for none, and its error.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,8 +11,7 @@
 
 use glam::{DMat2, DMat3, DVec2};
 
-use super::body_error::across_along_per_ndc;
-use super::search::Measure;
+use super::measure::{Measure, across_along_per_ndc};
 use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
 use crate::techniques::kit::{CAP_PX, WarpSpace};

@@ -9,8 +9,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::body_error::across_along_per_ndc;
-use super::search::Measure;
+use super::measure::{Measure, across_along_per_ndc};
 use super::seen_error::Unwarped;
 use crate::fit::MapSize;
 use crate::focus::{Picture, RayFlip, RayFrame, Shadows};

@@ -12,7 +12,8 @@
 //! ```
 
 use super::body_error::{BodyError, ErrorMeasure, ErrorNorm};
-use super::search::{Measure, Strength, best_strength};
+use super::measure::Measure;
+use super::search::{Strength, best_strength};
 use super::seen_error::SeenError;
 use super::seen_flips::SeenFlips;
 use crate::error::{Error, Result};

@@ -21,7 +21,7 @@ use shadowlab::{Error, Parameterization, Partition};
 
 use crate::support::by_body::by_body;
 use crate::support::tables::{self, camera, number, tables, vector};
-use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, samples_of, spots};
+use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, spots};
 use measured::{
     DIFFERENCES, EXACT, Sizes, assert_close, at, facing, from_differences, gbuffer, matrix, one, shown, ways,
 };

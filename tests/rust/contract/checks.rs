@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
+use shadowlab::fit::BORDER_TEXELS;
 use shadowlab::focus::{Coverage, Focus, FocusedView, Samples, SpotFrustum};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note::{Kind, Note};
@@ -96,8 +97,22 @@ pub fn answer(t: &dyn Technique, v: &View, resolution: u32, samples: &Samples) -
     match t.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(samples)) {
         Ok(p) => Ok(Some(p)),
         Err(Error::UnsuitedView { reason, fix, .. }) if !reason.is_empty() && !fix.is_empty() => Ok(None),
+        Err(Error::InvalidArgument { name, .. }) if name == "margin" && margin_is_too_wide(t, resolution) => Ok(None),
         Err(error) => Err(error),
     }
+}
+
+/// Whether a margin, of the technique or one inside, leaves less than half of the texels between the borders of a map.
+pub fn margin_is_too_wide(t: &dyn Technique, resolution: u32) -> bool {
+    let between = f64::from(resolution - 2 * BORDER_TEXELS);
+    t.settings().iter().any(|(name, value)| match (*name, value) {
+        ("margin", Value::Number(margin)) => *margin > 0.25 * between,
+        ("inner", Value::Choice(text)) => {
+            let inner = techniques_of(text).expect("a technique made it");
+            inner.iter().any(|t| margin_is_too_wide(t.as_ref(), resolution))
+        }
+        _ => false,
+    })
 }
 
 /// What a map of this view has to show: points of instances' boxes that the camera can see and the light reaches.

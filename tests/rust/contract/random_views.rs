@@ -21,7 +21,7 @@ use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::techniques::{Needs, TECHNIQUES, Technique, Value, technique};
 use shadowlab::{Error, Parameterization, Partition, Progress};
 
-use super::checks::Promise;
+use super::checks::{Promise, margin_is_too_wide};
 use super::configuration::{Configuration, random_settings};
 use crate::support::boxes::Boxes;
 use crate::support::views::{Random, View};
@@ -242,6 +242,10 @@ fn attempt(c: &Configuration, t: &dyn Technique, boxes: &Boxes, random: &mut Ran
             let digits = |ch: char| ch.is_ascii_digit();
             let kind = reason.split(digits).next().unwrap_or_default();
             *tally.errors.entry(format!("{technique}: {kind}")).or_default() += 1;
+        }
+        // Three texels have no room beside their borders.
+        Err(Error::InvalidArgument { name, .. }) if name == "margin" && margin_is_too_wide(t, c.resolution) => {
+            tally.refused += 1;
         }
         Err(error) => panic!("an error of another kind: {error}"),
     }

@@ -198,6 +198,8 @@ struct Growing {
     /// The hull's corners, and behind them what waits.
     corners: Vec<DVec2>,
     settled: usize,
+    /// Index of the hull's rightmost corner; the first is the leftmost.
+    rightmost: usize,
     room: Vec<DVec2>,
     low: DVec2,
     per_cell: DVec2,
@@ -208,7 +210,7 @@ struct Growing {
 impl Growing {
     fn add(&mut self, points: &[DVec2]) {
         for p in points {
-            if p.is_finite() && !self.holds(*p, 0.0) {
+            if p.is_finite() && !self.holds(*p, 0.0) && !self.is_inside(*p) {
                 self.corners.push(*p);
             }
         }
@@ -220,6 +222,8 @@ impl Growing {
     fn settle(&mut self) {
         convex_hull(&mut self.corners, &mut self.room);
         self.settled = self.corners.len();
+        let right = |i: &usize| self.corners[*i].x;
+        self.rightmost = (0..self.settled).max_by(|a, b| right(a).total_cmp(&right(b))).unwrap_or(0);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for p in &self.corners {
             (low, high) = (low.min(*p), high.max(*p));
@@ -251,6 +255,26 @@ impl Growing {
                 self.inside[j * CELLS + i] = x >= left && x + cell.x <= right;
             }
         }
+    }
+    /// Whether a point lies in the hull so far: the cells say nothing of those at its border, where near surfaces crowd.
+    fn is_inside(&self, p: DVec2) -> bool {
+        let hull = &self.corners[..self.settled];
+        if hull.len() < 3 {
+            return false;
+        }
+        // From the leftmost corner below to the rightmost, and back above.
+        let (below, above) = (&hull[..=self.rightmost], &hull[self.rightmost..]);
+        let i = below.partition_point(|a| a.x <= p.x);
+        if i == 0 || i == below.len() {
+            return false;
+        }
+        let over = |a: DVec2, b: DVec2| (b - a).perp_dot(p - a) >= 0.0;
+        if !over(below[i - 1], below[i]) {
+            return false;
+        }
+        let j = above.partition_point(|a| a.x > p.x);
+        let next = above.get(j).unwrap_or(&hull[0]);
+        j > 0 && over(above[j - 1], *next)
     }
     /// Whether the box around a point is known to lie in the hull.
     fn holds(&self, p: DVec2, reach: f64) -> bool {

@@ -135,7 +135,11 @@ impl Outline {
             };
             let corners = picture.corners(p, n);
             let behind = rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
-            if behind { hull.add(&[rays.ray(p)]) } else { hull.add(&corners.map(|c| rays.ray(c))) }
+            // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
+            hull.add(&[rays.ray(p)]);
+            if !behind {
+                hull.add(&corners.map(|c| rays.ray(c)));
+            }
         };
         // A hull of a few first, so that the pass over all hardly adds.
         for (p, n) in samples.clone().step_by(SEED_STEP) {

@@ -206,7 +206,9 @@ impl Samples {
     fn depths_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
         let (eye, forward) = (camera.eye(), camera.forward());
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut farthest = 0.0_f64;
         for (p, n) in self.lit(camera, light, region) {
+            farthest = farthest.max((p - self.origin).length());
             let p = p - eye;
             let depth = forward.dot(p);
             let reach = self.picture.as_ref().map_or(0.0, |picture| picture.reach(p, n));
@@ -219,8 +221,10 @@ impl Samples {
                 None => add(depth),
             }
         }
-        let [near, far] = range.map(|depth| depth.clamp(camera.near(), camera.far()));
-        (range[0] <= range[1]).then_some([near, far])
+        // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
+        let step = f64::from(f32::EPSILON) * farthest;
+        let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
+        (range[0] <= range[1]).then_some(ends)
     }
 }
 

@@ -6,8 +6,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::tightening::sides;
 use super::map_size::MapSize;
+use super::tightening::sides;
 use crate::focus::{FocusedView, Outline};
 use crate::geometry::{Aabb, Plane, Rows};
 
@@ -32,7 +32,8 @@ pub(super) fn outline_extent(rows: &Rows, outline: &Outline, view: &FocusedView,
     let depths = body.vertices().iter().map(|p| rows.project(*p).z).filter(|z| z.is_finite());
     let (near, far) = depths.fold((middle, middle), |(near, far), z| (near.min(z), far.max(z)));
     // A texel's depth for a body without any, as across.
-    let least = texel(outline, size) * rows.derivative(outline.middle, view.rays.direction_at(outline.middle).unwrap_or(DVec3::Z)).z.abs();
+    let least = texel(outline, size)
+        * rows.derivative(outline.middle, view.rays.direction_at(outline.middle).unwrap_or(DVec3::Z)).z.abs();
     let missing = (0.5 * (least - (far - near))).max(0.0);
     Aabb { min: low.extend(near - missing), max: high.extend(far + missing) }
 }

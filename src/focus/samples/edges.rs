@@ -98,7 +98,9 @@ pub(super) fn edges_of(
             return gradient.map(|g| (g / length) as f32);
         }
         let own = state(pixel);
-        let beside = NEIGHBOURS.iter().find(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q).is_some() && state(q) != own));
+        let beside = NEIGHBOURS
+            .iter()
+            .find(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q).is_some() && state(q) != own));
         let sign = if own == Some(true) { 1.0 } else { -1.0 };
         beside.map_or([1.0, 0.0], |(dx, dy)| [sign * *dx as f32, sign * *dy as f32])
     };
@@ -185,5 +187,7 @@ fn morton(x: u32, y: u32) -> u32 {
 fn bit_reversed(count: usize) -> impl Iterator<Item = usize> {
     let bits = usize::BITS - count.saturating_sub(1).leading_zeros();
     let room = if count == 0 { 0 } else { 1_usize << bits };
-    (0..room).map(move |i| if bits == 0 { i } else { i.reverse_bits() >> (usize::BITS - bits) }).filter(move |&i| i < count)
+    (0..room)
+        .map(move |i| if bits == 0 { i } else { i.reverse_bits() >> (usize::BITS - bits) })
+        .filter(move |&i| i < count)
 }

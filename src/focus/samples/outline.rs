@@ -4,9 +4,9 @@
 //! one polygon serves every map of the light. Each sample counts with the corners of its pixel.
 //!
 //! ```text
-//!      .-----.        corners are asked for only where the box around a pixel
-//!     / . . . \       reaches out of a grid's cells that lie in the hull so far;
-//!    | . . . . |      of a million pixels some thousand do
+//!      .-----.        corners are asked for only where the box around a run of
+//!     / [..]  \       pixels and their reach sticks out of the hull so far;
+//!    |   [..]  |      of a million pixels some thousand are in such runs
 //!     \_.___._/
 //! ```
 
@@ -134,20 +134,32 @@ impl Outline {
                 return;
             };
             let corners = picture.corners(p, n);
-            let behind = rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
-            if behind { hull.add(&[rays.ray(p)]) } else { hull.add(&corners.map(|c| rays.ray(c))) }
+            let behind =
+                rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
+            // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
+            hull.add(&[rays.ray(p)]);
+            if !behind {
+                hull.add(&corners.map(|c| rays.ray(c)));
+            }
         };
         // A hull of a few first, so that the pass over all hardly adds.
         for (p, n) in (0..count).step_by(SEED_STEP).map(&sample) {
             add(&mut hull, p, n);
         }
         hull.settle();
-        for (p, n) in (0..count).map(&sample) {
-            let ray = rays.ray(p);
-            sum += ray;
-            let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
-            if !hull.holds(ray, reach) {
-                add(&mut hull, p, n);
+        for first in (0..count).step_by(RUN) {
+            // Most runs of neighbours lie in the hull so far as a whole.
+            let run = first..(first + RUN).min(count);
+            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            for (p, n) in run.clone().map(&sample) {
+                let ray = rays.ray(p);
+                sum += ray;
+                let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
+                (low, high) = (low.min(ray - reach), high.max(ray + reach));
+            }
+            let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
+            if !corners.iter().all(|p| hull.holds(*p)) {
+                run.map(&sample).for_each(|(p, n)| add(&mut hull, p, n));
             }
         }
         hull.settle();
@@ -183,16 +195,16 @@ impl Outline {
     }
 }
 
+/// Samples, neighbours in the picture, that are asked for together.
+const RUN: usize = 32;
 /// Every so manyth sample makes the first hull.
 const SEED_STEP: usize = 61;
 /// Samples that are looked at for the one in the middle.
 const MOST_FOR_MIDDLE: usize = 1024;
-/// Cells of the grid along each side. Chosen because a look at it then fits the first level of cache as bits do not need to.
-const CELLS: usize = 64;
 /// Points that wait for the next hull.
 const MOST_WAITING: usize = 4096;
 
-/// A hull that grows, with a grid of what is in it.
+/// A hull that grows.
 #[derive(Debug, Default)]
 struct Growing {
     /// The hull's corners, and behind them what waits.
@@ -201,16 +213,12 @@ struct Growing {
     /// Index of the hull's rightmost corner; the first is the leftmost.
     rightmost: usize,
     room: Vec<DVec2>,
-    low: DVec2,
-    per_cell: DVec2,
-    /// Whether a cell lies in the hull.
-    inside: Vec<bool>,
 }
 
 impl Growing {
     fn add(&mut self, points: &[DVec2]) {
         for p in points {
-            if p.is_finite() && !self.holds(*p, 0.0) && !self.is_inside(*p) {
+            if p.is_finite() && !self.holds(*p) {
                 self.corners.push(*p);
             }
         }
@@ -224,40 +232,9 @@ impl Growing {
         self.settled = self.corners.len();
         let right = |i: &usize| self.corners[*i].x;
         self.rightmost = (0..self.settled).max_by(|a, b| right(a).total_cmp(&right(b))).unwrap_or(0);
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for p in &self.corners {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
-        let cell = (high - low) / CELLS as f64;
-        self.inside.clear();
-        if self.settled < 3 || cell.cmple(DVec2::ZERO).any() {
-            return;
-        }
-        (self.low, self.per_cell) = (low, cell.recip());
-        // Row by row, from where the left border lies to the right by the narrower of its two lines.
-        let span = |y: f64| {
-            let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-            for i in 0..self.settled {
-                let (a, b) = (self.corners[i], self.corners[(i + 1) % self.settled]);
-                if (a.y <= y) != (b.y <= y) {
-                    let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
-                    (left, right) = (left.min(x), right.max(x));
-                }
-            }
-            (left, right)
-        };
-        let lines: Vec<(f64, f64)> = (0..=CELLS).map(|j| span(low.y + cell.y * j as f64)).collect();
-        self.inside.resize(CELLS * CELLS, false);
-        for j in 0..CELLS {
-            let (left, right) = (lines[j].0.max(lines[j + 1].0), lines[j].1.min(lines[j + 1].1));
-            for i in 0..CELLS {
-                let x = low.x + cell.x * i as f64;
-                self.inside[j * CELLS + i] = x >= left && x + cell.x <= right;
-            }
-        }
     }
-    /// Whether a point lies in the hull so far: the cells say nothing of those at its border, where near surfaces crowd.
-    fn is_inside(&self, p: DVec2) -> bool {
+    /// Whether a point lies in the hull so far.
+    fn holds(&self, p: DVec2) -> bool {
         let hull = &self.corners[..self.settled];
         if hull.len() < 3 {
             return false;
@@ -275,19 +252,5 @@ impl Growing {
         let j = above.partition_point(|a| a.x > p.x);
         let next = above.get(j).unwrap_or(&hull[0]);
         j > 0 && over(above[j - 1], *next)
-    }
-    /// Whether the box around a point is known to lie in the hull.
-    fn holds(&self, p: DVec2, reach: f64) -> bool {
-        if self.inside.is_empty() {
-            return false;
-        }
-        let cell = |p: DVec2| {
-            let at = (p - self.low) * self.per_cell;
-            let is_in = at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::splat(CELLS as f64)).all();
-            is_in && self.inside[at.y as usize * CELLS + at.x as usize]
-        };
-        let d = DVec2::splat(reach);
-        let e = DVec2::new(reach, -reach);
-        cell(p - d) && cell(p + d) && cell(p - e) && cell(p + e)
     }
 }

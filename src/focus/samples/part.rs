@@ -32,7 +32,13 @@ impl Samples {
     /// Up to `count` samples at shadows' edges of a part of a view, in an order of which every beginning is spread over the
     /// picture. Where no edge is known, so many of all samples, each with an edge along x and one along y. Nothing for samples without
     /// a picture or a point light.
-    pub fn ray_edges(&self, camera: &Camera, light: &Light, region: &Region, count: usize) -> Option<(RayFrame, Vec<RayEdge>)> {
+    pub fn ray_edges(
+        &self,
+        camera: &Camera,
+        light: &Light,
+        region: &Region,
+        count: usize,
+    ) -> Option<(RayFrame, Vec<RayEdge>)> {
         let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
         let rays = RayFrame::new(light, eye)?;
         let pixel = |p: DVec3, n: DVec3| pixel_per_ray(picture, &rays, p, n);
@@ -55,7 +61,8 @@ impl Samples {
             let add = &mut |p: DVec3, n: DVec3| {
                 if let Some(pixel) = pixel(p - eye, n) {
                     let ray = rays.ray(p - eye);
-                    let edges = [DVec2::X, DVec2::Y].map(|e| RayEdge { ray, across: pixel.transpose() * e, weight: 1.0 });
+                    let edges =
+                        [DVec2::X, DVec2::Y].map(|e| RayEdge { ray, across: pixel.transpose() * e, weight: 1.0 });
                     found.extend(edges);
                 }
             };

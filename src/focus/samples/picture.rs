@@ -133,7 +133,13 @@ mod tests {
         for normal in [DVec3::Y, DVec3::new(0.5, 0.7, 0.2).normalize(), DVec3::Z] {
             for at in [DVec2::new(5.5, 15.5), DVec2::new(29.5, 19.5)] {
                 let p = picture.ray(at) * 3.0;
-                for (corner, x, y) in picture.corners(p, normal).iter().zip([-0.5, 0.5, 0.5, -0.5]).zip([-0.5, -0.5, 0.5, 0.5]).map(|((c, x), y)| (c, x, y)) {
+                for (corner, x, y) in picture
+                    .corners(p, normal)
+                    .iter()
+                    .zip([-0.5, 0.5, 0.5, -0.5])
+                    .zip([-0.5, -0.5, 0.5, 0.5])
+                    .map(|((c, x), y)| (c, x, y))
+                {
                     assert!((picture.place(*corner) - at - DVec2::new(x, y)).length() < 1e-9);
                     assert!((*corner - p).length() <= picture.reach(p, normal), "{normal} {at}");
                     let depth = corner.dot(picture.camera.forward()) / 3.0;

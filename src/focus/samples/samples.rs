@@ -249,22 +249,25 @@ impl Samples {
         let at = forward.dot(moved);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         let room = self.picture.as_ref().map_or(0.0, Picture::most_depth_share);
+        let mut farthest = 0.0_f64;
         for &i in samples {
-            let depth = at + forward.dot(vector(self.points[i as usize]));
+            let from_origin = vector(self.points[i as usize]);
+            farthest = farthest.max(from_origin.length_squared());
+            let depth = at + forward.dot(from_origin);
             if depth * (1.0 - room) >= range[0] && depth * (1.0 + room) <= range[1] {
                 continue;
             }
             let mut add = |depth: f64| range = [range[0].min(depth), range[1].max(depth)];
-            match &self.picture {
-                Some(picture) => {
-                    let (p, n) = (moved + vector(self.points[i as usize]), vector(self.normals[i as usize]));
-                    picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c)));
-                }
-                None => add(depth),
+            add(depth);
+            if let Some(picture) = &self.picture {
+                let (p, n) = (moved + from_origin, vector(self.normals[i as usize]));
+                picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c)));
             }
         }
-        let [near, far] = range.map(|depth| depth.clamp(camera.near(), camera.far()));
-        (range[0] <= range[1]).then_some([near, far])
+        // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
+        let step = f64::from(f32::EPSILON) * farthest.sqrt();
+        let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
+        (range[0] <= range[1]).then_some(ends)
     }
 }
 

@@ -63,7 +63,9 @@ impl Focused {
                     None => *camera,
                 };
                 let view = FocusedView::new(scene, &cut, light, focus).restricted(scene, region);
-                let mut map = self.fitted(&view.holding(seen.outline.as_ref()), part, &seen.size)?;
+                // A map of the whole scene is made without the camera, and relative to the scene's middle.
+                let outline = seen.outline.as_ref().filter(|_| focus != Focus::Scene);
+                let mut map = self.fitted(&view.holding(outline), part, &seen.size)?;
                 if let Some([near, far]) = near_far {
                     map.values.extend([("seen_near", near), ("seen_far", far)]);
                     // Receivers that no sample shows are served, too.

@@ -42,11 +42,14 @@ struct Point {
 pub(super) struct Unwarped<'a> {
     space: &'a WarpSpace,
     homography: DMat3,
+    /// 1 over the extent of the body along the axis; 0 for none, which has the uniform map alone.
+    pub per_extent: f64,
 }
 
 impl<'a> Unwarped<'a> {
     pub fn new(space: &'a WarpSpace, rays: &RayFrame) -> Self {
-        Self { space, homography: rays.homography(&space.rows) }
+        let per_extent = Some(space.extent().recip()).filter(|x| x.is_finite()).unwrap_or(0.0);
+        Self { space, homography: rays.homography(&space.rows), per_extent }
     }
     /// x from the reference point's, eta along the axis and d(ray) / d(x, y); nothing where the space's w is not positive.
     pub fn at(&self, ray: DVec2) -> Option<(f64, f64, DMat2)> {
@@ -57,7 +60,7 @@ impl<'a> Unwarped<'a> {
         // d(x, y) / d(ray), its rows the gradients.
         let jacobian = DMat2::from_cols(gradient(0), gradient(1)).transpose();
         let ray_per_unit = jacobian.inverse();
-        let eta = (at.y - space.y[0]) / space.extent();
+        let eta = (at.y - space.y[0]) * self.per_extent;
         (clip.z > 0.0 && ray_per_unit.is_finite()).then_some((at.x - space.x_ref, eta, ray_per_unit))
     }
 }
@@ -73,7 +76,7 @@ impl SeenError {
         };
         let texels = f64::from(size.resolution) * size.inset();
         let points = edges.iter().filter_map(point).collect();
-        Self { points, per_extent: space.extent().recip(), texels }
+        Self { points, per_extent: unwarped.per_extent, texels }
     }
     fn over(&self, points: &[Point], mu: f64, ndc: DVec2) -> f64 {
         let texel = ndc * across_along_per_ndc(mu) / self.texels;

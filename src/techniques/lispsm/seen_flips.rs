@@ -45,7 +45,7 @@ impl<'a> SeenFlips<'a> {
         };
         let points = receivers.iter().filter_map(point).collect();
         let texels = f64::from(size.resolution) * size.inset();
-        Self { picture, shadows, points, per_extent: space.extent().recip(), texels }
+        Self { picture, shadows, points, per_extent: unwarped.per_extent, texels }
     }
     fn over(&self, step: usize, mu: f64, ndc: DVec2) -> f64 {
         let texel = ndc * across_along_per_ndc(mu) / self.texels;

@@ -27,8 +27,8 @@ use crate::geometry::Rows;
 use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec,
-    Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional,
+    RANGE, Settings, Spec, Warp,
 };
 
 /// What the technique says of itself.

@@ -272,7 +272,7 @@ impl ZPartition {
             Range::Body => body(),
             Range::Seen => seen().unwrap_or_else(body),
         };
-        let served = match &self.rule {
+        let mut served = match &self.rule {
             Rule::Blended(blend) => between(&blended(whole[0], whole[1], self.count, *blend)),
             Rule::Distances(distances) => between(&borders(distances, whole, planes, notes)),
             Rule::MinMax | Rule::EqualLog => self.sampled(part, whole, notes),
@@ -283,6 +283,10 @@ impl ZPartition {
         }
         let cover = if sampled { self.cover } else { Cover::Receivers };
         let last = served.len() - 1;
+        if self.range == Range::Seen && cover == Cover::Receivers {
+            // Receivers that no sample shows are served, too.
+            (served[0][0], served[last][1]) = (camera.near(), camera.far());
+        }
         let covered = |i: usize, [begin, end]: [f64; 2]| {
             let reach = (end + self.overlap * (end - begin)).min(camera.far());
             match cover {

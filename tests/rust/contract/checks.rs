@@ -79,15 +79,16 @@ impl Promise {
             Self::Body
         }
     }
-    /// Samples that it holds, world.
-    pub fn held(self, v: &View, samples: &Samples) -> Vec<DVec3> {
+    /// Positions, world, and normals of samples that it holds.
+    pub fn held(self, v: &View, samples: &Samples) -> Vec<(DVec3, DVec3)> {
         match (self, &samples.shadows) {
             (Self::Shadow, Some(shadows)) => {
-                let shaded = shadows.shaded.iter().map(|&i| samples.sample(i as usize).0);
-                let in_depth = |p: &DVec3| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
+                let shaded = shadows.shaded.iter().map(|&i| samples.sample(i as usize));
+                let in_depth =
+                    |(p, _): &(DVec3, DVec3)| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
                 shaded.filter(in_depth).collect()
             }
-            _ => samples.lit(&v.camera, &v.light, &Region::ALL).map(|(p, _)| p).collect(),
+            _ => samples.lit(&v.camera, &v.light, &Region::ALL).collect(),
         }
     }
 }
@@ -161,7 +162,7 @@ impl Receivers {
         let promise = Promise::of(p);
         let seen = || {
             let held = promise.held(v, samples);
-            held.iter().step_by(1 + held.len() / 100).map(|q| *q - self.view.origin).collect::<Vec<_>>()
+            held.iter().step_by(1 + held.len() / 100).map(|(q, _)| *q - self.view.origin).collect::<Vec<_>>()
         };
         let body = || self.some().into_iter().filter(|q| self.counts(*q));
         match (promise, &p.partitions[..]) {

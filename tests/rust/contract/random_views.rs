@@ -140,6 +140,14 @@ fn check(
     let promise = Promise::of(p);
     let view = View { name: c.what.clone(), scene: c.scene.clone(), camera: c.camera, light: c.light };
     let sampled = samples.filter(|_| promise != Promise::Body).map(|samples| promise.held(&view, samples));
+    // Of a surface that runs along the light up to f32, as positions are, rounding decides which side is lit.
+    let faces = |(q, n): &(DVec3, DVec3)| n.dot(c.light.to_light(*q).normalize()) > f64::from(f32::EPSILON);
+    let sampled = sampled.map(|all| all.into_iter().filter(faces).map(|(q, _)| q).collect::<Vec<_>>());
+    // A sample lies up to a step of f32 beside its surface.
+    let step = sampled.as_ref().and(samples).map_or(0.0, |samples| {
+        let reach = samples.points.iter().flatten().fold(0.0_f32, |most, x| most.max(x.abs()));
+        2.0 * f64::from(f32::EPSILON * reach)
+    });
     // Maps of a placed light among its casters begin at a distance, and say so.
     let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + 1e-9);
     let shown = |q: DVec3| begins == 0.0 || c.light.to_light(q + boxes.origin).length() > begins;
@@ -182,14 +190,16 @@ fn check(
         // With several maps the border of one may hold what another is made for; a stable one moves by up to a texel.
         let border = if p.partitions.len() == 1 && !stable { p.border_texels } else { 0 };
         let inset = f64::from(p.resolution - 2 * border) / f64::from(p.resolution);
+        let local = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(boxes.origin)));
+        let per_step = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| local.derivative(receiver, d).z.abs());
+        let ends = room + step * per_step.iter().sum::<f64>();
         let inside = w > 0.0
             && ndc.truncate().abs().max_element() <= inset + room + SLIGHT / f64::from(p.resolution)
-            && (-room..=1.0 + room).contains(&ndc.z);
+            && (-ends..=1.0 + ends).contains(&ndc.z);
         assert!(
             inside || (gaps && above.is_empty()),
             "map {chosen}: receiver {q} at {ndc}, w {w:e}, rounding {room:e}"
         );
-        let local = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(boxes.origin)));
         let Some(keeps_winding) = keeps_winding(&local, &boxes.parts[0].view.rays, receiver, boxes.origin) else {
             tally.vague += 1;
             continue;
@@ -208,7 +218,7 @@ fn check(
                 w > 0.0 && apart <= room,
                 "map {chosen}: caster {image}, w {w:e}, above {ndc}: {apart:e} > {room:e}"
             );
-            let before = image.z >= -room && image.z < ndc.z + room;
+            let before = image.z >= -ends - more && image.z < ndc.z + room;
             assert!(before, "map {chosen}: caster {image} before {ndc}, rounding {room:e}");
         }
     }

@@ -84,7 +84,8 @@ impl Promise {
         match (self, &samples.shadows) {
             (Self::Shadow, Some(shadows)) => {
                 let shaded = shadows.shaded.iter().map(|&i| samples.sample(i as usize));
-                let in_depth = |(p, _): &(DVec3, DVec3)| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
+                let in_depth =
+                    |(p, _): &(DVec3, DVec3)| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
                 shaded.filter(in_depth).collect()
             }
             _ => samples.lit(&v.camera, &v.light, &Region::ALL).collect(),

@@ -8,13 +8,13 @@
 //! ```
 
 use glam::{DMat3, DVec2, DVec3};
+use shadowlab::Progress;
 use shadowlab::focus::{EdgeSample, Samples};
 use shadowlab::image::{GBuffer, TruthMask};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::trace::Tracer;
-use shadowlab::Progress;
 
 use crate::support::views::{Random, cube, directional, look, placed, square};
 
@@ -119,7 +119,8 @@ fn a_straight_edge_on_a_floor_has_its_own_normal() {
 fn silhouettes_are_no_edges_of_shadows() {
     let size = [160, 114];
     let mut silhouettes = 0;
-    for (i, along) in [DVec3::new(-1.2, -1.0, -2.6), DVec3::new(-1.5, -1.0, -2.9), DVec3::new(-0.9, -1.0, -2.9)].iter().enumerate()
+    for (i, along) in
+        [DVec3::new(-1.2, -1.0, -2.6), DVec3::new(-1.5, -1.0, -2.9), DVec3::new(-0.9, -1.0, -2.9)].iter().enumerate()
     {
         // With light from behind the camera the lit slab covers a part of its own shadow.
         let camera = look(DVec3::new(9.0, 12.0, 20.0), DVec3::new(0.0, 3.0, 0.0), 0.9, 0.1, 200.0);
@@ -181,9 +182,8 @@ fn fewer_edges_stand_for_all_and_every_beginning_is_spread() {
     let total = all.edges().len();
     assert!(total > 1000 && all.edges().iter().all(|edge| edge.weight == 1.0), "{total}");
     let expected = of(all.edges());
-    let off = |edges: &[EdgeSample]| {
-        of(edges).iter().zip(expected).map(|(ours, all)| (ours - all).abs()).fold(0.0, f64::max)
-    };
+    let off =
+        |edges: &[EdgeSample]| of(edges).iter().zip(expected).map(|(ours, all)| (ours - all).abs()).fold(0.0, f64::max);
     for count in [1, 7, 100, 333, 512, total - 1] {
         let fewer = seen(&scene, camera, &light, size, count);
         let edges = fewer.edges();

@@ -148,8 +148,9 @@ fn an_outline_is_the_hull_of_the_corners_of_all_pixels() {
         let camera = s.camera.with_depths(s.camera.near(), s.camera.depth_of(middle.0)).expect("depths");
         let functional = s.camera.right().extend(-s.camera.right().dot(middle.0));
         let region = Region::new(&[functional]);
-        let part: Vec<_> =
-            all().filter(|(p, _)| functional.dot(p.extend(1.0)) >= 0.0 && camera.depth_of(*p) <= camera.far()).collect();
+        let part: Vec<_> = all()
+            .filter(|(p, _)| functional.dot(p.extend(1.0)) >= 0.0 && camera.depth_of(*p) <= camera.far())
+            .collect();
         if let Some(outline) = s.samples.outline(&camera, &s.light, &region) {
             assert_outline(&format!("{}, a part", s.name), &s, &outline, part.iter().copied());
             parts += 1;

@@ -122,7 +122,8 @@ fn every_angle_and_azimuth_makes_a_sound_map_whose_perspective_has_its_bound() {
                 let theta = f64::to_radians(degrees);
                 let (x, y) = (theta.sin() * azimuth.sin(), -theta.sin() * azimuth.cos());
                 let v = View::of_frustum(aspect, DVec3::new(x, y, -theta.cos()));
-                for (setting, ratio) in [("psm", 1.0_f64 / 3.0), ("psm:slide=0", 0.01), ("psm:slide=30", 31.0 / 130.0)] {
+                for (setting, ratio) in [("psm", 1.0_f64 / 3.0), ("psm:slide=0", 0.01), ("psm:slide=30", 31.0 / 130.0)]
+                {
                     let what = format!("{setting} at {degrees}° {azimuth} {aspect}");
                     let rows = v.rows(setting);
                     assert_sound(&what, &v, &rows);

@@ -148,7 +148,9 @@ fn a_map_holds_the_corners_of_its_samples_pixels_and_a_margin() {
     for light in [yard().light, lamp()] {
         let v = View { light, ..yard() };
         let samples = v.samples();
-        for name in warps.iter().filter(|name| TECHNIQUES.iter().any(|e| e.spec.name == **name && e.spec.lights.serves(&light))) {
+        for name in
+            warps.iter().filter(|name| TECHNIQUES.iter().any(|e| e.spec.name == **name && e.spec.lights.serves(&light)))
+        {
             for (fit, margin) in [("shadow", 0.0), ("shadow", 1.0), ("shadow", 20.0), ("seen", 3.0), ("seen", 127.5)] {
                 let params = [("fit", Value::Choice(fit.into())), ("margin", Value::Number(margin))];
                 let params: Vec<_> = params.map(|(n, value)| (n.to_string(), value)).into();

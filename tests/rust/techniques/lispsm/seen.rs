@@ -278,7 +278,8 @@ fn the_cameras_near_plane_does_not_matter() {
             t.partitions[0].shadow_clip_from_world
         });
         moved += usize::from(!by_body[0].abs_diff_eq(by_body[1], 1e-3));
-    }    assert!(moved > 3, "{moved} of 6 maps of the body move");
+    }
+    assert!(moved > 3, "{moved} of 6 maps of the body move");
 }
 
 /// A scene that no light of a search reaches is answered, too.

@@ -9,8 +9,8 @@
 //!   y of the map      -1 |.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.| 1     ln w, evenly cut
 //! ```
 
-use super::tightening::Tightening;
 use super::map_size::MapSize;
+use super::tightening::Tightening;
 use super::unit_cube::{Fit, across, cut_to, fit, with_border, with_room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};

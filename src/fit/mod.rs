@@ -8,8 +8,9 @@ mod tightening;
 mod unit_cube;
 
 pub use logarithmic::fit_logarithmic;
+pub use map_size::{BORDER_TEXELS, MapSize};
+pub use outlined::rectangle;
 pub use stable::{StableGrid, scene_depth, stable_grid};
 pub use tightening::Tightening;
 pub(crate) use unit_cube::Room;
-pub use map_size::{BORDER_TEXELS, MapSize};
 pub use unit_cube::{Fit, SpotDepths, crop, fit, nearest_caster, receivers_room, spot_depths};

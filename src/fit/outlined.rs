@@ -6,8 +6,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::tightening::sides;
 use super::map_size::MapSize;
+use super::tightening::sides;
 use crate::focus::{FocusedView, Outline};
 use crate::geometry::{Aabb, Plane, Rows};
 
@@ -32,13 +32,14 @@ pub(super) fn outline_extent(rows: &Rows, outline: &Outline, view: &FocusedView,
     let depths = body.vertices().iter().map(|p| rows.project(*p).z).filter(|z| z.is_finite());
     let (near, far) = depths.fold((middle, middle), |(near, far), z| (near.min(z), far.max(z)));
     // A texel's depth for a body without any, as across.
-    let least = texel(outline, size) * rows.derivative(outline.middle, view.rays.direction_at(outline.middle).unwrap_or(DVec3::Z)).z.abs();
+    let least = texel(outline, size)
+        * rows.derivative(outline.middle, view.rays.direction_at(outline.middle).unwrap_or(DVec3::Z)).z.abs();
     let missing = (0.5 * (least - (far - near))).max(0.0);
     Aabb { min: low.extend(near - missing), max: high.extend(far + missing) }
 }
 
 /// The rectangle around an outline's image, at least a texel wide and high.
-fn rectangle(outline: &Outline, homography: &DMat3, size: &MapSize) -> (DVec2, DVec2) {
+pub fn rectangle(outline: &Outline, homography: &DMat3, size: &MapSize) -> (DVec2, DVec2) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     outline.images(homography, LEAST_W, |p| (low, high) = (low.min(p), high.max(p)));
     // NDC per unit of the ray's coordinates, at the middle.

@@ -76,12 +76,7 @@ mod tests {
     fn a_line_cuts_polygons_segments_and_points() {
         let left_of_half = DVec3::new(-1.0, 0.0, 0.5);
         let square = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
-        assert_eq!(clipped(&square, left_of_half), [
-            DVec2::ZERO,
-            DVec2::new(0.5, 0.0),
-            DVec2::new(0.5, 1.0),
-            DVec2::Y
-        ]);
+        assert_eq!(clipped(&square, left_of_half), [DVec2::ZERO, DVec2::new(0.5, 0.0), DVec2::new(0.5, 1.0), DVec2::Y]);
         assert_eq!(clipped(&square[..2], left_of_half), [DVec2::ZERO, DVec2::new(0.5, 0.0)]);
         assert_eq!(clipped(&[DVec2::ZERO], left_of_half), [DVec2::ZERO]);
         assert!(clipped(&[DVec2::X], left_of_half).is_empty());

@@ -5,13 +5,13 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
-use super::convert::{image, instance_of, vec3_to_array};
 use super::camera::PyCamera;
+use super::convert::{image, instance_of, vec3_to_array};
 use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
-use crate::scene::Camera;
 use crate::render::MAX_IMAGE_SIDE;
+use crate::scene::Camera;
 
 /// What a camera sees, one record a pixel.
 #[pyclass(name = "GBuffer", frozen, module = "shadowlab")]

@@ -148,11 +148,23 @@ impl PySamples {
         let normals: Vec<DVec3> = rows3(&normals)?.iter().map(|p| DVec3::from_array(*p)).collect();
         for (name, list) in [("positions", &positions), ("normals", &normals)] {
             if !list.iter().all(|v| v.is_finite()) {
-                return Err(argument_error(py, name, "finite numbers", "a NaN or an infinity", "check where they come from"));
+                return Err(argument_error(
+                    py,
+                    name,
+                    "finite numbers",
+                    "a NaN or an infinity",
+                    "check where they come from",
+                ));
             }
         }
         if let Some(n) = normals.iter().find(|n| (n.length() - 1.0).abs() > 1e-3) {
-            return Err(argument_error(py, "normals", "unit vectors", format!("one of length {}", n.length()), "normalize them"));
+            return Err(argument_error(
+                py,
+                "normals",
+                "unit vectors",
+                format!("one of length {}", n.length()),
+                "normalize them",
+            ));
         }
         let samples = Samples::of_arrays(&positions, &normals, Picture::new(&camera.get().camera, size));
         let Some(light) = light else {
@@ -365,7 +377,13 @@ fn edges_of(
         let (length, weight) = (x.hypot(y), weights.map_or(1.0, |w| w[i]));
         if !length.is_finite() || !(weight >= 0.0 && weight.is_finite()) {
             let got = format!("normal ({x}, {y}) and weight {weight} of sample {i}");
-            return Err(argument_error(py, "edge_normals", "finite normals and weights of 0 or more", got, "check them"));
+            return Err(argument_error(
+                py,
+                "edge_normals",
+                "finite normals and weights of 0 or more",
+                got,
+                "check them",
+            ));
         }
         if length > 0.0 && weight > 0.0 {
             edges.push(EdgeSample { sample: i as u32, normal: [x / length, y / length], weight });

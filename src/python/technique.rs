@@ -5,10 +5,10 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, resolution, run_watched};
-use super::samples::{Given, given};
 use super::light::light;
 use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
+use super::samples::{Given, given};
 use super::scene::{PyScene, scene};
 use super::settings::{settings_dict, value_text};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
@@ -111,7 +111,8 @@ impl PyTechnique {
             return Ok(technique.parameterize(scene, camera, &light, resolution).or_raise(py)?.into());
         }
         technique.serves(&light).or_raise(py)?;
-        let fitted = |samples: Option<&Samples>| technique.parameterize_seen(scene, camera, &light, resolution, samples);
+        let fitted =
+            |samples: Option<&Samples>| technique.parameterize_seen(scene, camera, &light, resolution, samples);
         let p = match samples {
             Some(Given::Samples(samples)) => {
                 let samples = &samples.get().samples;

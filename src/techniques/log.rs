@@ -15,7 +15,9 @@
 //! ```
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{FIT, LEAST_LAMBDA, LightSupport, MARGIN, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp, WarpSpace};
+use super::kit::{
+    FIT, LEAST_LAMBDA, LightSupport, MARGIN, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp, WarpSpace,
+};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::note::{Detail, Note};

@@ -16,7 +16,9 @@
 
 use super::glpr::LEAST_SHARE;
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 

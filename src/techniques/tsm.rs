@@ -22,7 +22,9 @@
 //! turns along the view: with the centre ray in the middle of the body, eta goes to a third of its depth.
 
 use super::kit::along_view::{AlongView, warped_along_view};
-use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 use crate::note::{Detail, Note};

@@ -44,9 +44,10 @@ pub(super) fn edges_of(
 ) -> (Vec<EdgeSample>, Vec<u32>) {
     let [width, height] = picture.size.map(|n| n as i64);
     let at = |x: i64, y: i64| ((0..width).contains(&x) && (0..height).contains(&y)).then(|| (y * width + x) as usize);
-    let state = |pixel: usize| {
-        let known = facing[pixel] != NO_SAMPLE && [TruthMask::LIT, TruthMask::SHADOW].contains(&image[pixel]);
-        known.then_some(image[pixel] == TruthMask::SHADOW)
+    let state = |pixel: usize| match image[pixel] {
+        TruthMask::LIT => Some(false),
+        TruthMask::SHADOW => Some(true),
+        _ => None,
     };
     let eye = picture.camera.eye();
     let seen = |pixel: usize| {
@@ -54,29 +55,28 @@ pub(super) fn edges_of(
         (p - eye, n)
     };
     let mut found: Vec<(u32, usize)> = Vec::new();
-    let mut shaded = Vec::new();
-    for y in 0..height {
-        for x in 0..width {
-            let pixel = (y * width + x) as usize;
-            if facing[pixel] == NO_SAMPLE {
-                continue;
+    let (w, mut is_found) = (width as usize, vec![false; image.len()]);
+    for pixel in 0..image.len() {
+        let mut meet = |other: usize| {
+            // One state is lit, 1, and one is in shadow, 0.
+            let differ = image[pixel] | image[other] == 1 && image[pixel] & image[other] == 0;
+            if differ && is_one_surface(picture, seen(pixel), seen(other)) {
+                for one in [pixel, other] {
+                    if !is_found[one] {
+                        is_found[one] = true;
+                        found.push((morton((one % w) as u32, (one / w) as u32), one));
+                    }
+                }
             }
-            let own = state(pixel);
-            // Undecided counts as shadow where a map must hold it.
-            let mut dark = own != Some(false);
-            if !dark {
-                dark = NEIGHBOURS.iter().any(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q) == Some(true)));
-            }
-            if dark {
-                shaded.push(facing[pixel]);
-            }
-            let Some(own) = own else { continue };
-            let differs = |q: usize| state(q).is_some_and(|other| other != own) && is_one_surface(picture, seen(pixel), seen(q));
-            if NEIGHBOURS[..4].iter().filter_map(|(dx, dy)| at(x + dx, y + dy)).any(differs) {
-                found.push((morton(x as u32, y as u32), pixel));
-            }
+        };
+        if (pixel + 1) % w != 0 {
+            meet(pixel + 1);
+        }
+        if pixel + w < image.len() {
+            meet(pixel + w);
         }
     }
+    let shaded = shaded(image, facing, w);
     found.sort_unstable();
     let normal = |pixel: usize| {
         let (x, y) = (pixel as i64 % width, pixel as i64 / width);
@@ -98,7 +98,9 @@ pub(super) fn edges_of(
             return gradient.map(|g| (g / length) as f32);
         }
         let own = state(pixel);
-        let beside = NEIGHBOURS[..4].iter().find(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q).is_some() && state(q) != own));
+        let beside = NEIGHBOURS
+            .iter()
+            .find(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q).is_some() && state(q) != own));
         let sign = if own == Some(true) { 1.0 } else { -1.0 };
         beside.map_or([1.0, 0.0], |(dx, dy)| [sign * *dx as f32, sign * *dy as f32])
     };
@@ -119,8 +121,45 @@ pub(super) fn thinned(edges: &[EdgeSample], count: usize) -> Vec<EdgeSample> {
     bit_reversed(kept).map(|i| EdgeSample { weight: at(i).weight * share, ..at(i) }).collect()
 }
 
-/// The four beside a pixel, then the four across its corners.
-const NEIGHBOURS: [(i64, i64); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)];
+/// The four beside a pixel.
+const NEIGHBOURS: [(i64, i64); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// The samples of pixels that face the light and are in shadow, or whose state is not known, or that are beside one in shadow.
+fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
+    let dark = |i: usize| u8::from(facing[i] != NO_SAMPLE && image[i] == TruthMask::SHADOW);
+    let height = image.len() / width;
+    // Dark pixels of a row with the ones beside them, for the row above, this one and the one below.
+    let spread = |y: usize, into: &mut Vec<u8>| {
+        into.clear();
+        into.extend((0..width).map(|x| dark(y * width + x)));
+        let mut before = 0;
+        for x in 0..width {
+            let own = into[x];
+            let after = if x + 1 < width { into[x + 1] } else { 0 };
+            into[x] = before | own | after;
+            before = own;
+        }
+    };
+    let [mut above, mut here, mut below] = [vec![0; width], Vec::with_capacity(width), Vec::with_capacity(width)];
+    spread(0, &mut here);
+    let mut found = Vec::new();
+    for y in 0..height {
+        if y + 1 < height {
+            spread(y + 1, &mut below);
+        } else {
+            below.fill(0);
+        }
+        for x in 0..width {
+            let i = y * width + x;
+            if facing[i] != NO_SAMPLE && (above[x] | here[x] | below[x] != 0 || image[i] != TruthMask::LIT) {
+                found.push(facing[i]);
+            }
+        }
+        std::mem::swap(&mut above, &mut here);
+        std::mem::swap(&mut here, &mut below);
+    }
+    found
+}
 
 /// Whether two samples of neighbouring pixels are of one surface, curved or not.
 fn is_one_surface(picture: &Picture, (p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)) -> bool {
@@ -148,5 +187,7 @@ fn morton(x: u32, y: u32) -> u32 {
 fn bit_reversed(count: usize) -> impl Iterator<Item = usize> {
     let bits = usize::BITS - count.saturating_sub(1).leading_zeros();
     let room = if count == 0 { 0 } else { 1_usize << bits };
-    (0..room).map(move |i| if bits == 0 { i } else { i.reverse_bits() >> (usize::BITS - bits) }).filter(move |&i| i < count)
+    (0..room)
+        .map(move |i| if bits == 0 { i } else { i.reverse_bits() >> (usize::BITS - bits) })
+        .filter(move |&i| i < count)
 }

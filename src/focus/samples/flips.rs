@@ -11,9 +11,9 @@
 
 use glam::{DMat2, DVec2};
 
+use super::outline::RayFrame;
 use super::part::pixel_per_ray;
 use super::picture::Picture;
-use super::outline::RayFrame;
 use super::samples::{Samples, Shadows, counts};
 use crate::image::TruthMask;
 use crate::parameterization::Region;
@@ -76,7 +76,13 @@ impl Samples {
         (chosen, each)
     }
     /// The same for a part of a view, in the coordinates of the light's rays.
-    pub fn ray_flips(&self, camera: &Camera, light: &Light, region: &Region, count: usize) -> Option<(RayFrame, Vec<RayFlip>)> {
+    pub fn ray_flips(
+        &self,
+        camera: &Camera,
+        light: &Light,
+        region: &Region,
+        count: usize,
+    ) -> Option<(RayFrame, Vec<RayFlip>)> {
         let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
         let rays = RayFrame::new(light, eye)?;
         let flip = |near: NearEdge| {

@@ -4,9 +4,9 @@
 //! one polygon serves every map of the light. Each sample counts with the corners of its pixel.
 //!
 //! ```text
-//!      .-----.        corners are asked for only where the box around a pixel
-//!     / . . . \       reaches out of a grid's cells that lie in the hull so far;
-//!    | . . . . |      of a million pixels some thousand do
+//!      .-----.        corners are asked for only where the box around a run of
+//!     / [..]  \       pixels and their reach sticks out of the hull so far;
+//!    |   [..]  |      of a million pixels some thousand are in such runs
 //!     \_.___._/
 //! ```
 
@@ -118,23 +118,24 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of samples (position relative to the eye, and normal), with the corners of their pixels where they come from
-    /// a picture; nothing without samples.
+    /// The outline of so many samples (position relative to the eye, and normal), with the corners of their pixels where they
+    /// come from a picture; nothing without samples.
     pub fn of(
         rays: RayFrame,
         picture: Option<&Picture>,
-        samples: impl Iterator<Item = (DVec3, DVec3)> + Clone,
+        count: usize,
+        sample: impl Fn(usize) -> (DVec3, DVec3),
     ) -> Option<Self> {
         let mut hull = Growing::default();
         let mut sum = DVec2::ZERO;
-        let mut count = 0_usize;
         let add = |hull: &mut Growing, p: DVec3, n: DVec3| {
             let Some(picture) = picture else {
                 hull.add(&[rays.ray(p)]);
                 return;
             };
             let corners = picture.corners(p, n);
-            let behind = rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
+            let behind =
+                rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
             // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
             hull.add(&[rays.ray(p)]);
             if !behind {
@@ -142,23 +143,30 @@ impl Outline {
             }
         };
         // A hull of a few first, so that the pass over all hardly adds.
-        for (p, n) in samples.clone().step_by(SEED_STEP) {
+        for (p, n) in (0..count).step_by(SEED_STEP).map(&sample) {
             add(&mut hull, p, n);
         }
         hull.settle();
-        for (p, n) in samples.clone() {
-            let ray = rays.ray(p);
-            sum += ray;
-            count += 1;
-            let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
-            if !hull.holds(ray, reach) {
-                add(&mut hull, p, n);
+        for first in (0..count).step_by(RUN) {
+            // Most runs of neighbours lie in the hull so far as a whole.
+            let run = first..(first + RUN).min(count);
+            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            for (p, n) in run.clone().map(&sample) {
+                let ray = rays.ray(p);
+                sum += ray;
+                let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
+                (low, high) = (low.min(ray - reach), high.max(ray + reach));
+            }
+            let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
+            if !corners.iter().all(|p| hull.holds(*p)) {
+                run.map(&sample).for_each(|(p, n)| add(&mut hull, p, n));
             }
         }
         hull.settle();
         let mean = sum / count.max(1) as f64;
-        let nearest = |(p, _): &(DVec3, DVec3)| (rays.ray(*p) - mean).length_squared();
-        let (middle, _) = samples.step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).min_by(|a, b| nearest(a).total_cmp(&nearest(b)))?;
+        let off = |p: DVec3| (rays.ray(p) - mean).length_squared();
+        let some = (0..count).step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).map(|i| sample(i).0);
+        let middle = some.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
         let corners = rays.inside(hull.corners);
         let corners = if corners.is_empty() { vec![rays.ray(middle)] } else { corners };
         Some(Self { rays, corners, middle })
@@ -187,31 +195,33 @@ impl Outline {
     }
 }
 
+/// Samples, neighbours in the picture, that are asked for together.
+const RUN: usize = 32;
 /// Every so manyth sample makes the first hull.
 const SEED_STEP: usize = 61;
 /// Samples that are looked at for the one in the middle.
 const MOST_FOR_MIDDLE: usize = 1024;
-/// Cells of the grid along each side. Chosen because a look at it then fits the first level of cache as bits do not need to.
-const CELLS: usize = 64;
 /// Points that wait for the next hull.
 const MOST_WAITING: usize = 4096;
 
-/// A hull that grows, with a grid of what is in it.
+/// A hull that grows.
 #[derive(Debug, Default)]
 struct Growing {
     /// The hull's corners, and behind them what waits.
     corners: Vec<DVec2>,
     settled: usize,
+    /// Index of the hull's rightmost corner; the first is the leftmost.
+    rightmost: usize,
     room: Vec<DVec2>,
-    low: DVec2,
-    per_cell: DVec2,
-    /// Whether a cell lies in the hull.
-    inside: Vec<bool>,
 }
 
 impl Growing {
     fn add(&mut self, points: &[DVec2]) {
-        self.corners.extend(points.iter().filter(|p| p.is_finite()));
+        for p in points {
+            if p.is_finite() && !self.holds(*p) {
+                self.corners.push(*p);
+            }
+        }
         if self.corners.len() > self.settled + MOST_WAITING {
             self.settle();
         }
@@ -220,50 +230,27 @@ impl Growing {
     fn settle(&mut self) {
         convex_hull(&mut self.corners, &mut self.room);
         self.settled = self.corners.len();
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for p in &self.corners {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
-        let cell = (high - low) / CELLS as f64;
-        self.inside.clear();
-        if self.settled < 3 || cell.cmple(DVec2::ZERO).any() {
-            return;
-        }
-        (self.low, self.per_cell) = (low, cell.recip());
-        // Row by row, from where the left border lies to the right by the narrower of its two lines.
-        let span = |y: f64| {
-            let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-            for i in 0..self.settled {
-                let (a, b) = (self.corners[i], self.corners[(i + 1) % self.settled]);
-                if (a.y <= y) != (b.y <= y) {
-                    let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
-                    (left, right) = (left.min(x), right.max(x));
-                }
-            }
-            (left, right)
-        };
-        let lines: Vec<(f64, f64)> = (0..=CELLS).map(|j| span(low.y + cell.y * j as f64)).collect();
-        self.inside.resize(CELLS * CELLS, false);
-        for j in 0..CELLS {
-            let (left, right) = (lines[j].0.max(lines[j + 1].0), lines[j].1.min(lines[j + 1].1));
-            for i in 0..CELLS {
-                let x = low.x + cell.x * i as f64;
-                self.inside[j * CELLS + i] = x >= left && x + cell.x <= right;
-            }
-        }
+        let right = |i: &usize| self.corners[*i].x;
+        self.rightmost = (0..self.settled).max_by(|a, b| right(a).total_cmp(&right(b))).unwrap_or(0);
     }
-    /// Whether the box around a point is known to lie in the hull.
-    fn holds(&self, p: DVec2, reach: f64) -> bool {
-        if self.inside.is_empty() {
+    /// Whether a point lies in the hull so far.
+    fn holds(&self, p: DVec2) -> bool {
+        let hull = &self.corners[..self.settled];
+        if hull.len() < 3 {
             return false;
         }
-        let cell = |p: DVec2| {
-            let at = (p - self.low) * self.per_cell;
-            let is_in = at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::splat(CELLS as f64)).all();
-            is_in && self.inside[at.y as usize * CELLS + at.x as usize]
-        };
-        let d = DVec2::splat(reach);
-        let e = DVec2::new(reach, -reach);
-        cell(p - d) && cell(p + d) && cell(p - e) && cell(p + e)
+        // From the leftmost corner below to the rightmost, and back above.
+        let (below, above) = (&hull[..=self.rightmost], &hull[self.rightmost..]);
+        let i = below.partition_point(|a| a.x <= p.x);
+        if i == 0 || i == below.len() {
+            return false;
+        }
+        let over = |a: DVec2, b: DVec2| (b - a).perp_dot(p - a) >= 0.0;
+        if !over(below[i - 1], below[i]) {
+            return false;
+        }
+        let j = above.partition_point(|a| a.x > p.x);
+        let next = above.get(j).unwrap_or(&hull[0]);
+        j > 0 && over(above[j - 1], *next)
     }
 }

@@ -29,10 +29,16 @@ impl Samples {
         let eye = camera.eye();
         self.lit(camera, light, region).step_by(step).map(|(p, _)| p - eye).collect()
     }
-    /// The samples at shadows' edges of a part of a view, in an order of which every beginning is spread over the picture. Where
-    /// no edge is known, up to `count` of all samples, each with an edge along x and one along y. Nothing for samples without
+    /// Up to `count` samples at shadows' edges of a part of a view, in an order of which every beginning is spread over the
+    /// picture. Where no edge is known, so many of all samples, each with an edge along x and one along y. Nothing for samples without
     /// a picture or a point light.
-    pub fn ray_edges(&self, camera: &Camera, light: &Light, region: &Region, count: usize) -> Option<(RayFrame, Vec<RayEdge>)> {
+    pub fn ray_edges(
+        &self,
+        camera: &Camera,
+        light: &Light,
+        region: &Region,
+        count: usize,
+    ) -> Option<(RayFrame, Vec<RayEdge>)> {
         let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
         let rays = RayFrame::new(light, eye)?;
         let pixel = |p: DVec3, n: DVec3| pixel_per_ray(picture, &rays, p, n);
@@ -42,17 +48,21 @@ impl Samples {
                 found.push(RayEdge { ray: rays.ray(p - eye), across: pixel.transpose() * edge, weight });
             }
         };
-        for edge in self.shadows.iter().flat_map(|shadows| &shadows.edges) {
+        let edges = self.shadows.iter().flat_map(|shadows| &shadows.edges);
+        let here = edges.filter(|edge| {
             let (p, n) = self.sample(edge.sample as usize);
-            if counts(camera, light, region, p, n) {
-                add(p, n, DVec2::from_array(edge.normal.map(f64::from)), f64::from(edge.weight));
-            }
+            counts(camera, light, region, p, n)
+        });
+        for edge in here.take(count) {
+            let (p, n) = self.sample(edge.sample as usize);
+            add(p, n, DVec2::from_array(edge.normal.map(f64::from)), f64::from(edge.weight));
         }
         if found.is_empty() {
             let add = &mut |p: DVec3, n: DVec3| {
                 if let Some(pixel) = pixel(p - eye, n) {
                     let ray = rays.ray(p - eye);
-                    let edges = [DVec2::X, DVec2::Y].map(|e| RayEdge { ray, across: pixel.transpose() * e, weight: 1.0 });
+                    let edges =
+                        [DVec2::X, DVec2::Y].map(|e| RayEdge { ray, across: pixel.transpose() * e, weight: 1.0 });
                     found.extend(edges);
                 }
             };

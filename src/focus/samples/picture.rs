@@ -30,6 +30,9 @@ pub struct Picture {
     per_y: DVec3,
     /// Pixels per unit of x / depth and of y / depth; y down.
     pixels: DVec2,
+    /// Half of a pixel's two sides together, and the longest ray of all, at depth 1.
+    half_pixel: f64,
+    longest_ray: f64,
 }
 
 impl Picture {
@@ -37,12 +40,15 @@ impl Picture {
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let (tan_x, tan_y) = camera.tan_half_fov();
         let (right, up) = (camera.right() * tan_x, camera.up() * tan_y);
+        let (per_x, per_y) = (right * (2.0 / f64::from(size[0])), up * (-2.0 / f64::from(size[1])));
         Self {
             camera: *camera,
             size,
             corner: camera.forward() - right + up,
-            per_x: right * (2.0 / f64::from(size[0])),
-            per_y: up * (-2.0 / f64::from(size[1])),
+            per_x,
+            per_y,
+            half_pixel: 0.5 * (per_x.length() + per_y.length()),
+            longest_ray: (1.0 + tan_x * tan_x + tan_y * tan_y).sqrt(),
             pixels: DVec2::new(0.5 * f64::from(size[0]) / tan_x, -0.5 * f64::from(size[1]) / tan_y),
         }
     }
@@ -84,15 +90,18 @@ impl Picture {
         let (x, y) = (0.5 * self.per_x, 0.5 * self.per_y);
         [center - x - y, center + x - y, center + x + y, center - x + y].map(|ray| self.on_plane(p, normal, ray))
     }
+    /// The share of a sample's depth by which the corners of its pixel are nearer or farther at the most.
+    pub fn most_depth_share(&self) -> f64 {
+        MOST_DEPTH_SHARE
+    }
     /// How far the corners of a sample's pixel lie from it at the most.
     pub fn reach(&self, p: DVec3, normal: DVec3) -> f64 {
         let depth = p.dot(self.camera.forward());
-        let half = 0.5 * (self.per_x.length() + self.per_y.length()) * depth;
-        let distance = p.length();
+        let half = self.half_pixel * depth;
+        let distance = depth * self.longest_ray;
         // A step of `half` across the ray changes the depth of the plane by half / tan of the angle between them, and twice
         // that far bounds the change of that angle over the step; where it does not, the share does.
-        let grazing = normal.dot(p).abs() / distance;
-        let along = (2.0 * half / grazing).min(MOST_DEPTH_SHARE * distance);
+        let along = (2.0 * half * distance / normal.dot(p).abs()).min(MOST_DEPTH_SHARE * distance);
         (1.0 + MOST_DEPTH_SHARE) * half + if along.is_nan() { MOST_DEPTH_SHARE * distance } else { along }
     }
 }
@@ -124,7 +133,13 @@ mod tests {
         for normal in [DVec3::Y, DVec3::new(0.5, 0.7, 0.2).normalize(), DVec3::Z] {
             for at in [DVec2::new(5.5, 15.5), DVec2::new(29.5, 19.5)] {
                 let p = picture.ray(at) * 3.0;
-                for (corner, x, y) in picture.corners(p, normal).iter().zip([-0.5, 0.5, 0.5, -0.5]).zip([-0.5, -0.5, 0.5, 0.5]).map(|((c, x), y)| (c, x, y)) {
+                for (corner, x, y) in picture
+                    .corners(p, normal)
+                    .iter()
+                    .zip([-0.5, 0.5, 0.5, -0.5])
+                    .zip([-0.5, -0.5, 0.5, 0.5])
+                    .map(|((c, x), y)| (c, x, y))
+                {
                     assert!((picture.place(*corner) - at - DVec2::new(x, y)).length() < 1e-9);
                     assert!((*corner - p).length() <= picture.reach(p, normal), "{normal} {at}");
                     let depth = corner.dot(picture.camera.forward()) / 3.0;

@@ -84,22 +84,24 @@ impl Samples {
     }
     /// The same with what is in shadow under a light: `image` has a state for each pixel of the picture, as
     /// [`TruthMask`] has them. At most `count` samples at the shadows' edges are kept.
-    pub fn with_shadows(mut self, light: &Light, image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
+    pub fn with_shadows(mut self, light: &Light, mut image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
         let Some(picture) = self.picture else { return self };
         let visible = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0);
         let states = visible.clone().map(|i| image[i]).collect();
         // Of what the light can reach alone: the others are dark without a look at a map.
-        let mut facing = vec![NO_SAMPLE; image.len()];
+        let facing = self.facing(&picture.camera, light, &Region::ALL);
+        let mut sample_at = vec![NO_SAMPLE; image.len()];
+        let mut next = facing.iter().copied().peekable();
         for (sample, pixel) in visible.enumerate() {
-            let (p, n) = (self.origin + vector(self.points[sample]), vector(self.normals[sample]));
-            if n.dot(light.to_light(p)) > 0.0 && can_reach(light, p) {
-                facing[pixel] = sample as u32;
+            if next.next_if_eq(&(sample as u32)).is_some() {
+                sample_at[pixel] = sample as u32;
+            } else {
+                image[pixel] = TruthMask::NOTHING;
             }
         }
-        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &facing, count);
-        let image = image.iter().zip(&facing).map(|(&s, &f)| if f == NO_SAMPLE { TruthMask::NOTHING } else { s }).collect();
+        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);
         self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
-        self.outlined()
+        self.outlined_from(&facing)
     }
     /// Samples of an engine's own: world positions and unit normals as they are seen in a picture of a camera, and, under a
     /// light, their states and the normals of shadows' edges in the picture (zero for a sample at no edge) with weights.
@@ -114,12 +116,20 @@ impl Samples {
         self.outlined()
     }
     /// Finds the outlines of all samples.
-    pub fn outlined(mut self) -> Self {
+    pub fn outlined(self) -> Self {
+        let facing = match (&self.picture, &self.shadows) {
+            (Some(picture), Some(shadows)) => self.facing(&picture.camera, &shadows.light, &Region::ALL),
+            _ => Vec::new(),
+        };
+        self.outlined_from(&facing)
+    }
+    /// The same of those that face the light of the shadows.
+    fn outlined_from(mut self, facing: &[u32]) -> Self {
         if let (Some(picture), Some(shadows)) = (&self.picture, &self.shadows) {
             let (camera, light) = (picture.camera, shadows.light);
-            let depths = self.depths_of(&camera, &light, &Region::ALL);
-            let seen = self.outline_of(&camera, &light, &Region::ALL);
-            let shaded = self.shaded_outline_of(&camera, &light, &Region::ALL);
+            let depths = self.depths_of(&camera, facing);
+            let seen = self.outline_of(&camera, &light, facing);
+            let shaded = self.outline_of(&camera, &light, &self.shaded_of(&camera, &light, &Region::ALL));
             self.outlines = Some(Outlines { camera, depths, seen, shaded });
         }
         self
@@ -166,63 +176,96 @@ impl Samples {
     pub fn counts(&self, camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
         counts(camera, light, region, p, normal)
     }
+    /// Indices of the samples that a map for a part of a view has to answer for.
+    fn facing(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
+        let all = 0..self.points.len() as u32;
+        match light {
+            // The common case without a test that is always true.
+            Light::Directional(l) if region.functionals().is_empty() => {
+                let to_light = (-l.direction()).as_vec3();
+                let (forward, at) = (camera.forward(), camera.depth_of(self.origin));
+                let depths = camera.near()..=camera.far();
+                let faces = |&i: &u32| {
+                    let n = self.normals[i as usize];
+                    // In f32 as the normal is; what is undecided there is decided in f64.
+                    let cosine = n[0] * to_light.x + n[1] * to_light.y + n[2] * to_light.z;
+                    let faces = match cosine {
+                        c if c > 1e-5 => true,
+                        c if c < -1e-5 => false,
+                        _ => vector(n).dot(light.to_light(DVec3::ZERO)) > 0.0,
+                    };
+                    faces && depths.contains(&(at + forward.dot(vector(self.points[i as usize]))))
+                };
+                all.filter(faces).collect()
+            }
+            _ => all.filter(|&i| self.counts_at(i, camera, light, region)).collect(),
+        }
+    }
+    /// Of the samples in shadow and their neighbours those that a map for a part of a view has to answer for.
+    fn shaded_of(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
+        let shaded = self.shadows.iter().flat_map(|shadows| shadows.shaded.iter().copied());
+        shaded.filter(|&i| self.counts_at(i, camera, light, region)).collect()
+    }
+    fn counts_at(&self, i: u32, camera: &Camera, light: &Light, region: &Region) -> bool {
+        let (p, n) = self.sample(i as usize);
+        counts(camera, light, region, p, n)
+    }
     /// The outline of the samples that a map for a part of a view has to answer for; nothing where there is none.
     pub fn outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
         match self.known(camera, light, region) {
             Some(known) => known.seen.clone(),
-            None => self.outline_of(camera, light, region),
+            None => self.outline_of(camera, light, &self.facing(camera, light, region)),
         }
     }
     /// The same of those in shadow and their neighbours in the picture.
     pub fn shaded_outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
         match self.known(camera, light, region) {
             Some(known) => known.shaded.clone(),
-            None => self.shaded_outline_of(camera, light, region),
+            None => self.outline_of(camera, light, &self.shaded_of(camera, light, region)),
         }
     }
     fn known(&self, camera: &Camera, light: &Light, region: &Region) -> Option<&Outlines> {
         let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
         self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
     }
-    fn outline_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
-        let eye = camera.eye();
-        let all = self.lit(camera, light, region).map(move |(p, n)| (p - eye, n));
-        Outline::of(RayFrame::new(light, eye)?, self.picture.as_ref(), all)
-    }
-    fn shaded_outline_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
-        let eye = camera.eye();
-        let shaded = self.shadows.as_ref()?.shaded.iter().map(|&i| self.sample(i as usize));
-        let all = shaded.filter(|(p, n)| counts(camera, light, region, *p, *n)).map(move |(p, n)| (p - eye, n));
-        Outline::of(RayFrame::new(light, eye)?, self.picture.as_ref(), all)
+    fn outline_of(&self, camera: &Camera, light: &Light, samples: &[u32]) -> Option<Outline> {
+        let (rays, moved) = (RayFrame::new(light, camera.eye())?, self.origin - camera.eye());
+        let of = |i: usize| {
+            let i = samples[i] as usize;
+            (moved + vector(self.points[i]), vector(self.normals[i]))
+        };
+        Outline::of(rays, self.picture.as_ref(), samples.len(), of)
     }
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
     pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
         match self.known(camera, light, region) {
             Some(known) => known.depths,
-            None => self.depths_of(camera, light, region),
+            None => self.depths_of(camera, &self.facing(camera, light, region)),
         }
     }
-    fn depths_of(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
-        let (eye, forward) = (camera.eye(), camera.forward());
+    fn depths_of(&self, camera: &Camera, samples: &[u32]) -> Option<[f64; 2]> {
+        let (moved, forward) = (self.origin - camera.eye(), camera.forward());
+        let at = forward.dot(moved);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let room = self.picture.as_ref().map_or(0.0, Picture::most_depth_share);
         let mut farthest = 0.0_f64;
-        for (p, n) in self.lit(camera, light, region) {
-            farthest = farthest.max((p - self.origin).length());
-            let p = p - eye;
-            let depth = forward.dot(p);
-            let reach = self.picture.as_ref().map_or(0.0, |picture| picture.reach(p, n));
-            if depth - reach >= range[0] && depth + reach <= range[1] {
+        for &i in samples {
+            let from_origin = vector(self.points[i as usize]);
+            farthest = farthest.max(from_origin.length_squared());
+            let depth = at + forward.dot(from_origin);
+            if depth * (1.0 - room) >= range[0] && depth * (1.0 + room) <= range[1] {
                 continue;
             }
             let mut add = |depth: f64| range = [range[0].min(depth), range[1].max(depth)];
-            match &self.picture {
-                Some(picture) => picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c))),
-                None => add(depth),
+            add(depth);
+            if let Some(picture) = &self.picture {
+                let (p, n) = (moved + from_origin, vector(self.normals[i as usize]));
+                picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c)));
             }
         }
         // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
-        let step = f64::from(f32::EPSILON) * farthest;
+        let step = f64::from(f32::EPSILON) * farthest.sqrt();
         let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
         (range[0] <= range[1]).then_some(ends)
     }

@@ -1,6 +1,7 @@
 //! What techniques are made with: their traits and settings, focusing and fitting around a warp, the space warps act in.
 
 pub(super) mod along_view;
+mod edge_width;
 pub(super) mod faces;
 pub(super) mod focused;
 pub(super) mod light_projection;
@@ -12,6 +13,7 @@ mod spec;
 mod technique;
 mod warp_space;
 
+pub use edge_width::{CAP_PX, edge_width};
 pub use maps::{Maps, Part};
 pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use settings::{Holds, Range, Settings};

@@ -105,7 +105,9 @@ pub enum Needs {
 
 /// An error unless the samples have what a technique looks at.
 fn check(needs: Needs, samples: Option<&Samples>, light: &Light) -> Result<()> {
-    let wrong = |expected: &'static str, got: &'static str, fix: &'static str| Err(Error::argument("samples", expected, got, fix));
+    let wrong = |expected: &'static str, got: &'static str, fix: &'static str| {
+        Err(Error::argument("samples", expected, got, fix))
+    };
     match (needs, samples) {
         (Needs::Nothing, _) => Ok(()),
         (_, None) => {
@@ -114,10 +116,16 @@ fn check(needs: Needs, samples: Option<&Samples>, light: &Light) -> Result<()> {
         }
         (Needs::Surfaces, _) => Ok(()),
         (Needs::Shadows, Some(samples)) => match &samples.shadows {
-            None => wrong("samples that say what is in shadow", "samples without shadows", "give them shadow states, or set fit=seen"),
-            Some(shadows) if shadows.light != *light => {
-                wrong("samples with the shadows of this light", "shadows of another light", "make the samples for this light")
-            }
+            None => wrong(
+                "samples that say what is in shadow",
+                "samples without shadows",
+                "give them shadow states, or set fit=seen",
+            ),
+            Some(shadows) if shadows.light != *light => wrong(
+                "samples with the shadows of this light",
+                "shadows of another light",
+                "make the samples for this light",
+            ),
             Some(_) => Ok(()),
         },
     }

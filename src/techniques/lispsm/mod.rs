@@ -7,8 +7,8 @@ mod seen_error;
 mod seen_flips;
 mod warp;
 
-pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
 pub use crate::techniques::kit::{ReceiversOutline, receivers_outline};
+pub use body_error::{BodyError, ErrorMeasure, ErrorNorm, footprint};
 pub use measure::Measure;
 pub use search::{Strength, best_strength};
 pub use seen_error::SeenError;

@@ -14,10 +14,7 @@ use glam::{DMat2, DMat3, DVec2};
 use super::measure::{Measure, across_along_per_ndc};
 use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
-use crate::techniques::kit::WarpSpace;
-
-/// Where an edge's width stops to count, pixels (theory.md (10.8)). Chosen by leaving scenes out (docs/defaults.md).
-const CAP_PX: f64 = 32.0;
+use crate::techniques::kit::{CAP_PX, WarpSpace};
 
 /// Samples of the first look at a strength.
 const FEW: usize = 384;

@@ -26,8 +26,8 @@ use crate::note::{Detail, Note};
 use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp, WarpSpace,
-    receivers_outline,
+    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+    WarpSpace, receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -146,7 +146,8 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
         ("mean", _) => by_norm(ErrorNorm::Mean)?,
         _ => by_norm(ErrorNorm::Linf)?,
     };
-    let formulas = [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(objective))];
+    let formulas =
+        [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(objective))];
     let distance = match settings.number("near") {
         Some(length) => Distance::Length(length),
         None => settings.meaning("near", &formulas)?,
@@ -206,10 +207,10 @@ impl Warp for Lispsm {
 }
 
 /// Samples of a search, at the most.
-const MOST_EDGES: usize = 4096;
+const MOST_EDGES: usize = 2048;
 
 /// Receivers of a search for the fewest changes of state.
-const MOST_FLIPS: usize = 4096;
+const MOST_FLIPS: usize = 2048;
 
 impl Lispsm {
     /// Where the warp acts; nothing where nothing is seen.
@@ -293,7 +294,9 @@ impl Lispsm {
                 self.optimum_of(|space: &WarpSpace| BodyError::new(view, space, measure), space, view, part, values)
             }
             Objective::Seen(measure) => {
-                let points: Vec<DVec3> = part.samples.map_or_else(Vec::new, |samples| samples.spread(&part.camera, &part.light, &part.region, MOST_EDGES));
+                let points: Vec<DVec3> = part.samples.map_or_else(Vec::new, |samples| {
+                    samples.spread(&part.camera, &part.light, &part.region, MOST_EDGES)
+                });
                 let over = |space: &WarpSpace| BodyError::over(view, space, measure, &points);
                 self.optimum_of(over, space, view, part, values)
             }
@@ -314,11 +317,8 @@ impl Lispsm {
         // The uniform technique's own map: a spot's is not turned, nor is one along the view where the axis is another.
         let upright = uniform_rows(view, part.scene, &mut Vec::new());
         let turned = space.unwarped(&upright, view);
-        let uniform = if turned.rows == space.rows {
-            unwarped
-        } else {
-            Strength::of(0.0, &turned, &measure(&turned), extent)
-        };
+        let uniform =
+            if turned.rows == space.rows { unwarped } else { Strength::of(0.0, &turned, &measure(&turned), extent) };
         if best.mu > 0.0 && error.is_less(best.error, uniform.error) {
             let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
             let is_best = self.factor == 1.0;

@@ -87,11 +87,7 @@ impl Candidate {
 }
 
 /// The samples of a part of the view that the light can reach and that face it.
-fn facing<'a>(
-    view: &'a FocusedView,
-    region: &'a Region,
-    samples: &'a Samples,
-) -> impl Iterator<Item = Seen> + 'a {
+fn facing<'a>(view: &'a FocusedView, region: &'a Region, samples: &'a Samples) -> impl Iterator<Item = Seen> + 'a {
     samples.lit(&view.camera, &view.light, region).filter_map(|(point, normal)| {
         let p = point - view.camera.eye();
         Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.forward().dot(p) })

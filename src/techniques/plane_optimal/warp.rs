@@ -27,8 +27,8 @@ use crate::geometry::Rows;
 use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec,
-    Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional,
+    RANGE, Settings, Spec, Warp,
 };
 
 /// What the technique says of itself.
@@ -59,6 +59,9 @@ pub static SPEC: Spec = Spec {
         MARGIN,
     ],
 };
+
+/// Samples of a search, at the most.
+const MOST_EDGES: usize = 4096;
 
 /// A plane `normal · p + offset = 0` with a unit normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -242,7 +245,9 @@ fn through_plane(
             let (w_min, w_max) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), w| (a.min(w), b.max(w)));
             let floor = view.eye_depth[0] / view.eye_depth[1];
             if w_min < LEAST_SHARE.min(floor) * w_max || w_max <= 0.0 {
-                let found = leaned(outline, w_row, view.eye_depth);
+                let edges = part.samples.and_then(|s| s.ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES));
+                let edges = edges.map_or_else(Vec::new, |(_, edges)| edges);
+                let found = leaned(outline, w_row, view.eye_depth, &edges, &part.size);
                 let (rows, lean) = found.ok_or_else(|| uncovered(view, part, plane, w))?;
                 values.push(("lean", lean));
                 return Ok(rows);

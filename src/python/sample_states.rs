@@ -13,7 +13,6 @@ use super::arrays::borrowed;
 use super::camera::PyCamera;
 use super::convert::image;
 use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
-use super::samples::PySamples;
 use super::state::{Fault, Parts, Reader, State, Writer, seal};
 use crate::digest::{Digest, Numbers};
 use crate::focus::{EdgeSample, Picture, Samples, Shadows};
@@ -118,7 +117,7 @@ pub fn arrays_of<'py>(py: Python<'py>, samples: &Samples) -> PyResult<Vec<Bound<
 }
 
 /// The ones of a state.
-pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<PySamples> {
+pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Samples> {
     parts.check(py, VERSION, ARRAYS)?;
     let (origin, picture, light) = parts.read(py, read_head)?;
     let rows = |i: usize| -> PyResult<Vec<[f32; 3]>> {
@@ -148,5 +147,5 @@ pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<PySamples>
     let known = light.map(|light| Shadows { light, states, edges, shaded, image: pixels });
     found.shadows = known;
     parts.check_seal(py, |digest| add(&found, digest))?;
-    Ok(PySamples { samples: py.detach(|| found.outlined()) })
+    Ok(py.detach(|| found.outlined()))
 }

@@ -207,8 +207,8 @@ fn compare_moved(v: &View, a: &Parameterization, moved: &Moved, compared: &mut b
             let local = Local::new(partition, own.origin);
             let steepness = |q: &DVec3| axes.iter().map(|d| local.derivative(*q, *d)).fold(0.0, f64::max);
             let steepest = own.receivers.vertices().iter().map(steepness).fold(0.0, f64::max);
-            // NDC of 1 has a rounding of its own.
-            CONDITION * (rounding * steepest).max(f64::EPSILON)
+            // The moved camera's direction is a difference of two points as far from the origin as the eye.
+            CONDITION * (rounding * steepest).max(f64::EPSILON * v.camera.eye().length().max(1.0))
         })
         .collect();
     let shift = |k: usize| {

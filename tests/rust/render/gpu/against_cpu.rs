@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
-use shadowlab::{Camera, Light, Mesh, Progress, Scene, techniques};
+use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
 use super::agreement::{DEPTH_TOLERANCE, DIFFERING_SHARE, Difference, compare};
 use crate::support::by_body::by_body;

@@ -5,7 +5,7 @@ use shadowlab::parameterization::{Parameterization, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
-use shadowlab::{Error, Progress, techniques};
+use shadowlab::{Error, Progress};
 
 use crate::render::selection::maps::{View, alone, repeated, views};
 use crate::render::selection::seams;

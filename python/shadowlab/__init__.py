@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from .experiments.advise import Advice, advise
     from .experiments.compare import Study, compare
     from .experiments.evaluate import evaluate
+    from .experiments.predict import predict
     from .experiments.run import Run
     from .scene.default_view import default_view, default_views
 
@@ -80,6 +81,7 @@ __all__ = [
     "library",
     "load_scene",
     "plot",
+    "predict",
     "preset",
     "presets",
     "report",
@@ -106,6 +108,7 @@ _LAZY = {
     "default_views": "scene.default_view",
     "diagnose": "conventions.diagnosis",
     "evaluate": "experiments.evaluate",
+    "predict": "experiments.predict",
     "plot": "plot",
     "report": "doctor",
 }

@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
@@ -29,7 +29,7 @@ from .noise import outcomes_with_noise
 from .phases import PHASES, checked_phases
 from .progress import Steps
 from .ranking import Standing, counted_views, standings, switches
-from .screening import MOST_DRAWN, Predict, checked_predict, shortlisted
+from .screening import MOST_DRAWN, Predict, checked_predict, chosen_predict, shortlisted
 from .tried import Untried, untried_of
 from .views import LabelledView, views_of
 
@@ -257,7 +257,7 @@ def advise(
     bias: Bias | None = None,
     filter: Filter = "nearest",
     phases: int = PHASES,
-    predict: Predict | None = None,
+    predict: Predict | Literal["auto"] | None = "auto",
     drawn: int = MOST_DRAWN,
     progress: bool = True,
     source: Source | None = None,
@@ -295,9 +295,10 @@ def advise(
     phases : int
         Shifts of the texels by parts of a texel over which wrong pixels are counted, of the candidates alone between
         which the verdict has to decide; 1 for none. Their `error` is the mean. Texel lengths have no such noise.
-    predict : callable, optional
+    predict : callable, "auto" or None
         ``predict(view, technique, *, resolution)`` foretells wrong pixels without drawing. With each budget the
-        `drawn` candidates that it puts first are drawn, beside uniform. All are drawn where none is given.
+        `drawn` candidates that it puts first are drawn, beside uniform. "auto" is `shadowlab.predict` where no
+        techniques are named and wrong pixels are ranked by; None draws all.
     drawn : int
         Candidates drawn with each budget where there is a prediction.
     progress : bool
@@ -334,14 +335,16 @@ def advise(
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
     measure, over = measure_of(error), over_of(over)
     checked_phases(phases)
-    drawn = checked_predict(predict, drawn)
+    named = techniques is not None
     budgets = budgets_of(memory)
     views = views_of(scene, cameras, lights, lambda camera: size_of(size, camera))
     candidates = candidates_of(techniques, views)
     renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
     draw = Draw(renderer, bias, filter, measure)
-    plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, predict, drawn)
+    foretell = chosen_predict(predict, renderer, screens=not named and bool(measure.population))
+    drawn = checked_predict(foretell, drawn)
+    plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
     with Steps(len(views) * (2 + len(plans)), progress) as step:
         outcomes, filled = outcomes_of(draw, plans, views, step)
     if measure.population:

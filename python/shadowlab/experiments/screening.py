@@ -14,19 +14,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from ..errors import ArgumentError, ShadowlabError
 from ..text import shown
 from ..text.checks import whole
 from .candidates import Plan
+from .predict import predict as ours
 from .thresholds import BASELINE
 from .tried import Untried
 from .views import LabelledView
 
 if TYPE_CHECKING:
     from ..scene.view import View
-    from ..types import Item
+    from ..types import Item, RendererLike
 
 # Candidates that are drawn with each budget, beside uniform, where all are predicted. Chosen because predictions are
 # told apart from counts by tens of per cent, within which there are rarely more.
@@ -39,6 +40,21 @@ class Predict(Protocol):
     def __call__(self, view: View, technique: Item, *, resolution: int) -> float:
         """Wrong pixels; what raises an error of ours is drawn, so that its failure is told."""
         ...
+
+
+def chosen_predict(
+    predict: Predict | Literal["auto"] | None, renderer: RendererLike, *, screens: bool
+) -> Predict | None:
+    """The prediction that is asked; "auto" is ours where candidates are screened."""
+    if not isinstance(predict, str):
+        return predict
+    if predict != "auto":
+        raise ArgumentError(f'predict: expected a function, "auto" or None, got {shown(predict)}')
+
+    def foretold(view: View, technique: Item, *, resolution: int) -> float:
+        return ours(view, technique, resolution, renderer=renderer)
+
+    return foretold if screens else None
 
 
 def checked_predict(predict: Predict | None, drawn: object) -> int:

@@ -12,20 +12,19 @@ from .. import _core
 #: Why a technique was not drawn: it does not serve a light, it was not asked for, or it was predicted to be worse.
 WhyUntried = Literal["light", "not_asked", "predicted"]
 
-# The warp inside depth splits and faces: no single one does better over the library scenes.
-_WARP = "lispsm:near=optimal"
-#: The settings of techniques that matter: of 44 tried in the six library scenes, in maps of 1 and 4 MiB, those that are
-#: the best or within a tenth of it in one of them, and those that engines ship. Other techniques have their defaults.
+#: The settings of techniques that matter: the crop without a warp, the warp as papers place it beside the one that is
+#: placed by samples, and depth splits by both schemes with and without a warp in each. Other techniques have their
+#: defaults.
 SETTINGS: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "lispsm": ("lispsm", _WARP, f"{_WARP},norm=mean"),
-    "psm": ("psm", "psm:range=camera"),
+    "uniform": ("uniform", "uniform:fit=shadow", "uniform:turn=rectangle,fit=shadow"),
+    "lispsm": ("lispsm", "lispsm:fit=seen", "lispsm:near=delta-z,range=body,fit=exact"),
     "log_psm": ("log_psm", "log_psm:warp=lispsm"),
     "z_partition": tuple(
-        f"z_partition:count={count}{more}"
-        for more in ("", ",splits=equal-log", f",splits=equal-log,inner=({_WARP})")
+        f"z_partition:count={count}{splits},inner=({inner})"
+        for splits in ("", ",splits=equal-log")
+        for inner in ("uniform:fit=shadow", "lispsm")
         for count in (2, 3, 4)
     ),
-    "face_partition": ("face_partition", f"face_partition:inner=({_WARP})/uniform"),
 })  # fmt: skip
 
 

@@ -95,8 +95,12 @@ impl Samples {
         for (sample, pixel) in visible.enumerate() {
             if next.next_if_eq(&(sample as u32)).is_some() {
                 sample_at[pixel] = sample as u32;
-            } else {
-                image[pixel] = TruthMask::NOTHING;
+            }
+        }
+        // Rays may see a surface where the picture has none.
+        for (state, sample) in image.iter_mut().zip(&sample_at) {
+            if *sample == NO_SAMPLE {
+                *state = TruthMask::NOTHING;
             }
         }
         let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);

@@ -18,6 +18,7 @@ NoteKind: TypeAlias = Literal[
     "stable",
     "cover_unused",
     "no_lit_sample",
+    "no_shadow",
     "covers_samples",
     "border_outside",
     "face_unseen",

@@ -50,6 +50,13 @@ class ConventionLike(Protocol):
     def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The way back."""
 
+class MapsLike(Protocol):
+    """Maps with their matrices: `Parameterization`."""
+
+    @property
+    def matrices(self) -> npt.NDArray[np.float64]:
+        """(K, 4, 4) float64: shadow_clip_from_world of each."""
+
 class FootprintLike(Protocol):
     """The size of a texel at every pixel: `shadowlab.aliasing.Footprint`, which documents shapes and units."""
 

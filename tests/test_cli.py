@@ -217,7 +217,7 @@ def test_matrix_formats_hold_the_same_matrix(mesh, kind):
         matrix = np.array([line.split() for line in done.stdout.decode().splitlines()], dtype=float)
     scene = sl.load_scene(mesh)
     options = cli.parser().parse_args(cli.joined_negative_values(words))
-    _, camera, light, _ = cli.load_view(options, (1024, 1024))
+    _, camera, light, _ = cli.load_view(options, None)
     np.testing.assert_array_equal(np.asarray(light.direction), np.asarray(sl.DirectionalLight((-1, -1, -1)).direction))
     expected = sl.technique("lispsm").parameterize(scene, camera, light, resolution=512).matrix
     np.testing.assert_array_equal(matrix, expected)

@@ -33,6 +33,10 @@ class Technique:
     @property
     def needs_shadows(self) -> bool:
         """Whether it looks at which visible surfaces are in shadow."""
+    def by_body(self) -> Technique:
+        """The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
+        samples, and of a search over what is seen the published warp distance. Techniques inside it likewise.
+        """
     def parameterize(
         self,
         scene: Scene,

@@ -89,6 +89,7 @@ docs: setup ## write the generated tables of README.md anew
 
 bench: setup ## a row of compare beside its parts; the same work here and in moderngl and embreex, with ratios
 	$(BIN)/python benches/row_cost.py
+	$(BIN)/python benches/samples_cost.py
 	$(BIN)/python benches/peers.py
 
 bench-rust: ## the kernels, with criterion

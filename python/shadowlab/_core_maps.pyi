@@ -35,7 +35,7 @@ class Technique:
         """Whether it looks at which visible surfaces are in shadow."""
     def by_body(self) -> Technique:
         """The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
-        samples, and of a search over what is seen the published warp distance. Techniques inside it likewise.
+        samples, and of a search at visible edges the published warp distance. Techniques inside it likewise.
         """
     def parameterize(
         self,

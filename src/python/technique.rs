@@ -73,7 +73,7 @@ impl PyTechnique {
         self.technique.needs() == Needs::Shadows
     }
     /// The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
-    /// samples, and of a search over what is seen the published warp distance. Techniques inside it likewise.
+    /// samples, and of a search at visible edges the published warp distance. Techniques inside it likewise.
     fn by_body(&self, py: Python<'_>) -> PyResult<Self> {
         Ok(Self { technique: techniques::by_body(self.technique.as_ref()).or_raise(py)? })
     }

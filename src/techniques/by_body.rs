@@ -17,14 +17,15 @@ const WORDS: [(&str, &str, &str); 6] = [
 ];
 
 /// The same technique with maps for the receivers' body: `range=body` and `fit=exact` where it looks at samples, and of a search
-/// over what is seen the published warp distance. Techniques inside it likewise.
+/// at visible edges the published warp distance. Techniques inside it likewise.
 ///
 /// # Errors
 /// As [`technique`]; none for settings that a technique has.
 pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
     let settings = of.settings();
     let is = |name: &str, word: &str| settings.iter().any(|(n, v)| *n == name && *v == Value::Choice(word.into()));
-    let searches_seen = is("near", "optimal") && is("over", "seen");
+    let by_edges = ["auto", "edge", "flips"].iter().any(|norm| is("norm", norm));
+    let searches_seen = is("near", "optimal") && is("over", "seen") && by_edges;
     let mut params = Vec::with_capacity(settings.len());
     for ((name, value), param) in settings.iter().zip(of.spec().params) {
         let value = match value {
@@ -59,6 +60,7 @@ mod tests {
             ("lispsm", "lispsm:near=delta-z,over=body,range=body,fit=exact"),
             ("lispsm:near=0.5,axis=middle,norm=flips", "lispsm:near=0.5,axis=middle,over=body,range=body,fit=exact"),
             ("lispsm:near=optimal,over=body", "lispsm:over=body,range=body,fit=exact"),
+            ("lispsm:norm=storage", "lispsm:norm=storage,over=body,range=body,fit=exact"),
             ("gmnpr:fit=intersection", "gmnpr:range=body,fit=intersection"),
             ("uniform:stable=true", "uniform:stable=true"),
         ];

@@ -149,8 +149,8 @@ def of_paths(all_cases: Sequence[Case], resolution: int) -> list[str]:
                 view.scene, cameras, view.lights[0], list(MOVED), resolution=resolution, size=view.size, renderer="cpu",
                 progress=False,
             ).table  # fmt: skip
-            for name, rows in found.groupby("technique"):
-                flips = int(rows["flips"].sum())
+            for name, steps in found.groupby("technique"):
+                flips = int(steps["flips"].sum())
                 total[str(name)][kind] = total[str(name)].get(kind, 0) + flips
                 by_scene[str(name)][case.scene] = by_scene[str(name)].get(case.scene, 0) + flips
     base = total[PLACED_BY_BODY]

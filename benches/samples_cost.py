@@ -1,9 +1,9 @@
-"""What maps for what is seen cost on one thread: samples once per view, then fits and searches beside the fit of the body.
+"""What maps for what is seen cost on one thread: samples once per view, then fits and searches beside that of the body.
 
     python benches/samples_cost.py [--rounds 5] [SCENE ...]
 
-Processor time in milliseconds, the least of some rounds: of the samples with their hulls and edge normals from pictures of
-128 x 128 and 1024 x 1024 pixels (G-buffer and shadow states aside), and of `parameterize` with samples that are there.
+Processor time in milliseconds, the least of some rounds: of the samples with their hulls and edge normals from pictures
+of 128 x 128 and 1024 x 1024 pixels (G-buffer and shadow states aside), and of `parameterize` with these samples.
 """
 
 from __future__ import annotations

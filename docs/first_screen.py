@@ -19,7 +19,7 @@ from pathlib import Path
 from shadowlab import cli
 
 README = Path(__file__).resolve().parents[1] / "README.md"
-WORDS = ("advise", "city.glb", "--memory", "4MiB", "--backend", "cpu")
+WORDS = ("advise", "city.glb", "--backend", "cpu")
 BLOCK = re.compile(r"(<!-- first:begin -->\n).*?(<!-- first:end -->)", re.DOTALL)
 
 

@@ -133,11 +133,13 @@ def test_all_is_every_technique():
 def files(tmp_path):
     """A matrix of a library scene in every form, in OpenGL's convention."""
     scene = sl.library.scene("robots")
-    p = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light, resolution=64)
+    samples = sl.View(scene, scene.camera, scene.light, size=(64, 36)).samples(renderer="cpu")
+    p = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light, resolution=64, samples=samples)
     found = {"matrix": p.matrix, "folder": tmp_path}
     for form, name in (("npy", "m.npy"), ("json", "m.json"), ("text", "m.txt")):
         out = tmp_path / name
-        words = ["matrix", "@robots", "--resolution", "64", "--convention", "opengl", "--format", form, "--out", out]
+        words = ["matrix", "@robots", "--resolution", "64", "--size", "64x36", "--convention", "opengl"]
+        words += ["--format", form, "--out", out]
         assert cli.main([str(word) for word in words]) == 0
         found[form] = out
     return found

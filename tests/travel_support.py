@@ -81,7 +81,7 @@ def samples() -> list[Any]:
     """Samples of a picture with shadows, of points without, and of another light's kind."""
     scene, camera, light = view()
     seen = sl.View(scene, camera, light, size=SIZE)
-    spot = sl.SpotLight((0, 30, 0), (0, -1, 0.1), 1.2, 100.0)
+    spot = sl.SpotLight((0, 30, 0), (0, -1, 0.1), cone_angle=1.2, range=100.0)
     return [
         sl.Samples.from_arrays([[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 1, 0]], camera),
         sl.View(scene, camera, spot, size=SIZE).samples(renderer="cpu"),

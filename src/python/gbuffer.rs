@@ -89,7 +89,11 @@ impl PyGBuffer {
         let version = parts.version;
         let (size, origin, camera) = parts.read(py, |from| {
             let (size, origin) = ([from.count()?, from.count()?], from.vector()?);
-            let camera = if version > 1 { Some(PyCamera::read(from)?.camera) } else { None };
+            let camera = if version > 1 {
+                Some(PyCamera::read(from).map_err(|_| "its camera is damaged")?.camera)
+            } else {
+                None
+            };
             Ok((size, origin, camera))
         })?;
         if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) || !origin.is_finite() {

@@ -57,7 +57,7 @@ fn read_head(from: &mut Reader<'_>) -> Result<(glam::DVec3, Option<Picture>, Opt
     let picture = match from.kind()? {
         0 => None,
         _ => {
-            let camera = PyCamera::read(from)?.camera;
+            let camera = PyCamera::read(from).map_err(|_| "its camera is damaged")?.camera;
             let size = [from.count()?, from.count()?];
             if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) {
                 return Err(format!("its picture has {size:?} pixels"));

@@ -5,6 +5,7 @@ mod flips;
 mod outline;
 mod part;
 mod picture;
+#[expect(clippy::module_inception, reason = "the samples themselves, beside what is found of them")]
 mod samples;
 
 pub use edges::EdgeSample;

@@ -375,7 +375,7 @@ fn edges_of(
     let mut edges = Vec::new();
     for (i, &[x, y]) in normals.as_slice()?.as_chunks::<2>().0.iter().enumerate() {
         let (length, weight) = (x.hypot(y), weights.map_or(1.0, |w| w[i]));
-        if !length.is_finite() || !(weight >= 0.0 && weight.is_finite()) {
+        if !(length.is_finite() && weight >= 0.0 && weight.is_finite()) {
             let got = format!("normal ({x}, {y}) and weight {weight} of sample {i}");
             return Err(argument_error(
                 py,

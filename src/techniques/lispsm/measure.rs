@@ -7,8 +7,8 @@ use glam::DVec2;
 
 /// What a search makes small: an error for each strength of a warp and extent of its map.
 pub trait Measure {
-    /// The error of a map in which receivers span `ndc`: of [`WarpSpace::warped`] at distance D / mu, or of the space itself
-    /// for mu = 0.
+    /// The error of a map in which receivers span `ndc`: of the space
+    /// [`warped`](crate::techniques::kit::WarpSpace::warped) at distance D / mu, or of the space itself for mu = 0.
     fn error(&self, mu: f64, ndc: DVec2) -> f64;
     /// Nearly the same, for less.
     fn rough(&self, mu: f64, ndc: DVec2) -> f64 {

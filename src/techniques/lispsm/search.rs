@@ -1,7 +1,7 @@
 //! The warp distance with the least error: a search over the strength of the warp that knows the uniform map.
 //!
 //! Source: theory.md 5.2 (`near=optimal`) and 18.2: every published closed form is worse than no warp for light within
-//! about two thirds of the half field of view, a search never is. The error is that of [`BodyError`].
+//! about two thirds of the half field of view, a search never is. The error is a [`Measure`].
 //!
 //! The fit cuts a map to the instances' boxes inside the body. What they span in a map follows from their outline, whatever
 //! the warp ([`receivers_outline()`](super::receivers_outline())), so boxes are looked at once, and the search runs on numbers:

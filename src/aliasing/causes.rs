@@ -63,8 +63,6 @@ impl Default for Tap {
 pub struct Probe {
     /// Whether any map holds the receiver and casters above it.
     pub is_held: bool,
-    /// The map that does.
-    pub map: usize,
     /// The receiver's place in it, texels.
     pub place: DVec2,
     /// World size of a texel across the ray, its longer side.
@@ -83,10 +81,13 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The share of dark without bias, by texels that hold another surface than the receiver's plane.
+    /// Whether a texel makes it dark without bias, and holds another surface than the receiver's plane.
+    pub fn is_meant(&self, tap: &Tap) -> bool {
+        tap.is_dark_unbiased && tap.gap.abs() > self.grain
+    }
+    /// The share of such texels.
     pub fn dark_unbiased(&self) -> f64 {
-        let meant = |tap: &&Tap| tap.is_dark_unbiased && tap.gap.abs() > self.grain;
-        self.taps.iter().filter(meant).map(|tap| tap.weight).sum()
+        self.taps.iter().filter(|tap| self.is_meant(tap)).map(|tap| tap.weight).sum()
     }
     /// The centre of one of the texels that [`Probe::around`] lists.
     pub fn centre_of(&self, around: usize) -> DVec2 {

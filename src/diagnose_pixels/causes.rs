@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::looker::Looker;
 use super::rays::{LightRays, Receiver};
 use super::{light, shadow};
 use crate::aliasing::against_truth::code;
-use crate::aliasing::causes::{Probe, cause};
+use crate::aliasing::causes::{Probe, cause, cause_of_shadow};
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::image::Surfaces;
@@ -47,51 +48,61 @@ pub struct Wrong<'a> {
 /// Triangles of the surfaces are numbered by the rows of the face arrays that their meshes were made from.
 ///
 /// # Errors
-/// As [`Lookups::new`] and [`Tracer::first_hit`].
+/// As [`Lookups::new`], and [`Error::Interrupted`].
 pub fn causes(of: &Wrong, progress: &Progress) -> Result<(Vec<i8>, Vec<f32>)> {
     let lookups = Lookups::new(of.parameterization, of.light, of.surfaces.origin, of.settings)?;
-    let wrong: Vec<usize> = (0..of.differences.len()).filter(|&i| of.differences[i] > 0).collect();
-    let mut probes = vec![(Probe::default(), Receiver::default()); wrong.len()];
-    probes.par_chunks_mut(AT_ONCE).zip(wrong.par_chunks(AT_ONCE)).try_for_each(|(probes, pixels)| {
+    let rays = LightRays::new(of.scene, of.light, &lookups, of.surfaces.origin);
+    let eye = Eye::new(of.camera, of.surfaces.origin, of.surfaces.size);
+    let wrong = (0..of.differences.len()).into_par_iter().filter(|&i| of.differences[i] > 0);
+    let mut wrong: Vec<Place> = wrong.map(|i| of.place(i, &lookups)).collect();
+    // Pixels of a texel after one another: what is seen for one of them tells of the next.
+    wrong.par_sort_unstable();
+    let mut found = vec![(cause::NONE, f64::NAN); wrong.len()];
+    found.par_chunks_mut(AT_ONCE).zip(wrong.par_chunks(AT_ONCE)).try_for_each(|(found, pixels)| {
         progress.check()?;
-        probes.iter_mut().zip(pixels).for_each(|(probe, &i)| *probe = of.probe(i, &lookups));
+        let mut looker = Looker::new(&rays, of.tracer);
+        for (found, place) in found.iter_mut().zip(pixels) {
+            *found = of.explain(place, &mut looker, &eye);
+        }
         Ok::<_, Error>(())
     })?;
-    let rays = LightRays {
-        scene: of.scene,
-        tracer: of.tracer,
-        light: of.light,
-        lookups: &lookups,
-        origin: of.surfaces.origin,
-    };
-    let eye = Eye::new(of.camera, of.surfaces.origin, of.surfaces.size);
     let mut causes: Vec<i8> = of.differences.iter().map(|&d| d.min(cause::NONE)).collect();
     let mut distance = vec![f32::NAN; causes.len()];
-    for (error, explain) in [(code::FALSE_SHADOW, shadow::causes as Explain), (code::FALSE_LIGHT, light::causes)] {
-        let pixels: Vec<usize> = (0..wrong.len()).filter(|&n| of.differences[wrong[n]] == error).collect();
-        let probes: Vec<(&Probe, Receiver)> = pixels.iter().map(|&n| (&probes[n].0, probes[n].1)).collect();
-        for (n, (cause, moved)) in pixels.into_iter().zip(explain(&probes, &rays, &eye, progress)?) {
-            causes[wrong[n]] = cause;
-            distance[wrong[n]] = moved as f32;
-        }
+    for (place, (cause, moved)) in wrong.iter().zip(found) {
+        (causes[place.pixel], distance[place.pixel]) = (cause, moved as f32);
     }
     Ok((causes, distance))
 }
 
-/// The causes of errors of one kind, and how far edges lie.
-type Explain = fn(&[(&Probe, Receiver)], &LightRays, &Eye, &Progress) -> Result<Vec<(i8, f64)>>;
+/// Where a pixel lies in the maps: the map and the row and column of the texel; those that no map holds first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    map: Option<usize>,
+    texel: [i32; 2],
+    pixel: usize,
+}
 
 impl Wrong<'_> {
-    /// What the map of a pixel holds, and the pixel's surface; defaults where no map does.
-    fn probe(&self, pixel: usize, lookups: &Lookups) -> (Probe, Receiver) {
-        let (surfaces, n) = (&self.surfaces, lookups.texels());
-        let Some((p, normal)) = surfaces.receiver(pixel) else { return Default::default() };
-        let receiver =
-            Receiver { p, normal, face: (surfaces.instance[pixel], surfaces.triangle[pixel]), ..Receiver::default() };
-        let depth = self.camera.depth_of(surfaces.origin + p);
-        let Some(map) = lookups.choose(p, depth) else { return (Probe::default(), receiver) };
-        let probe = lookups.map(map).probe(&self.maps[map * n..(map + 1) * n], p, normal);
+    fn place(&self, pixel: usize, lookups: &Lookups) -> Place {
+        let nowhere = Place { map: None, texel: [0; 2], pixel };
+        let Some((p, _)) = self.surfaces.receiver(pixel) else { return nowhere };
+        let Some(map) = lookups.choose(p, self.camera.depth_of(self.surfaces.origin + p)) else { return nowhere };
+        let place = lookups.map(map).place_of(p).unwrap_or_default().floor();
+        Place { map: Some(map), texel: [place.y as i32, place.x as i32], pixel }
+    }
+
+    /// The cause of a wrong pixel, and how far its edge lies.
+    fn explain(&self, place: &Place, looker: &mut Looker, eye: &Eye) -> (i8, f64) {
+        let (surfaces, lookups, pixel) = (&self.surfaces, looker.rays.lookups, place.pixel);
+        let is_light = self.differences[pixel] == code::FALSE_LIGHT;
+        let nowhere = (if is_light { cause::MISSING } else { cause_of_shadow(&[]) }, f64::NAN);
+        let (Some((p, normal)), Some(map)) = (surfaces.receiver(pixel), place.map) else { return nowhere };
+        let n = lookups.texels();
+        let probe = lookups.map(map).probe(&self.maps[map * n..(map + 1) * n], p, normal, is_light);
+        let face = (surfaces.instance[pixel], surfaces.triangle[pixel]);
         let Probe { place, texel, slope, touch, grain, .. } = probe;
-        (Probe { map, ..probe }, Receiver { map, place, texel, slope, touch, grain, ..receiver })
+        let receiver = Receiver { map, p, normal, place, texel, slope, touch, grain, face };
+        let explain = if is_light { light::explain } else { shadow::explain };
+        explain(&probe, &receiver, looker, eye)
     }
 }

@@ -1,7 +1,10 @@
 //! What takes maps, rays and errors at once.
 
+mod caster;
 mod causes;
+mod displaced;
 mod light;
+mod looker;
 mod rays;
 mod shadow;
 mod way;

@@ -1,20 +1,11 @@
 //! What an arbitrarily fine map of the same parameterization would hold on the rays through points: what light meets first
 //! behind the near plane.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 
-use crate::error::Result;
-use crate::progress::Progress;
 use crate::render::cpu::lookup::Lookups;
 use crate::scene::{Light, Scene};
-use crate::trace::{Hit, Tracer};
-
-/// How far from a texel's centre what it holds may be met, texels: rasterisers round vertices to 1/256 of a texel, and the
-/// ray that grazes what they drew has to lie within.
-const SNAP: f64 = 1.0 / 128.0;
-/// Where a texel that a ray through its centre does not confirm is asked again.
-const ABOUT: [DVec2; 4] =
-    [DVec2::new(-SNAP, 0.0), DVec2::new(SNAP, 0.0), DVec2::new(0.0, -SNAP), DVec2::new(0.0, SNAP)];
+use crate::trace::OneByOne;
 
 /// A receiver, and how a map samples it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,22 +30,13 @@ pub(super) struct Receiver {
     pub face: (i32, i32),
 }
 
-/// A point whose ray is asked about.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
-    /// The map whose near plane the ray begins at.
-    pub map: usize,
-    /// Relative to the origin.
-    pub point: DVec3,
-    /// How far before the point the ray begins at most, world units.
-    pub at_most: f64,
-}
-
 /// What light meets first on the ray through a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Met {
     /// How far before the point, towards the light: negative behind it, minus infinity for nothing. World units.
     pub height: f64,
+    /// Where, relative to the origin.
+    pub at: DVec3,
     /// The instance and the row of its face array, as in [`crate::image::Surfaces`]; -1 for nothing.
     pub face: (i32, i32),
     /// The triangle of the mesh; -1 for nothing.
@@ -63,95 +45,95 @@ pub(super) struct Met {
 
 impl Met {
     /// Nothing.
-    pub const NOTHING: Self = Self { height: f64::NEG_INFINITY, face: (-1, -1), triangle: -1 };
+    pub const NOTHING: Self = Self { height: f64::NEG_INFINITY, at: DVec3::ZERO, face: (-1, -1), triangle: -1 };
+    /// All heights, for [`LightRays::met`].
+    pub const ANYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 }
 
 /// The rays of a light that maps sample.
 pub(super) struct LightRays<'a> {
     /// What they are traced in.
     pub scene: &'a Scene,
-    /// The same, ready for rays.
-    pub tracer: &'a Tracer,
-    /// Where they come from.
-    pub light: &'a Light,
     /// The maps.
     pub lookups: &'a Lookups<'a>,
     /// The world point that points are relative to.
     pub origin: DVec3,
+    /// The light's centre, relative to the origin: (unit vector to the light, 0) or (position, 1).
+    pub light: DVec4,
+    /// The middle of all, relative to the origin, and how far across it is.
+    middle: (DVec3, f64),
 }
 
-impl LightRays<'_> {
-    /// What light meets first behind the near plane on the rays through points, in their order.
-    pub fn met(&self, asked: &[Asked], progress: &Progress) -> Result<Vec<Met>> {
-        self.met_behind(asked, |asked| self.lookups.map(asked.map).way_to_near(asked.point), progress)
+impl<'a> LightRays<'a> {
+    /// For points relative to an origin.
+    pub fn new(scene: &'a Scene, light: &Light, lookups: &'a Lookups<'a>, origin: DVec3) -> Self {
+        let (bounds, point) = (scene.bounds(), light.point());
+        let light = DVec4::from((point.truncate() - point.w * origin, point.w));
+        Self { scene, lookups, origin, light, middle: (bounds.center() - origin, bounds.diagonal()) }
     }
 
-    /// What light meets first on the rays through points, in their order, whether a map holds it or not.
-    pub fn met_from_light(&self, asked: &[Asked], progress: &Progress) -> Result<Vec<Met>> {
-        self.met_behind(asked, |_| f64::INFINITY, progress)
+    /// To the light: a unit vector; zero at the light.
+    pub fn to_light(&self, p: DVec3) -> DVec3 {
+        (self.light.truncate() - self.light.w * p).normalize_or_zero()
     }
 
-    fn met_behind(&self, asked: &[Asked], near: impl Fn(&Asked) -> f64, progress: &Progress) -> Result<Vec<Met>> {
-        let (bounds, light) = (self.scene.bounds(), self.light.point());
-        let mut origins = Vec::with_capacity(asked.len());
-        let mut directions = Vec::with_capacity(asked.len());
-        let mut starts = Vec::with_capacity(asked.len());
-        for one in asked {
-            let p_world = self.origin + one.point;
-            let to_light = self.lookups.map(one.map).way_to_light(one.point);
-            // From the light; from beyond everything where it is at infinity.
-            let whole = match light.w != 0.0 {
-                true => (light.truncate() - p_world).length(),
-                false => (p_world - bounds.center()).length() + bounds.diagonal(),
-            };
-            let start = near(one).min(whole).min(one.at_most);
-            // A point at the light has no ray: any that meets nothing before it.
-            let way = if to_light == DVec3::ZERO { DVec3::NEG_Y } else { -to_light };
-            origins.push((p_world - start * way).to_array());
-            directions.push(way.to_array());
-            starts.push(start);
+    /// How far from the light a point lies; of one at infinity, from any plane across its rays.
+    pub fn distance(&self, p: DVec3) -> f64 {
+        match self.light.w != 0.0 {
+            true => (self.light.truncate() - p).length(),
+            false => -self.light.truncate().dot(p),
         }
-        let hits = self.tracer.first_hit(&origins, &directions, progress)?;
-        let met = |(hit, start): (&Hit, &f64)| {
-            if hit.triangle < 0 {
-                return Met::NOTHING;
-            }
-            let row = self.scene.mesh_of(hit.instance as usize).source_face(hit.triangle as usize) as i32;
-            Met { height: start - hit.t, face: (hit.instance, row), triangle: hit.triangle }
-        };
-        Ok(hits.iter().zip(&starts).map(met).collect())
     }
 
-    /// What to ask where the ray of a place in the map meets the receiver's plane: a plane that is seen edge on is met at the
-    /// receiver.
-    pub fn at(&self, receiver: &Receiver, place: DVec2) -> Asked {
+    /// From a point to the light; from beyond everything where it is at infinity.
+    fn whole_way(&self, p: DVec3) -> f64 {
+        match self.light.w != 0.0 {
+            true => (self.light.truncate() - p).length(),
+            false => (p - self.middle.0).length() + self.middle.1,
+        }
+    }
+
+    /// What light meets first behind the near plane of a map on the ray through a point, between two heights.
+    pub fn met(&self, tracer: &mut OneByOne, map: usize, point: DVec3, [lowest, highest]: [f64; 2]) -> Met {
+        let start = self.lookups.map(map).way_to_near(point).min(self.whole_way(point)).min(highest);
+        self.met_from(tracer, point, start, lowest)
+    }
+
+    /// What light meets first above a point, whether a map holds it or not.
+    pub fn met_from_light(&self, tracer: &mut OneByOne, point: DVec3) -> Met {
+        self.met_from(tracer, point, self.whole_way(point), 0.0)
+    }
+
+    fn met_from(&self, tracer: &mut OneByOne, point: DVec3, start: f64, lowest: f64) -> Met {
+        let to_light = self.to_light(point);
+        // A point at the light has no ray.
+        if to_light == DVec3::ZERO || !start.is_finite() {
+            return Met::NOTHING;
+        }
+        let hit = tracer.first_hit(self.origin + point + start * to_light, -to_light, start - lowest);
+        if hit.triangle < 0 {
+            return Met::NOTHING;
+        }
+        let row = self.scene.mesh_of(hit.instance as usize).source_face(hit.triangle as usize) as i32;
+        let height = start - hit.t;
+        Met { height, at: point + height * to_light, face: (hit.instance, row), triangle: hit.triangle }
+    }
+
+    /// Where the ray of a place in the map meets the receiver's plane: a plane that is seen edge on is met at the receiver.
+    pub fn at(&self, receiver: &Receiver, place: DVec2) -> DVec3 {
         let point = self.lookups.map(receiver.map).on_plane_at(receiver.p, receiver.normal, place);
-        Asked { map: receiver.map, point: point.unwrap_or(receiver.p), at_most: f64::INFINITY }
+        point.unwrap_or(receiver.p)
     }
 
-    /// What light meets at the centres of texels, each with what the texel holds over the receiver's plane; nothing where the
-    /// texel holds what light does not meet there.
-    pub fn confirmed(&self, of: &[(&Receiver, DVec2, f64)], progress: &Progress) -> Result<Vec<Option<Met>>> {
-        let asked: Vec<Asked> = of.iter().map(|(receiver, centre, _)| self.at(receiver, *centre)).collect();
-        let is_right = |n: usize, met: &Met| {
-            let (receiver, _, gap) = of[n];
-            // Within a texel, or both not above the plane.
-            (met.height - gap).abs() <= receiver.texel * (1.0 + receiver.slope) || met.height.max(gap) <= receiver.grain
-        };
-        let met = self.met(&asked, progress)?;
-        let mut found: Vec<Option<Met>> =
-            met.into_iter().enumerate().map(|(n, m)| Some(m).filter(|m| is_right(n, m))).collect();
-        let doubtful: Vec<usize> = (0..of.len()).filter(|&n| found[n].is_none()).collect();
-        let again = doubtful.iter().flat_map(|&n| ABOUT.map(|step| self.at(of[n].0, of[n].1 + step)));
-        let again = self.met(&again.collect::<Vec<_>>(), progress)?;
-        for (&n, again) in doubtful.iter().zip(again.chunks(ABOUT.len())) {
-            found[n] = again.iter().find(|met| is_right(n, met)).copied();
-        }
-        Ok(found)
+    /// Where a point's shadow falls on the receiver's plane; nothing where the ray does not meet it.
+    pub fn shadow_of(&self, point: DVec3, receiver: &Receiver) -> Option<DVec3> {
+        let to_light = self.light.truncate() - self.light.w * point;
+        let height = receiver.normal.dot(point - receiver.p) / receiver.normal.dot(to_light);
+        height.is_finite().then_some(point - height * to_light)
     }
 
     /// The corners of the triangle that was met, relative to the origin.
-    pub fn corners(&self, met: Met) -> [DVec3; 3] {
+    pub fn corners(&self, met: &Met) -> [DVec3; 3] {
         let instance = met.face.0 as usize;
         let (mesh, to_world) = (self.scene.mesh_of(instance), self.scene.world_from_local()[instance]);
         let corners = mesh.triangles()[met.triangle as usize];

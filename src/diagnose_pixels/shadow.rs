@@ -1,60 +1,39 @@
-//! Why pixels are in false shadow: what their dark texels hold.
+//! Why a pixel is in false shadow: what its dark texels hold.
 
-use super::rays::{LightRays, Met, Receiver};
-use super::way::{Between, Way, find};
+use super::displaced::displacement;
+use super::looker::{Looker, Way};
+use super::rays::{Met, Receiver};
+use super::way::{Between, between, is_jump};
 use crate::aliasing::causes::{Holds, Probe, cause, cause_of_shadow};
 use crate::aliasing::texel::Eye;
-use crate::error::Result;
-use crate::progress::Progress;
 
-/// The cause of each pixel and how far its edge lies, pixels; NaN where no edge is displaced.
-pub(super) fn causes(
-    wrong: &[(&Probe, Receiver)],
-    rays: &LightRays,
-    eye: &Eye,
-    progress: &Progress,
-) -> Result<Vec<(i8, f64)>> {
+/// The cause of a pixel and how far its edge lies, pixels; NaN where no edge is displaced.
+pub(super) fn explain(probe: &Probe, receiver: &Receiver, looker: &mut Looker, eye: &Eye) -> (i8, f64) {
+    let (mut holds, mut edge) = ([(0.0, Holds::Itself); 4], None);
     // Dark texels that hold more than the receiver's plane: whose they are, which they are.
-    let dark: Vec<(usize, usize)> = (0..wrong.len())
-        .flat_map(|i| (0..4).map(move |k| (i, k)))
-        .filter(|&(i, k)| {
-            let (probe, tap) = (wrong[i].0, &wrong[i].0.taps[k]);
-            tap.is_dark && tap.gap > probe.grain
-        })
-        .collect();
-    let texel = |&(i, k): &(usize, usize)| (&wrong[i].1, wrong[i].0.taps[k].centre, wrong[i].0.taps[k].gap);
-    let met = rays.confirmed(&dark.iter().map(texel).collect::<Vec<_>>(), progress)?;
-    let mut ways: Vec<Way> = Vec::with_capacity(dark.len());
-    let mut way_of = vec![None; dark.len()];
-    for (n, (of, met)) in dark.iter().zip(&met).enumerate() {
-        let (receiver, centre, _) = texel(of);
-        if let Some(met) = *met {
-            way_of[n] = Some(ways.len());
-            let here = Met { height: 0.0, face: receiver.face, triangle: -1 };
-            ways.push(Way::new(*receiver, centre, [here, met]));
+    let dark = |k: &usize| probe.taps[*k].is_dark && probe.taps[*k].gap > probe.grain;
+    for k in (0..4).filter(dark) {
+        let tap = &probe.taps[k];
+        holds[k] = (tap.weight, Holds::Wrong);
+        let way = Way::new(receiver, tap.centre, looker.rays);
+        let Some(met) = looker.confirmed(receiver, &way, tap.gap) else { continue };
+        holds[k].1 = Holds::Itself;
+        if met.face == receiver.face {
+            continue;
         }
-    }
-    find(&mut ways, rays, progress)?;
-    let mut result = Vec::with_capacity(wrong.len());
-    let mut n = 0;
-    for (i, (probe, _)) in wrong.iter().enumerate() {
-        let (mut holds, mut edge) = ([(0.0, Holds::Itself); 4], None);
-        while n < dark.len() && dark[n].0 == i {
-            let k = dark[n].1;
-            let weight = probe.taps[k].weight;
-            holds[k] = (weight, Holds::Wrong);
-            if let Some(way) = way_of[n].map(|w: usize| &ways[w]) {
-                let is_caster = way.between == Between::Silhouette;
-                holds[k].1 = if is_caster { Holds::Caster } else { Holds::Itself };
-                if is_caster && edge.is_none_or(|(most, _)| weight > most) {
-                    edge = Some((weight, way));
-                }
+        // From the centre, where it is dark, towards the pixel.
+        let back = way.back();
+        let caster = looker.remember(receiver, &met);
+        let dark = looker.dark(receiver, &back, caster);
+        let here = Met { height: 0.0, at: receiver.p, face: receiver.face, triangle: -1 };
+        if is_jump(&dark, receiver, &back) || between(looker, receiver, &way, [here, met]) == Between::Silhouette {
+            holds[k].1 = Holds::Caster;
+            if edge.is_none_or(|(most, _, _)| tap.weight > most) {
+                edge = Some((tap.weight, dark, back));
             }
-            n += 1;
         }
-        let found = cause_of_shadow(&holds);
-        let moved = edge.filter(|_| found == cause::EDGE).map_or(f64::NAN, |(_, way)| way.displacement(rays, eye));
-        result.push((found, moved));
     }
-    Ok(result)
+    let found = cause_of_shadow(&holds);
+    let moved = edge.filter(|_| found == cause::EDGE);
+    (found, moved.map_or(f64::NAN, |(_, dark, way)| displacement(&dark, &way, receiver, looker.rays, eye)))
 }

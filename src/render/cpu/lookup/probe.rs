@@ -23,8 +23,8 @@ const ROUNDING: f64 = 2.0 * (f32::EPSILON as f64);
 
 impl MapLookup {
     /// What the map, rows from the top, holds around a receiver at `p` relative to the origin with a unit normal. Which map it
-    /// is, is for the caller to fill in.
-    pub fn probe(&self, map: &[f32], p: DVec3, normal: DVec3) -> Probe {
+    /// is, is for the caller to fill in. Of the texels around those that are not read are looked at if asked for.
+    pub fn probe(&self, map: &[f32], p: DVec3, normal: DVec3, with_around: bool) -> Probe {
         let nothing = Probe { around: [f64::NEG_INFINITY; 9], ..Probe::default() };
         let Some(ndc) = self.ndc_within(p) else { return nothing };
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
@@ -52,12 +52,16 @@ impl MapLookup {
         let first = [middle.x as i64 - AROUND, middle.y as i64 - AROUND];
         for n in 0..9 {
             let [x, y] = [first[0] + n % 3, first[1] + n / 3];
+            let (i, j) = (x - corner.x as i64, y - corner.y as i64);
+            let is_read = (0..side).contains(&i) && (0..side).contains(&j);
+            if !is_read && !with_around {
+                continue;
+            }
             let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let stored = self.stored(map, [x, y]);
             let gap = self.gap(stored, p, normal, centre);
             probe.around[n as usize] = gap;
-            let (i, j) = (x - corner.x as i64, y - corner.y as i64);
-            if !(0..side).contains(&i) || !(0..side).contains(&j) {
+            if !is_read {
                 continue;
             }
             let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));

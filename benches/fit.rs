@@ -10,11 +10,13 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat3, DVec3};
+use shadowlab::Progress;
 use shadowlab::fit::{MapSize, Tightening, fit};
 use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::Aabb;
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, SpotLight};
+use shadowlab::survey::samples_of_view;
 use shadowlab::techniques::{specs, technique_of};
 
 fn cube() -> Arc<Mesh> {
@@ -63,23 +65,29 @@ fn parameterize(c: &mut Criterion) {
     let (one, many, camera) = (one_mesh(), ten_thousand(), camera());
     // The search for the least error, in its norms, with a weight and with a fit that its outline of receivers is not of.
     let optimal = [
-        "lispsm:near=optimal",
-        "lispsm:near=optimal,norm=storage",
-        "lispsm:near=optimal,norm=mean",
-        "lispsm:near=optimal,near_weight=3",
-        "lispsm:near=optimal,fit=intersection",
+        "lispsm:over=body,range=body,fit=exact",
+        "lispsm:over=body,range=body,fit=exact,norm=storage",
+        "lispsm:over=body,range=body,fit=exact,norm=mean",
+        "lispsm:over=body,range=body,fit=exact,near_weight=3",
+        "lispsm:over=body,range=body,fit=intersection",
+        "lispsm:near=delta-z,range=body,fit=exact",
+        "lispsm:near=delta-z,range=body,fit=intersection",
     ];
-    let names = specs().map(|spec| spec.name).chain(["lispsm:axis=middle", "lispsm:fit=intersection"]).chain(optimal);
+    let names = specs().map(|spec| spec.name).chain(["lispsm:axis=middle"]).chain(optimal);
     for name in names {
         let t = technique_of(name).expect(name);
-        // Those that look at samples of a G-buffer are refused here too.
         for (scene_name, scene) in [("one mesh", &one), ("10,000 instances", &many)] {
             for (light_name, light) in [("sun", sun()), ("spot", lamp())] {
-                if t.parameterize(scene, &camera, &light, 1024).is_err() {
+                let samples = samples_of_view(scene, &camera, &light, t.needs(), &Progress::new()).expect("samples");
+                let samples = samples.as_ref();
+                if t.parameterize_seen(scene, &camera, &light, 1024, samples).is_err() {
                     continue;
                 }
                 c.bench_function(&format!("parameterize/{name}/{scene_name}/{light_name}"), |b| {
-                    b.iter(|| t.parameterize(black_box(scene), black_box(&camera), black_box(&light), 1024));
+                    b.iter(|| {
+                        let (scene, camera, light) = (black_box(scene), black_box(&camera), black_box(&light));
+                        t.parameterize_seen(scene, camera, light, 1024, black_box(samples))
+                    });
                 });
             }
         }

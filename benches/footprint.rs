@@ -18,7 +18,12 @@ fn footprints(c: &mut Criterion) {
     let camera: Camera = built.camera;
     let g = CpuRenderer::new().gbuffer(scene, &camera, SIZE, &progress).expect("a G-buffer");
     let mut group = c.benchmark_group("footprint");
-    for text in ["uniform", "lispsm", "z_partition:count=4,inner=lispsm", "log"] {
+    for text in [
+        "uniform",
+        "lispsm:near=delta-z,range=body,fit=exact",
+        "z_partition:count=4,inner=(lispsm:near=delta-z,range=body,fit=exact)",
+        "log:range=body,fit=exact",
+    ] {
         let p = technique_of(text).and_then(|t| t.parameterize(scene, &camera, light, 1024)).expect("maps");
         group.bench_function(text, |b| {
             b.iter(|| footprint(&g.surfaces(), &camera, light, &p, [1024; 2], &progress).expect("a footprint"));

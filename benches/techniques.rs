@@ -1,7 +1,8 @@
 //! What each technique costs beyond the bodies, over mixed configurations: medians over cameras and lights in the library's
 //! scenes, once as they are, of hundreds of instances, each of which the shared fit looks at, and once as one mesh.
 //!
-//! `cargo bench --bench techniques --no-default-features [name]`. The columns are microseconds: `whole` is `parameterize`;
+//! `cargo bench --bench techniques --no-default-features [name]`. The columns are microseconds: `whole` is `parameterize_seen`, its
+//! samples made before;
 //! `beyond bodies` is less the bodies K and B of the same configuration; `beyond uniform` is less the uniform map, so what the
 //! technique adds to focusing and fit, B included, which the uniform map does without. Each number is the least of many short
 //! runs, all of a configuration's techniques by turns, so that a busy machine disturbs all alike.
@@ -13,9 +14,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
-use shadowlab::focus::{Focus, FocusedView};
+use shadowlab::Progress;
+use shadowlab::focus::{Focus, FocusedView, Samples};
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, Scene, library};
-use shadowlab::techniques::{Technique, specs, technique_of};
+use shadowlab::survey::samples_of_view;
+use shadowlab::techniques::{Needs, Technique, specs, technique_of};
 
 /// Cameras and lights for each of the scenes.
 const VIEWS_PER_SCENE: usize = 13;
@@ -28,8 +31,8 @@ const CALLS: u32 = 8;
 const VARIANTS: [&str; 8] = [
     "lispsm:near=basic",
     "lispsm:axis=middle",
-    "lispsm:near=optimal",
-    "lispsm:near=optimal,norm=storage",
+    "lispsm:near=optimal,over=body,range=body,fit=exact",
+    "lispsm:near=delta-z,range=body,fit=exact",
     "psm:slide=0",
     "tsm:share=0.6",
     "gmnpr:body=frustum",
@@ -40,6 +43,8 @@ struct Configuration {
     scene: Scene,
     camera: Camera,
     light: Light,
+    /// What the camera sees and what of it is in shadow: its cost is a renderer's.
+    samples: Samples,
 }
 
 /// Uniform random numbers from a seed (SplitMix64).
@@ -82,7 +87,9 @@ fn configurations(merged: bool) -> Vec<Configuration> {
             let camera = Camera::look_at(eye, eye + towards, c.up(), fov, 1.5, c.near() * deeper, c.far());
             let light = Light::Directional(DirectionalLight::new(along).expect("a light"));
             let (camera, light) = if i == 0 { (*c, built.light) } else { (camera.expect("a camera"), light) };
-            all.push(Configuration { scene: scene.clone(), camera, light });
+            let samples = samples_of_view(&scene, &camera, &light, Needs::Shadows, &Progress::new());
+            let samples = samples.expect("samples").expect("asked for");
+            all.push(Configuration { scene: scene.clone(), camera, light, samples });
         }
     }
     all
@@ -105,8 +112,11 @@ fn median(mut all: Vec<f64>) -> f64 {
 fn times(c: &Configuration, techniques: &[(String, Box<dyn Technique>)], rounds: usize) -> (f64, Vec<f64>) {
     let mut least = vec![f64::INFINITY; techniques.len()];
     let mut bodies = f64::INFINITY;
-    let serves: Vec<bool> =
-        techniques.iter().map(|(_, t)| t.parameterize(&c.scene, &c.camera, &c.light, 1024).is_ok()).collect();
+    let made = |t: &dyn Technique| {
+        let (scene, camera, light) = (black_box(&c.scene), black_box(&c.camera), black_box(&c.light));
+        t.parameterize_seen(scene, camera, light, 1024, Some(black_box(&c.samples)))
+    };
+    let serves: Vec<bool> = techniques.iter().map(|(_, t)| made(t.as_ref()).is_ok()).collect();
     for _ in 0..rounds {
         let mut both = || {
             let view =
@@ -116,7 +126,7 @@ fn times(c: &Configuration, techniques: &[(String, Box<dyn Technique>)], rounds:
         bodies = bodies.min(microseconds(&mut both));
         for (i, (_, t)) in techniques.iter().enumerate().filter(|(i, _)| serves[*i]) {
             let mut whole = || {
-                black_box(t.parameterize(black_box(&c.scene), black_box(&c.camera), black_box(&c.light), 1024)).ok();
+                black_box(made(t.as_ref())).ok();
             };
             least[i] = least[i].min(microseconds(&mut whole));
         }
@@ -134,10 +144,6 @@ fn main() {
     let names = names.filter(|name| wanted.is_none_or(|w| name == "uniform" || name.contains(w.as_str())));
     let made: Vec<(String, Box<dyn Technique>)> = names
         .filter_map(|name| match technique_of(&name) {
-            Ok(t) if t.needs_samples() => {
-                println!("{name}: looks at samples of a G-buffer, not measured here");
-                None
-            }
             Ok(t) => Some((name, t)),
             Err(e) => {
                 println!("{name}: {e}");

@@ -1,4 +1,4 @@
-"""Writes what the registries say: the tables between the markers of README.md, docs/techniques.md, docs/columns.md.
+"""Writes what the registries say: the tables between the markers of README.md, and the pages in `PAGES`.
 
     python docs/generate.py [--check]
 
@@ -13,14 +13,16 @@ from pathlib import Path
 
 import shadowlab as sl
 from shadowlab.experiments import columns
+from shadowlab.reports import study_arrays
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 TECHNIQUES = ROOT / "docs" / "techniques.md"
 COLUMN_PAGE = ROOT / "docs" / "columns.md"
+ARRAY_PAGE = ROOT / "docs" / "arrays.md"
 
 
-PAGES = (README, TECHNIQUES, COLUMN_PAGE)
+PAGES = (README, TECHNIQUES, COLUMN_PAGE, ARRAY_PAGE)
 
 
 def markdown(header: list[str], rows: list[list[str]]) -> str:
@@ -101,6 +103,28 @@ def column_page() -> str:
     return "\n".join(page)
 
 
+def array_page() -> str:
+    """docs/arrays.md: what is in the file that a study's arrays are saved to."""
+    page = [
+        "# Arrays of a study",
+        "",
+        '`shadowlab compare ... --save-arrays study.npz` and `study.save_arrays("study.npz")` write one compressed',
+        "file that `numpy.load` reads without pickle. Images have row 0 at the top. Made by `python docs/generate.py`.",
+        "",
+    ]
+    texts = (
+        ("The view", "H and W are the height and width of the picture.", study_arrays.VIEW_KEYS, ""),
+        (
+            "Each run", "Arrays of run i, counted from 0. K is the number of its maps, N the resolution.",
+            study_arrays.RUN_KEYS, "run_i_",
+        ),
+    )  # fmt: skip
+    for title, text, keys, prefix in texts:
+        rows = [[f"`{prefix}{name}`", *meaning.split(": ", 1)] for name, meaning in keys.items()]
+        page += [f"## {title}", "", text, "", markdown(["key", "shape and dtype", "meaning"], rows), ""]
+    return "\n".join(page)
+
+
 TABLES = {"techniques": techniques, "library": library}
 
 
@@ -119,6 +143,7 @@ def main(arguments: list[str]) -> int:
     """Writes or checks; the exit status."""
     before = {path: path.read_text(encoding="utf-8") if path.exists() else "" for path in PAGES}
     after = {README: generated(before[README]), TECHNIQUES: technique_pages(), COLUMN_PAGE: column_page()}
+    after[ARRAY_PAGE] = array_page()
     stale = [path for path in before if before[path] != after[path]]
     for path in stale:
         if arguments == ["--check"]:

@@ -28,6 +28,7 @@ pub mod rays;
 pub mod render;
 pub mod scene;
 mod simd;
+pub mod survey;
 pub mod techniques;
 pub mod threads;
 pub mod trace;

@@ -16,7 +16,7 @@ from typing_extensions import assert_type
 
 import shadowlab as sl
 from shadowlab import types
-from shadowlab.experiments.compare import ByRun
+from shadowlab.experiments.by_run import ByRun
 
 Floats64 = npt.NDArray[np.float64]
 
@@ -29,7 +29,8 @@ def scenes() -> None:
     assert_type(sl.Scene.from_arrays(np.zeros((3, 3)), [[0, 1, 2]]) + scene, sl.Scene)
     assert_type(scene.with_ground(up="y").bounds, Floats64)
     assert_type(sl.turned((0, 0, 1), up="z"), Floats64)
-    camera, light = sl.default_view(scene, aspect=16 / 9)
+    assert_type(sl.default_views(scene), tuple[sl.View, ...])
+    camera, light = sl.default_view(scene, aspect=16 / 9, view="above")
     assert_type(camera, sl.Camera)
     assert_type(light, sl.DirectionalLight)
     assert_type(camera.fov_y, float)
@@ -150,6 +151,7 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
         scene, [camera], {"noon": light}, memory=["1 MiB", 2**22], error="p95", over="worst", techniques=["uniform"]
     )
     assert_type(advice, sl.Advice)
+    assert_type(sl.advise(scene, camera, light, predict=foretold, drawn=3), sl.Advice)
     assert_type(advice.best.technique, types.TechniqueLike | sl.Parameterization)
     assert_type(advice.reproduce(advice.table.iloc[0]), str)
     angles = sl.aliasing.over_light_angle(scene, camera, range(0, 90, 10), "uniform", renderer="cpu")
@@ -157,6 +159,10 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     assert_type(sl.aliasing.temporal(scene, [camera, camera], light).summary, pd.DataFrame)
     assert_type(sl.aliasing.light_at_angle(camera, 45), sl.DirectionalLight)
     assert_type(sl.report().works, bool)
+
+
+def foretold(view: sl.View, technique: types.Item, *, resolution: int) -> float:
+    return float(resolution * len(view.label))
 
 
 def np_technique() -> sl.Preset:

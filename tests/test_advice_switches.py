@@ -17,7 +17,7 @@ from shadowlab.experiments.candidates import Outcome
 from shadowlab.experiments.measures import LATTICE_SCATTER, MEASURES, measure_of
 from shadowlab.experiments.ranking import changes, standings, stretches, switches
 from shadowlab.experiments.thresholds import about_equal
-from shadowlab.reports.advice_verdict import OF_BIAS, advice_text
+from shadowlab.reports.advice_verdict import OF_BIAS, advice_sentences
 
 MIB = 2**20
 
@@ -63,7 +63,8 @@ def table(angles, memory=MIB, **errors):
 def said(outcomes, error="misclassified", over="mean", filled=None):
     ranking = standings(outcomes, over)
     labels = {o.view.label: 1.0 for o in outcomes}
-    return advice_text(ranking, switches(outcomes, ranking), outcomes, measure_of(error), over, filled or labels)
+    changed = switches(outcomes, ranking)
+    return " ".join(advice_sentences(ranking, changed, outcomes, measure_of(error), over, filled or labels))
 
 
 def test_a_switch_lies_between_neighbours_with_both_errors():
@@ -222,28 +223,37 @@ def test_the_noise_is_that_of_counts_and_of_the_lattice():
 def test_uniform_at_the_top_says_that_nothing_is_worth_it():
     text = said(table([10, 70], uniform=[0.01, 0.01], lispsm=[0.02, 0.02]))
     assert "uniform (512²) has the least share of wrong pixels: 1.00 % on average over 2 views" in text
-    assert "no warp or split is worth it here" in text
+    assert "; the other candidate drawn does not have less by more than the noise; lispsm has 2.00 %." in text
     near = said(table([10], uniform=[0.0101], lispsm=[0.01]))
-    assert (
-        "lispsm (512²) has the least share of wrong pixels: 1.00 %, about as much as uniform (1.01 %): no warp" in near
+    told = (
+        "lispsm (512²) has the least share of wrong pixels: 1.00 % (1,000 of 100,000 compared pixels), about as much as"
     )
+    assert f"{told} uniform with 1.01 %; the other candidate drawn does not have less than that by more than" in near
+    # Nothing is said of warps that were not drawn.
+    assert "no warp" not in text + near
 
 
 def test_the_gain_over_uniform_and_ties_with_fewer_maps():
     outcomes = [outcome("uniform", seen("x", 10), 0.04), outcome("lispsm", seen("x", 10), 0.0101)]
     outcomes.append(outcome("z_partition", seen("x", 10), 0.01, maps=4, resolution=256))
     text = said(outcomes)
-    assert "z_partition (4 × 256²) has the least share of wrong pixels: 1.00 %, 4 times less than uniform in as" in text
+    assert "z_partition (4 × 256²) has the least share of wrong pixels: 1.00 % (1,000 of 100,000 comp" in text
+    assert "compared pixels), 4 times less than uniform in as much memory (4.00 %)." in text
     assert "lispsm does about as well (within the noise); lispsm needs only 1 map." in text
     best, second, third = standings(outcomes, "mean")
     assert (best.about_best, second.about_best, third.about_best) == (True, True, False)
     assert (third.ratio_to_best, third.ratio_to_uniform, best.ratio_to_uniform) == (4.0, 1.0, 0.25)
 
 
+def test_a_slight_gain_is_told_as_a_share():
+    text = said(table([10], uniform=[0.2], lispsm=[0.17]))
+    assert "compared pixels), 15.0 % less than uniform in as much memory (20.0 %)." in text
+
+
 def test_a_warning_where_no_candidate_is_good():
     text = said(table([10], uniform=[0.3], lispsm=[0.2]))
-    assert "No candidate is good here: even the best has 20.0 % at 1 MiB, and from 5.00 % on" in text
-    assert "No candidate is good" not in said(table([10], uniform=[0.3], lispsm=[0.02]))
+    assert "No candidate drawn is good here: even the best has 20.0 % at 1 MiB, and from 5.00 % on" in text
+    assert "No candidate drawn is good" not in said(table([10], uniform=[0.3], lispsm=[0.02]))
     long = said(table([10], uniform=[30.0], lispsm=[4.0]), error="p95")
     assert "even the best has 4 px" in long
     assert "It would take about 4 times the memory." in long
@@ -260,7 +270,7 @@ def test_of_the_longest_texel_nothing_is_told_but_the_number():
     assert said(outcomes, error="worst") == (
         "At 1 MiB, lispsm (512²) has the least longest texel: 160,000 px on average over 2 views (300,000 px at worst: "
         "at 70). One pixel decides this length, most often of a surface that the light grazes: p95 is the measure to "
-        "choose by."
+        "choose by. Drawn: lispsm, tsm and uniform."
     )
     doc = measure_of("worst").doc
     assert "one pixel decides it, use p95" in doc
@@ -332,7 +342,9 @@ def test_a_switch_with_every_budget_is_told_once():
 
 def test_one_candidate_alone_is_not_compared():
     assert "worth" not in said(table([10], uniform=[0.01]))
-    assert "uniform (512²) has this share of wrong pixels: 1.00 %." in said(table([10], uniform=[0.01]))
+    assert "uniform (512²) has this share of wrong pixels: 1.00 % (1,000 of 100,000 compared pixels)." in said(
+        table([10], uniform=[0.01])
+    )
 
 
 def test_memory_that_maps_cannot_use_is_told():

@@ -246,42 +246,6 @@ def test_doctor(run):
     assert "The core works." in out
 
 
-def test_a_scene_without_its_own_view_gets_one(run, mesh):
-    options = cli.parser().parse_args(["matrix", mesh, "--size", "200x100"])
-    scene, camera, light, _ = cli.load_view(options, (200, 100))
-    fitting, sun = sl.default_view(scene, aspect=2.0)
-    assert camera == fitting
-    assert light == sun
-
-
-def test_without_a_size_a_library_scene_keeps_its_aspect_and_others_are_square(run, mesh, tmp_path):
-    words = ("--resolution", "32", "--technique", "uniform", "--backend", "cpu")
-    run("compare", "@skylight", *words, "--out", tmp_path / "library")
-    data = json.loads((tmp_path / "library" / "results.json").read_text(encoding="utf-8"))
-    own = sl.library.scene("skylight").camera
-    assert data["size"] == [1360, 765]
-    assert data["camera"]["aspect"] == own.aspect
-    assert "--size 1360x765" in data["reproduce"]["command"]
-    options = cli.parser().parse_args(["matrix", mesh])
-    assert cli.load_view(options, None)[1].aspect == 1.0
-
-
-def test_an_eye_alone_looks_at_the_middle(mesh):
-    options = cli.parser().parse_args(["matrix", mesh, "--eye", "9,0,0"])
-    scene, camera, _, _ = cli.load_view(options, (8, 8))
-    np.testing.assert_allclose(camera.forward, (-1, 0, 0), atol=1e-12)
-    depth = camera.depth(np.array([[0.5, 0, 0], [-0.5, 0, 0]]))
-    assert camera.near < depth[0] < depth[1] < camera.far
-    assert scene.triangle_count == 12
-
-
-@pytest.mark.parametrize("target", ["0,-9,0", "0,9,0"])
-def test_straight_down_and_up_have_a_picture(mesh, target):
-    options = cli.parser().parse_args(["matrix", mesh, "--eye", "0,0,0", "--target", target])
-    _, camera, _, _ = cli.load_view(options, (8, 8))
-    assert np.isfinite(camera.clip_from_world).all()
-
-
 # Every way to be wrong, with what the line must say.
 BAD = {
     "no command": ([], "COMMAND", "--help"),
@@ -313,6 +277,9 @@ BAD = {
     "bad seed": (["compare", "@forest:seed=1.5"], "seed"),
     "library name missing": (["compare", "@"], "name is missing"),
     "library with up z": (["compare", "@forest", "--up", "z"], "up"),
+    "unknown view": (["compare", "MESH", "--view", "below"], "--view", "along", "above", "against"),
+    "arrays into nothing": (["compare", "MESH", "--save-arrays", ""], "save-arrays: expected the name of a file"),
+    "arrays nowhere": (["compare", "MESH", "--save-arrays", "TEXT/below"], "save-arrays: cannot write"),
     "unknown up": (["compare", "MESH", "--up", "x"], "--up"),
     "unknown backend": (["compare", "MESH", "--backend", "cuda"], "cuda", "cpu", "gpu"),
     "unknown filter": (["compare", "MESH", "--filter", "vsm"], "vsm", "nearest"),

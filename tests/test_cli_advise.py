@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 
 import numpy as np
 import pandas as pd
@@ -36,15 +37,40 @@ def test_it_ranks_and_writes_and_says_where(run, tmp_path):
     assert (status, err) == (0, "")
     assert "by texel length of 95 % of the pixels" in out
     assert "At 16 KiB, " in out
-    assert str(out_dir / "advice.json") in out
+    assert str(out_dir / "report.html") in out
     assert {f.name for f in out_dir.iterdir()} == {
-        "advice.csv", "runs.csv", "switches.csv", "advice.json", "advice.png",
+        "report.html", "advice.csv", "runs.csv", "switches.csv", "advice.json", "advice.png",
     }  # fmt: skip
     data = json.loads((out_dir / "advice.json").read_text(encoding="utf-8"))
     assert data["memory"] == [2**14, 2**16, 2**18]
     assert (data["measure"]["name"], data["over"]) == ("p95", "worst")
     np.testing.assert_allclose([v["light_elevation"] for v in data["views"]], np.radians([15, 60]))
     assert len(pd.read_csv(out_dir / "runs.csv")) == 2 * 3 * 2
+
+
+@pytest.mark.parametrize(
+    "lights",
+    [
+        ("--lights", "15,60"),
+        ("--light", "1,-2,0.5", "--light=-1,-1,0"),
+        ("--light-position", "0,6,0", "--cone-deg", "70", "--light", "0,-1,0", "--light", "0.5,-1,0"),
+    ],
+)
+def test_the_options_that_are_printed_repeat_the_views(run, tmp_path, lights):
+    words = ("@robots", "--memory", "64KiB", *SMALL)
+    status, out, err = run(*words, *lights, "--out", tmp_path / "a")
+    assert (status, err) == (0, "")
+    assert "View: that of the scene; --view along" in out
+    flags = shlex.split(next(line for line in out.splitlines() if line.startswith("  --eye=")))
+    assert run(*words, *flags, "--out", tmp_path / "b")[0] == 0
+    first, second = (json.loads((tmp_path / d / "advice.json").read_text(encoding="utf-8")) for d in "ab")
+    assert len(first["views"]) == 2
+    for before, after in zip(first["views"], second["views"], strict=True):
+        # Through degrees and a target point: a few last digits may differ.
+        np.testing.assert_allclose(after["light_elevation"], before["light_elevation"], rtol=1e-12)
+    errors = [pd.read_csv(tmp_path / d / "runs.csv")["error"] for d in "ab"]
+    np.testing.assert_array_equal(*errors)
+    assert errors[0].notna().all()
 
 
 def test_the_python_in_the_data_gives_the_number(run, tmp_path):
@@ -90,7 +116,6 @@ def test_elevations_keep_the_azimuth():
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        ((), ("memory: expected one or several budgets",)),
         (("--memory", "lots"), ("memory: expected bytes",)),
         (("--memory", "4XB"), ("memory: unknown unit 'XB'", "MiB")),
         (("--memory", "10"), ("memory: expected at least 256 bytes",)),

@@ -55,12 +55,14 @@ MOST_ROOMS = 16
 
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
+    ("scene.view", "View._repr_html_"): ("reports",),
     ("experiments.compare", "Study.sentences"): ("reports",),
     ("experiments.compare", "Study.figure"): ("plot",),
     ("experiments.compare", "Study.save"): ("reports",),
+    ("experiments.compare", "Study.save_arrays"): ("reports",),
     ("experiments.compare", "Study._repr_html_"): ("reports",),
     ("experiments.compare", "Study.__repr__"): ("reports",),
-    ("experiments.advise", "Advice.verdict"): ("reports",),
+    ("experiments.advise", "Advice.sentences"): ("reports",),
     ("experiments.advise", "Advice.reproduce"): ("reports",),
     ("experiments.advise", "Advice.figure"): ("plot",),
     ("experiments.advise", "Advice.save"): ("reports",),

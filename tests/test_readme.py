@@ -13,12 +13,24 @@ ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 
 
-@pytest.fixture(scope="module")
-def generate():
-    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+def script(name):
+    """A script of docs as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def generate():
+    return script("generate")
+
+
+def test_the_first_screen_is_what_the_command_prints(shared_scenes):
+    text = README.read_text(encoding="utf-8")
+    city = shared_scenes / "kenney_city.glb"
+    assert script("first_screen").written(text, city) == text, "run: python docs/first_screen.py kenney_city.glb"
+    assert "$ shadowlab advise city.glb --memory" in text[:2000]
 
 
 def test_tables_are_up_to_date(generate):

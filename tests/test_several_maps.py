@@ -11,11 +11,12 @@ import pandas as pd
 import pytest
 
 import shadowlab as sl
+from shadowlab.experiments.counts import texels
 from shadowlab.pictures import frustum_segments
 from shadowlab.pictures.maps import MAP_RGB, even_in_log, framed, frustum_in, map_colour, mosaic
 from shadowlab.reports.reproduce import command_line, python_snippet
 from shadowlab.reports.study_verdict import sentences
-from shadowlab.reports.words import size_text, texels
+from shadowlab.reports.words import size_text
 
 mpl.use("Agg")
 SIZE = (64, 36)

@@ -72,7 +72,7 @@ def test_the_warp_that_pays():
     assert "lispsm at 1024² has the fewest wrong pixels: 1,000 pixels (1.00 % of 100,000 compared" in text
     assert "900 false shadow, 100 false light" in text
     assert (
-        "lispsm is worth it here: at 1024² it leaves 4 times fewer wrong pixels than uniform (1,000 against 4,000)"
+        "lispsm is worth it here: at 1024² it leaves 4 times fewer wrong pixels than uniform, 1,000 (1.00 %) against 4"
         in text
     )
 
@@ -80,7 +80,9 @@ def test_the_warp_that_pays():
 def test_the_warp_that_costs():
     text = verdict(table(("uniform", 1024, 500, 500), ("lispsm", 1024, 1000, 500)))
     assert "uniform at 1024² has the fewest" in text
-    assert "not worth it here: at 1024² it has 1.5 times as many wrong pixels as uniform (1,500 against 1,000)" in text
+    assert (
+        "not worth it here: at 1024² it has 1.5 times as many wrong pixels as uniform, 1,500 (1.50 %) against 1" in text
+    )
 
 
 def test_small_differences_decide_nothing():
@@ -97,28 +99,35 @@ def test_the_uniform_map_that_does_as_well():
         ("lispsm", 1024, 1000, 0),
     ]
     text = verdict(table(*rows))
-    told = "Of the sizes run, uniform first does as well at 4096² as lispsm at 1024² (16 times the texels; "
-    assert f"{told}900 against 1,000 wrong pixels)" in text
+    told = "Of the sizes run, uniform first does as well at 4096² as lispsm at 1024², with 16 times the texels: "
+    assert f"{told}900 wrong pixels (0.900 %) against 1,000 (1.00 %)." in text
 
 
 def test_no_uniform_map_of_the_run_does_as_well():
     text = verdict(table(("uniform", 1024, 4000, 0), ("uniform", 2048, 2000, 0), ("lispsm", 1024, 1000, 0)))
-    assert "No uniform map of this run, up to 2048², does as well as lispsm at 1024² (2,000 against 1,000" in text
+    assert (
+        "No uniform map of this run, up to 2048², does as well as lispsm at 1024²: 2,000 wrong pixels (2.00 %) against"
+        in text
+    )
 
 
 def test_several_resolutions_give_a_range():
     rows = [("uniform", 512, 4000, 0), ("uniform", 1024, 2000, 0), ("lispsm", 512, 2000, 0), ("lispsm", 1024, 500, 0)]
-    assert "better than uniform at every resolution from 512² to 1024² (2 to 4 times fewer" in verdict(table(*rows))
+    assert "better than uniform at every resolution from 512² to 1024²: 2 to 4 times fewer" in verdict(table(*rows))
     mixed = [("uniform", 512, 4000, 0), ("uniform", 1024, 500, 0), ("lispsm", 512, 2000, 0), ("lispsm", 1024, 900, 0)]
     text = verdict(table(*mixed))
-    assert "better at 1, worse at 1 and about equal at 0 of 2 resolutions" in text
+    assert "better at 1, worse at 1 and about equal at 0 of 2 resolutions: 2,000 (2.00 %) against 4,000" in text
     worse = [("uniform", 512, 100, 0), ("uniform", 1024, 100, 0), ("lispsm", 512, 300, 0), ("lispsm", 1024, 200, 0)]
-    assert "worse than uniform at every resolution from 512² to 1024² (2 to 3 times as many" in verdict(table(*worse))
+    assert "worse than uniform at every resolution from 512² to 1024²: 2 to 3 times as many" in verdict(table(*worse))
 
 
 def test_no_ratio_against_nothing():
-    assert "has 70 wrong pixels where uniform has none" in verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 70, 0)))
-    assert "leaves no wrong pixel where uniform has 70" in verdict(table(("uniform", 64, 70, 0), ("lispsm", 64, 0, 0)))
+    assert "has 70 wrong pixels (0.0700 %) where uniform has none" in verdict(
+        table(("uniform", 64, 0, 0), ("lispsm", 64, 70, 0))
+    )
+    assert "leaves no wrong pixel where uniform has 70 wrong pixels (0.0700 %)." in verdict(
+        table(("uniform", 64, 70, 0), ("lispsm", 64, 0, 0))
+    )
     both = verdict(table(("uniform", 64, 0, 0), ("lispsm", 64, 0, 0)))
     assert "uniform and lispsm at 64² get all 100,000 compared pixels right" in both
     assert "worth" not in both
@@ -246,20 +255,24 @@ def test_many_techniques_give_one_sentence_beside_the_best():
     text = verdict(rows)
     assert "lispsm is worth it here" in text
     assert text.endswith(
-        "The others have, of the wrong pixels of uniform at equal resolution: tsm 0.5 times and psm 2 times."
+        "Relative to uniform at equal resolution the others leave: tsm 0.5 times the wrong pixels, 500 (0.500 %); "
+        "psm 2 times, 2,000 (2.00 %)."
     )
 
 
 def test_slight_differences_are_called_slight():
     better = verdict(table(("uniform", 512, 10_000, 0), ("lispsm", 512, 9000, 0)))
     assert (
-        "lispsm is slightly better here: at 512² it leaves 10.0 % fewer wrong pixels than uniform (9,000 against"
+        "lispsm is slightly better here: at 512² it leaves 10.0 % fewer wrong pixels than uniform, 9,000 (9.00 %)"
         in better
     )
     worse = verdict(table(("uniform", 512, 1000, 0), ("lispsm", 512, 1200, 0)))
-    assert "lispsm is slightly worse here: at 512² it has 20.0 % more wrong pixels than uniform (1,200 against" in worse
-    rows = [("uniform", 512, 10_000, 0), ("uniform", 1024, 5000, 0)]
-    rows += [("lispsm", 512, 11_000, 0), ("lispsm", 1024, 5500, 0)]
+    assert (
+        "lispsm is slightly worse here: at 512² it has 20.0 % more wrong pixels than uniform, 1,200 (1.20 %) against"
+        in worse
+    )
+    rows = [("uniform", 512, 20_000, 0), ("uniform", 1024, 10_000, 0)]
+    rows += [("lispsm", 512, 23_000, 0), ("lispsm", 1024, 11_500, 0)]
     several = verdict(table(*rows))
     assert "lispsm is slightly worse here: it is worse than uniform at every resolution from 512² to 1024²" in several
 
@@ -281,7 +294,7 @@ def test_numbers_are_written_as_people_do():
     assert (times(123_456.0), factor(1.0), factor(100.0), factor(0.5)) == ("123,456", "1", "100", "0.5")
     assert (factor(0.0), factor(1e-6), factor(0.014)) == ("0", "less than 0.01", "0.014")
     rows = table(("uniform", 512, 20, 0), ("lispsm", 512, 10, 0), ("psm", 512, 2000, 0))
-    assert "psm 100 times." in verdict(rows)
+    assert "psm 100 times the wrong pixels, 2,000 (2.00 %)." in verdict(rows)
     assert "e+" not in verdict(rows)
 
 
@@ -289,9 +302,7 @@ def test_more_maps_are_told_with_what_they_cost():
     rows = table(("uniform", 512, 4000, 0), ("lispsm", 512, 2000, 0), ("split", 512, 800, 0))
     rows["maps"] = [1, 1, 4]
     text = verdict(rows)
-    told = (
-        "split at 4 × 512² leaves 5 times fewer wrong pixels than uniform at 512², with 4 times the texels (800 against"
-    )
+    told = "split at 4 × 512² leaves 5 times fewer wrong pixels than uniform at 512², with 4 times the texels: 800 (0.8"
     assert told in text
     assert "lispsm is worth it here" in text
     assert "split is" not in text

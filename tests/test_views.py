@@ -1,4 +1,4 @@
-"""The camera and the light that are chosen for a scene: at any scale, flat, or a single triangle."""
+"""Views that hold a whole scene: at any scale, flat, or a single triangle. Places are in test_default_views.py."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
+from shadowlab.text.checks import VIEWS
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 
@@ -35,11 +36,12 @@ DEGENERATE = {
 }
 
 
+@pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
 @pytest.mark.parametrize("name", DEGENERATE)
-def test_the_whole_scene_is_in_the_picture(name, aspect):
+def test_the_whole_scene_is_in_the_picture(name, aspect, view):
     scene = DEGENERATE[name]
-    camera, light = sl.default_view(scene, aspect=aspect)
+    camera, light = sl.default_view(scene, aspect=aspect, view=view)
     assert camera.aspect == aspect
     assert 0 < camera.near < camera.far
     assert np.isfinite(light.direction).all()
@@ -69,10 +71,11 @@ FILLED = {
 }
 
 
+@pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("name", FILLED)
-def test_the_picture_is_filled(name, aspect):
-    camera, _ = sl.default_view(FILLED[name], aspect=aspect)
+def test_the_picture_is_filled(name, aspect, view):
+    camera, _ = sl.default_view(FILLED[name], aspect=aspect, view=view)
     ndc = ndc_of(FILLED[name], camera)
     assert 0.93 < np.abs(ndc).max() <= 0.95  # what the margin leaves
     # Centred: as much room on one side as on the other, along the axis that is filled.
@@ -89,16 +92,16 @@ def test_instances_are_framed_one_by_one_or_by_their_boxes(monkeypatch):
     scene = sl.Scene([mesh], np.zeros(30, int), transforms)
     exact, _ = sl.default_view(scene)
     assert 0.93 < np.abs(ndc_of(scene, exact)).max() <= 0.95
-    monkeypatch.setattr("shadowlab.scene.default_view.VERTICES_AT_ONCE", 7)
+    monkeypatch.setattr("shadowlab.scene.framing.VERTICES_AT_ONCE", 7)
     piecewise, _ = sl.default_view(scene)
     np.testing.assert_allclose(piecewise.eye, exact.eye, rtol=1e-12)
-    monkeypatch.setattr("shadowlab.scene.default_view.MOST_VERTICES", 100)
+    monkeypatch.setattr("shadowlab.scene.framing.MOST_VERTICES", 100)
     loose, _ = sl.default_view(scene)
     assert 0.8 < np.abs(ndc_of(scene, loose)).max() <= 0.95
 
 
 def test_a_line_along_the_view_is_not_in_the_eye():
-    from shadowlab.scene.default_view import INSIDE_DEPTH_RATIO, fitting_offset, orientation
+    from shadowlab.scene.framing import INSIDE_DEPTH_RATIO, fitting_offset, orientation
 
     right, up, forward = orientation(0.5, 0.5)
     line = np.outer([0.0, 3.0, 10.0], forward)
@@ -114,7 +117,7 @@ def test_a_strip_along_the_diagonal_is_seen_from_the_side_that_shows_more(monkey
         return np.ptp(ndc_of(strip, sl.default_view(strip)[0]), axis=0).prod()
 
     chosen = [area(side) for side in (1, -1)]
-    monkeypatch.setattr("shadowlab.scene.default_view.OTHER_SIDE_GAIN", np.inf)
+    monkeypatch.setattr("shadowlab.scene.framing.OTHER_SIDE_GAIN", np.inf)
     usual = [area(side) for side in (1, -1)]
     assert min(chosen) > 1.25 * min(usual)
     assert max(chosen) == max(usual)
@@ -126,7 +129,7 @@ def test_a_city_fills_the_picture(shared_scenes):
     if not found:
         pytest.skip("no town among the shared scenes")
     scene = sl.load_scene(found[0])
-    camera, _ = sl.default_view(scene, aspect=1.0)
+    camera, _ = sl.default_view(scene, aspect=1.0, view="above")
     gbuffer = sl.Renderer("cpu").gbuffer(scene, camera, size=(128, 128))
     seen = np.asarray(gbuffer.triangle) >= 0
     assert seen.any(axis=0).mean() > 0.9 or seen.any(axis=1).mean() > 0.9

@@ -37,6 +37,7 @@ def of_views(scene: sl.Scene, camera: sl.Camera, light: sl.DirectionalLight, poi
     sl.PointLight((0, 5, 0), 20)  # wrong: Too many positional arguments
     point.direction  # wrong: "PointLight" has no attribute "direction"
     sl.default_view("model.glb")  # wrong: incompatible type "str"; expected "Scene"
+    sl.default_view(scene, view="below")  # wrong: incompatible type "Literal['below']"
     sl.default_view(scene, 1.5)  # wrong: Too many positional arguments
     sl.View(scene, light, camera)  # wrong: incompatible type "DirectionalLight"; expected "Camera"
     sl.View(scene, camera, "noon")  # wrong: Argument 3 to "View" has incompatible type "str"
@@ -112,7 +113,7 @@ def of_experiments(scene: sl.Scene, camera: sl.Camera, light: types.Light, view:
     sl.compare(scene, camera, light).truth.shape  # wrong: Item "None" of
     sl.compare(scene, camera, light).masks[256]  # wrong: Invalid index type "int"
     sl.compare(scene, camera, light).save(directory=3)  # wrong: Argument "directory" to "save" of "Study"
-    sl.advise(scene, camera, light)  # wrong: Missing named argument "memory"
+    sl.advise(scene, camera, light, memory=None)  # wrong: Argument "memory" to "advise"
     sl.advise(scene, camera, light, memory="1 MiB", over="sum")  # wrong: expected "Literal['mean', 'worst']"
     sl.advise(scene, camera, light, memory="1 MiB", error="acne")  # wrong: Argument "error" to "advise"
     sl.advise(scene, {"a": light}, light, memory=1)  # wrong: expected "str": "Camera"

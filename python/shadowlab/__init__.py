@@ -19,6 +19,7 @@ from ._core import (
     Partition,
     PointLight,
     Renderer,
+    Samples,
     SpotLight,
     Technique,
     __version__,
@@ -42,8 +43,9 @@ if TYPE_CHECKING:
     from .experiments.advise import Advice, advise
     from .experiments.compare import Study, compare
     from .experiments.evaluate import evaluate
+    from .experiments.predict import predict
     from .experiments.run import Run
-    from .scene.default_view import default_view
+    from .scene.default_view import default_view, default_views
 
 __all__ = [
     "Advice",
@@ -60,6 +62,7 @@ __all__ = [
     "Preset",
     "Renderer",
     "Run",
+    "Samples",
     "Scene",
     "Source",
     "SpotLight",
@@ -71,12 +74,14 @@ __all__ = [
     "aliasing",
     "compare",
     "default_view",
+    "default_views",
     "diagnose",
     "errors",
     "evaluate",
     "library",
     "load_scene",
     "plot",
+    "predict",
     "preset",
     "presets",
     "report",
@@ -100,8 +105,10 @@ _LAZY = {
     "advise": "experiments.advise",
     "compare": "experiments.compare",
     "default_view": "scene.default_view",
+    "default_views": "scene.default_view",
     "diagnose": "conventions.diagnosis",
     "evaluate": "experiments.evaluate",
+    "predict": "experiments.predict",
     "plot": "plot",
     "report": "doctor",
 }

@@ -9,6 +9,7 @@ from ._core_maps import Note as Note
 from ._core_maps import Parameterization as Parameterization
 from ._core_maps import Partition as Partition
 from ._core_maps import Technique as Technique
+from ._core_samples import Samples as Samples
 from ._core_scene import Camera as Camera
 from ._core_scene import DirectionalLight as DirectionalLight
 from ._core_scene import GBuffer as GBuffer
@@ -31,6 +32,7 @@ __all__ = [
     "Partition",
     "PointLight",
     "Renderer",
+    "Samples",
     "Scene",
     "SpotLight",
     "Technique",
@@ -43,9 +45,12 @@ __all__ = [
     "library_build",
     "library_specs",
     "look_up",
+    "mapped_states",
     "misclassified",
     "occluded",
+    "predict_wrong",
     "reads",
+    "renamed_words",
     "restore",
     "set_threads",
     "technique_specs",
@@ -417,3 +422,14 @@ def occluded(
 
 def trace_memory(scene: Scene) -> int:
     """Bytes of the acceleration structure (built if it is not there yet)."""
+
+def mapped_states(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
+    """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""
+
+def predict_wrong(
+    samples: Samples, parameterization: Parameterization | Matrices, *, resolution: _Size | None = None
+) -> float:
+    """Wrong pixels foretold from samples for maps of a resolution (10.9)."""
+
+def renamed_words() -> list[tuple[str, str, str, str]]:
+    """Words of parameters that have another name now: technique, parameter, the old word and the new one."""

@@ -6,6 +6,7 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
+from ._core_samples import Samples
 from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, Scene, SpotLight
 from ._core_types import ConventionLike, Matrices, NoteKind
 
@@ -29,8 +30,17 @@ class Technique:
     @property
     def needs_samples(self) -> bool:
         """Whether it looks at what the camera sees; see `samples` of `parameterize`."""
+    @property
+    def needs_shadows(self) -> bool:
+        """Whether it looks at which visible surfaces are in shadow."""
     def parameterize(
-        self, scene: Scene, camera: Camera, light: _Light, *, resolution: int = 1024, samples: GBuffer | None = None
+        self,
+        scene: Scene,
+        camera: Camera,
+        light: _Light,
+        *,
+        resolution: int = 1024,
+        samples: Samples | GBuffer | None = None,
     ) -> Parameterization:
         """The maps of this technique for a scene, camera and light.
 
@@ -41,9 +51,9 @@ class Technique:
         light : DirectionalLight, SpotLight or PointLight
         resolution : int
             Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
-        samples : GBuffer, optional
-            What the camera sees, for techniques that need it (`needs_samples`); they draw a small G-buffer of about 256 by 256
-            pixels where none is given. Others leave it unread.
+        samples : Samples or GBuffer, optional
+            What the camera sees, for techniques that need it (`needs_samples`); they draw a G-buffer of about 128 by 128
+            pixels, and a uniform map for its shadows, where none is given. Others leave it unread.
 
         Returns
         -------
@@ -306,5 +316,7 @@ class Parameterization:
     @property
     def matrices(self) -> _Float:
         """(K, 4, 4) float64: shadow clip from world of every map."""
+    def _repr_html_(self) -> str:
+        """The maps as a table, for notebooks."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -280,6 +280,8 @@ class Camera:
         """(4, 4) float64: clip from world."""
     def depth(self, points: npt.ArrayLike) -> _Float:
         """Depth along the view direction of world points: (N, 3) -> (N,)."""
+    def _repr_html_(self) -> str:
+        """The values as a table, for notebooks."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
@@ -380,6 +382,15 @@ class GBuffer:
     @property
     def depth(self) -> npt.NDArray[np.float32]:
         """(H, W) float32: NDC depth in [0, 1], 1 where nothing is."""
+    @property
+    def view_depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32: distances along the view, world units; infinite where nothing is.
+
+        Raises
+        ------
+        StateError
+            For a G-buffer that version 0.1 pickled before it stored its camera.
+        """
     @property
     def position(self) -> _Float:
         """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""

@@ -15,6 +15,7 @@ from ._core import (
     GBuffer,
     Parameterization,
     PointLight,
+    Samples,
     Scene,
     SpotLight,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "Techniques",
     "TruthImage",
     "Up",
+    "ViewName",
 ]
 
 T = TypeVar("T")
@@ -64,6 +66,8 @@ Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 Filter: TypeAlias = Literal["nearest", "pcf2x2"]
 #: The axis of a file that points up.
 Up: TypeAlias = Literal["y", "z"]
+#: A view that is chosen for a scene: along it at eye level, the whole from above, along it against the light.
+ViewName: TypeAlias = Literal["along", "above", "against"]
 #: A renderer by its name; "auto" takes a graphics adapter where there is one.
 Backend: TypeAlias = Literal["cpu", "gpu", "auto"]
 
@@ -102,7 +106,13 @@ class TechniqueLike(Protocol):
         """Whether it looks at the receivers that the camera sees."""
 
     def parameterize(
-        self, scene: SceneLike, camera: Camera, light: Light, *, resolution: int = 1024, samples: GBuffer | None = None
+        self,
+        scene: SceneLike,
+        camera: Camera,
+        light: Light,
+        *,
+        resolution: int = 1024,
+        samples: Samples | GBuffer | None = None,
     ) -> Parameterization:
         """The maps for a scene, camera and light."""
 

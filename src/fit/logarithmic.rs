@@ -9,8 +9,9 @@
 //!   y of the map      -1 |.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.|.| 1     ln w, evenly cut
 //! ```
 
+use super::map_size::MapSize;
 use super::tightening::Tightening;
-use super::unit_cube::{Fit, MapSize, across, cut_to, fit, with_border, with_room};
+use super::unit_cube::{Fit, across, cut_to, fit, with_border, with_room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
 use crate::parameterization::PostWarp;
@@ -43,7 +44,7 @@ fn logarithm(
     tightening: Tightening,
 ) -> Option<(Fit, PostWarp)> {
     let (rows, reference) = reciprocal(provisional)?;
-    let tight = across(&rows, view, scene, tightening);
+    let tight = across(&rows, view, scene, size, tightening);
     let receivers = with_room(&tight, &rows, view, size);
     // y is reference / w: its ends are those of w, and neither is 0.
     let [low, high] = [tight.min.y, tight.max.y];

@@ -6,7 +6,7 @@
 
 use glam::{DMat4, DVec2, DVec3};
 
-use super::unit_cube::MapSize;
+use super::map_size::MapSize;
 use crate::geometry::{Aabb, Rows};
 use crate::rays::LightFrame;
 use crate::scene::Camera;

@@ -14,8 +14,9 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
+use super::map_size::MapSize;
+use super::outlined::outline_extent;
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
-use crate::error::{Error, Result};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::rays::LightFrame;
@@ -27,39 +28,6 @@ const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
 
 /// A body without extent across the light gets this share of its distance (theory.md 1.1).
 const POINT_EXTENT: f64 = 1e-6;
-
-/// Texels along each edge of a map that no receiver maps to. Derived from the filters: a lookup compares texel centres up to
-/// one texel from the point, so none of them lies off the map. Border texels are as complete as any other ([`fit`]); nothing
-/// is clamped to them, so they need not stay empty as the article has them.
-pub const BORDER_TEXELS: u32 = 1;
-
-/// The texels of a map and those at its edge that no receiver maps to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MapSize {
-    /// Texels along each side.
-    pub resolution: u32,
-    /// Texels along each edge that no receiver maps to.
-    pub border: u32,
-}
-
-impl MapSize {
-    /// A map with [`BORDER_TEXELS`] along each edge.
-    ///
-    /// # Errors
-    /// [`Error::InvalidArgument`] for a resolution that leaves no texel between the borders.
-    pub fn new(resolution: u32) -> Result<Self> {
-        let (border, least) = (BORDER_TEXELS, 2 * BORDER_TEXELS + 1);
-        if resolution < least {
-            let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
-            return Err(Error::argument("resolution", expected, resolution, "choose a larger map"));
-        }
-        Ok(Self { resolution, border })
-    }
-    /// The share of [-1, 1] that receivers fill.
-    pub fn inset(&self) -> f64 {
-        f64::from(self.resolution - 2 * self.border) / f64::from(self.resolution)
-    }
-}
 
 /// `clip_from_local` cropped to receivers and casters as closely as `tightening` says; w = 1 at the mean of the receivers'
 /// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and
@@ -96,12 +64,18 @@ impl Fit {
     }
     /// The largest distance from a placed light at which the map begins, over the rays through the corners of K.
     pub fn begins_at(&self, view: &FocusedView) -> f64 {
-        let Rows { z, w, .. } = self.clip_from_local;
         let light = view.rays.point.truncate();
+        if let Some(outline) = view.outline {
+            return self.begins_on_ray(outline.middle, light);
+        }
+        view.receivers.vertices().iter().map(|p| self.begins_on_ray(*p, light)).fold(0.0, f64::max)
+    }
+    /// The distance from a placed light at which the map begins on the ray through a point.
+    fn begins_on_ray(&self, p: DVec3, light: DVec3) -> f64 {
+        let Rows { z, w, .. } = self.clip_from_local;
         // Along a ray from the light w grows with the distance, and clip z is 0 where w has this value.
-        let w_begin = |p: DVec3| w.dot(p.extend(1.0)) - z.dot(p.extend(1.0)) * w_per_z(&self.clip_from_local, p, light);
-        let vertices = view.receivers.vertices().iter();
-        vertices.map(|p| (*p - light).length() * w_begin(*p) / w.dot(p.extend(1.0))).fold(0.0, f64::max)
+        let w_begin = w.dot(p.extend(1.0)) - z.dot(p.extend(1.0)) * w_per_z(&self.clip_from_local, p, light);
+        (p - light).length() * w_begin / w.dot(p.extend(1.0))
     }
 }
 
@@ -155,11 +129,20 @@ pub fn receivers_room(
     tightening: Tightening,
 ) -> Aabb {
     let provisional = &with_depth_of_w(provisional, view);
-    with_room(&across(provisional, view, scene, tightening), provisional, view, size)
+    with_room(&across(provisional, view, scene, size, tightening), provisional, view, size)
 }
 
 /// What the receivers of a map span.
-pub(super) fn across(provisional: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> Aabb {
+pub(super) fn across(
+    provisional: &Rows,
+    view: &FocusedView,
+    scene: &Scene,
+    size: &MapSize,
+    tightening: Tightening,
+) -> Aabb {
+    if let Some(outline) = view.outline {
+        return outline_extent(provisional, outline, view, size);
+    }
     let casters = |receivers: &Aabb| match tightening {
         Tightening::Intersection => casters_extent(provisional, receivers, view, scene),
         Tightening::Ignoring { least_w } => corners_extent(provisional, least_w, view, scene),
@@ -200,9 +183,9 @@ pub fn crop(provisional: &Rows, view: &FocusedView, across: &[DVec3], depth: &[D
     cropped.scaled(canonical_factor(&cropped, view))
 }
 
-/// What makes w = 1 at the mean of the receivers' body; 1 where w is not positive there.
+/// What makes w = 1 at the middle of the receivers; 1 where w is not positive there.
 fn canonical_factor(rows: &Rows, view: &FocusedView) -> f64 {
-    let w = rows.w.dot(view.receivers.vertex_mean().extend(1.0));
+    let w = rows.w.dot(view.middle().extend(1.0));
     if w > 0.0 { 1.0 / w } else { 1.0 }
 }
 
@@ -265,6 +248,9 @@ pub fn spot_depths(spot: &SpotFrustum, view: &FocusedView, scene: &Scene) -> Spo
 
 /// The extents padded where receivers lie in a plane or line through the light ([`Room`]).
 pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, size: &MapSize) -> Aabb {
+    if view.outline.is_some() {
+        return *extent;
+    }
     let missing = 0.5 * (Room::new(view, size).least(extent.extent(), provisional) - extent.extent());
     Aabb { min: extent.min - missing.max(DVec3::ZERO), max: extent.max + missing.max(DVec3::ZERO) }
 }
@@ -272,7 +258,7 @@ pub(super) fn with_room(extent: &Aabb, provisional: &Rows, view: &FocusedView, s
 /// What receivers get at the least, be they in a plane or line through the light: one texel, and in depth the size of a texel
 /// (theory.md 1.1). Shadows smaller than that do not show.
 pub(crate) struct Room<'a> {
-    view: &'a FocusedView,
+    view: &'a FocusedView<'a>,
     mean: DVec3,
     frame: LightFrame,
     /// World length.
@@ -280,7 +266,7 @@ pub(crate) struct Room<'a> {
 }
 
 impl<'a> Room<'a> {
-    pub fn new(view: &'a FocusedView, size: &MapSize) -> Self {
+    pub fn new(view: &'a FocusedView<'a>, size: &MapSize) -> Self {
         let mean = view.receivers.vertex_mean();
         let along = view.rays.direction_at(mean).unwrap_or(view.camera.forward());
         let frame = LightFrame::any(along);

@@ -10,6 +10,7 @@
 
 use glam::{DVec3, DVec4};
 
+use super::samples::Outline;
 use crate::geometry::{Aabb, ConvexBody, Frustum, Plane, Rows};
 use crate::parameterization::Region;
 use crate::rays::{LightFrame, LightRays};
@@ -41,7 +42,7 @@ pub const NEAREST_SHARE_OF_REACH: f64 = 1.0 / 4096.0;
 
 /// What a map must cover: plain data, relative to a local origin.
 #[derive(Debug, Clone, Copy)]
-pub struct FocusedView {
+pub struct FocusedView<'a> {
     /// The local origin, world: the eye where anything is seen.
     pub origin: DVec3,
     /// The eye, local.
@@ -62,6 +63,8 @@ pub struct FocusedView {
     pub focus: Focus,
     /// What came of it.
     pub coverage: Coverage,
+    /// The rays that a map must hold, where samples say so instead of the body.
+    pub outline: Option<&'a Outline>,
     camera_planes: [Plane; 6],
     light_planes: Option<[Plane; 6]>,
     region_planes: [Plane; Region::MOST],
@@ -105,7 +108,7 @@ impl SpotFrustum {
     }
 }
 
-impl FocusedView {
+impl<'a> FocusedView<'a> {
     /// The bodies for a scene, a camera and a light.
     pub fn new(scene: &Scene, camera: &Camera, light: &Light, focus: Focus) -> Self {
         if focus == Focus::Scene {
@@ -147,6 +150,17 @@ impl FocusedView {
             self.eye_depth = self.receivers_depth();
         }
         self
+    }
+    /// The same view, whose maps must hold an outline of samples instead of its body.
+    pub fn holding(mut self, outline: Option<&'a Outline>) -> Self {
+        if self.coverage == Coverage::AsAsked {
+            self.outline = outline;
+        }
+        self
+    }
+    /// A point that every map of the view holds.
+    pub fn middle(&self) -> DVec3 {
+        self.outline.map_or_else(|| self.receivers.vertex_mean(), |outline| outline.middle)
     }
     /// Near and far camera depth of the receivers' body.
     fn receivers_depth(&self) -> [f64; 2] {
@@ -190,6 +204,7 @@ impl FocusedView {
             scene_box,
             focus,
             coverage: Coverage::AsAsked,
+            outline: None,
             camera_planes: camera_frustum(camera, eye).planes(),
             light_planes,
             region_planes: [Plane { normal: DVec3::ZERO, offset: 0.0 }; Region::MOST],

@@ -6,6 +6,7 @@ mod frustum;
 mod homography;
 mod oriented_box;
 mod plane;
+mod polygon;
 mod quadrilateral;
 
 pub use aabb::Aabb;
@@ -14,4 +15,5 @@ pub use frustum::Frustum;
 pub use homography::{Rows, singular_values};
 pub use oriented_box::OrientedBox;
 pub use plane::Plane;
+pub use polygon::{clipped, convex_hull};
 pub use quadrilateral::square_from_quadrilateral;

@@ -52,8 +52,10 @@ with_texts! {
         Stable "stable" "stable: the map covers all that the light reaches, whatever the camera sees",
         /// `cover=samples` for splits that do not come from samples.
         CoverUnused "cover_unused" "cover has no effect: the splits do not come from samples",
-        /// Splits from samples, of which none faces the light.
-        NoLitSample "no_lit_sample" "no sample faces the light: splits are logarithmic over all that can be seen",
+        /// No sample faces the light.
+        NoLitSample "no_lit_sample" "no visible surface faces the light: the map is made for all that can be seen",
+        /// No sample in shadow.
+        NoShadow "no_shadow" "no visible surface is in shadow: the map holds all that faces the light",
         /// `cover=samples`: camera depths `near` to `far`, world units.
         CoversSamples "covers_samples" "the maps cover camera depths {near:.4} to {far:.4} alone: those of the samples",
         /// A given `border` between splits outside of the camera's planes `near` and `far`: camera depths, world units.

@@ -261,6 +261,10 @@ impl PyCamera {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce(py, self)
     }
+    /// The values as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("shadowlab.reports.html.values")?.call_method1("camera_html", (slf,))
+    }
     fn __repr__(&self) -> String {
         let c = &self.camera;
         format!(

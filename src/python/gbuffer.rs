@@ -1,83 +1,47 @@
-//! `_core.GBuffer`, and the receiver samples that techniques take from one.
+//! `_core.GBuffer`.
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
+use super::camera::PyCamera;
 use super::convert::{image, instance_of, vec3_to_array};
-use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
+use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
-use crate::focus::ReceiverSamples;
 use crate::image::{GBuffer, Surfaces};
-use crate::progress::Progress;
-use crate::render::cpu::CpuRenderer;
-use crate::render::{MAX_IMAGE_SIDE, Renderer};
-use crate::scene::{Camera, Scene};
+use crate::render::MAX_IMAGE_SIDE;
+use crate::scene::Camera;
 
 /// What a camera sees, one record a pixel.
 #[pyclass(name = "GBuffer", frozen, module = "shadowlab")]
 pub struct PyGBuffer {
     size: [u32; 2],
     origin: glam::DVec3,
+    /// That drew it; states of the first version have none.
+    camera: Option<Camera>,
     depth: Py<PyArray2<f32>>,
     relative: Py<PyArray3<f32>>,
     position: PyOnceLock<Py<PyAny>>,
     normal: Py<PyArray3<f32>>,
     triangle: Py<PyArray2<i32>>,
     instance: Py<PyArray2<i32>>,
-    samples: PyOnceLock<ReceiverSamples>,
 }
 
 /// Its state.
 const NAME: &str = "GBuffer";
-const VERSION: u32 = 1;
-
-/// Pixels of the G-buffer that techniques look at where none is given: a share of the receivers is then known to 1 / 256 of
-/// the view along each side, and drawing it takes no longer than a small shadow map.
-const SAMPLE_PIXELS: f64 = 65536.0;
-
-/// What a camera sees, drawn small by the CPU renderer, with square pixels.
-pub fn receiver_samples(scene: &Scene, camera: &Camera, progress: &Progress) -> crate::Result<ReceiverSamples> {
-    let root = camera.aspect().sqrt();
-    let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
-    let size = [side(SAMPLE_PIXELS.sqrt() * root), side(SAMPLE_PIXELS.sqrt() / root)];
-    Ok(ReceiverSamples::from_gbuffer(&CpuRenderer::new().gbuffer(scene, camera, size, progress)?))
-}
+const VERSION: u32 = 2;
 
 /// A G-buffer argument.
 pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
     instance_of(value, "gbuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
 }
 
-/// A G-buffer to take samples from, or nothing.
-pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyGBuffer>>> {
-    if value.is_none() {
-        return Ok(None);
-    }
-    instance_of::<PyGBuffer>(value, "samples", "sl.Renderer().gbuffer(scene, camera, size=256) makes one").map(Some)
-}
-
 impl PyGBuffer {
-    /// The surface points it shows; found at the first look.
-    pub fn receiver_samples<'py>(&'py self, py: Python<'py>) -> PyResult<&'py ReceiverSamples> {
-        self.samples.get_or_try_init(py, || {
-            let vectors = |a: &Py<PyArray3<f32>>| -> PyResult<Vec<[f32; 3]>> {
-                Ok(a.bind(py).readonly().as_slice()?.as_chunks::<3>().0.to_vec())
-            };
-            // Only what samples are made of.
-            Ok(ReceiverSamples::from_gbuffer(&GBuffer {
-                size: self.size,
-                origin: self.origin,
-                depth: Vec::new(),
-                position: vectors(&self.relative)?,
-                normal: vectors(&self.normal)?,
-                triangle: self.triangle.bind(py).readonly().as_slice()?.to_vec(),
-                instance: Vec::new(),
-            }))
-        })
+    /// Width and height, pixels.
+    pub fn picture(&self) -> [u32; 2] {
+        self.size
     }
-
     /// Calls `work` with where its surfaces are.
     pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {
         let (position, normal) = (self.relative.bind(py).readonly(), self.normal.bind(py).readonly());
@@ -97,6 +61,9 @@ impl PyGBuffer {
         let mut head = Writer::new(numbers);
         self.size.iter().for_each(|&n| head.count(u64::from(n)));
         head.vector(self.origin);
+        if let Some(camera) = self.camera {
+            PyCamera { camera }.write(&mut head);
+        }
         head
     }
 
@@ -119,7 +86,12 @@ impl PyGBuffer {
     /// The one of a state; it keeps the arrays that came.
     pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Self> {
         parts.check(py, VERSION, 5)?;
-        let (size, origin) = parts.read(py, |from| Ok(([from.count()?, from.count()?], from.vector()?)))?;
+        let version = parts.version;
+        let (size, origin, camera) = parts.read(py, |from| {
+            let (size, origin) = ([from.count()?, from.count()?], from.vector()?);
+            let camera = if version > 1 { Some(PyCamera::read(from)?.camera) } else { None };
+            Ok((size, origin, camera))
+        })?;
         if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) || !origin.is_finite() {
             return Err(parts.error(py, format!("it has {size:?} pixels around {origin}")));
         }
@@ -129,31 +101,31 @@ impl PyGBuffer {
         let found = Self {
             size,
             origin,
+            camera,
             depth: stored::<f32>(py, parts, 0, &[h, w])?.into_any().cast_into::<PyArray2<f32>>()?.unbind(),
             relative: vectors(1)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
             position: PyOnceLock::new(),
             normal: vectors(2)?.into_any().cast_into::<PyArray3<f32>>()?.unbind(),
             triangle: indices(3)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
             instance: indices(4)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
-            samples: PyOnceLock::new(),
         };
         let mut arrays = Ok(());
         parts.check_seal(py, |digest| arrays = found.add_arrays(py, digest)).and(arrays).map(|()| found)
     }
 
     /// One that takes over the core's arrays.
-    pub fn new(py: Python<'_>, g: GBuffer) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, g: GBuffer, camera: Camera) -> PyResult<Self> {
         let [w, h] = g.size.map(|n| n as usize);
         Ok(Self {
             size: g.size,
             origin: g.origin,
+            camera: Some(camera),
             depth: image(py, g.depth, [h, w])?.unbind(),
             relative: image(py, g.position.into_flattened(), [h, w, 3])?.unbind(),
             position: PyOnceLock::new(),
             normal: image(py, g.normal.into_flattened(), [h, w, 3])?.unbind(),
             triangle: image(py, g.triangle, [h, w])?.unbind(),
             instance: image(py, g.instance, [h, w])?.unbind(),
-            samples: PyOnceLock::new(),
         })
     }
 }
@@ -169,6 +141,22 @@ impl PyGBuffer {
     #[getter]
     fn depth(&self, py: Python<'_>) -> Py<PyArray2<f32>> {
         self.depth.clone_ref(py)
+    }
+    /// (H, W) float32: distances along the view, world units; infinite where nothing is.
+    ///
+    /// Raises
+    /// ------
+    /// StateError
+    ///     For a G-buffer that version 0.1 pickled before it stored its camera.
+    #[getter]
+    fn view_depth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let camera = self.camera.ok_or_else(|| state_error(py, NAME, "it has no camera"))?;
+        let [w, h] = self.size.map(|n| n as usize);
+        let depths = self.with_surfaces(py, |s| {
+            let depth = |i: usize| s.receiver(i).map_or(f64::INFINITY, |(p, _)| camera.depth_of(s.origin + p)) as f32;
+            Ok(py.detach(|| (0..w * h).map(depth).collect()))
+        })?;
+        image(py, depths, [h, w])
     }
     /// (H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look.
     #[getter]
@@ -236,7 +224,9 @@ impl PyGBuffer {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let head = self.head(Numbers::Exact);
         let mut added = Ok(());
-        let seal = seal(NAME, VERSION, head.bytes(), |digest| added = self.add_arrays(py, digest));
+        // One without a camera stays of the version that has none.
+        let version = if self.camera.is_some() { VERSION } else { 1 };
+        let seal = seal(NAME, version, head.bytes(), |digest| added = self.add_arrays(py, digest));
         added?;
         let arrays = vec![
             self.depth.bind(py).clone().into_any(),
@@ -245,7 +235,7 @@ impl PyGBuffer {
             self.triangle.bind(py).clone().into_any(),
             self.instance.bind(py).clone().into_any(),
         ];
-        reduced(py, NAME, VERSION, head.bytes(), &seal, arrays)
+        reduced(py, NAME, version, head.bytes(), &seal, arrays)
     }
     fn __repr__(&self) -> String {
         format!("GBuffer({} x {} pixels)", self.size[0], self.size[1])

@@ -14,7 +14,7 @@ const REACH: &str = "give the distance that the light reaches, in world units";
 #[pyclass(name = "DirectionalLight", frozen, eq, hash, module = "shadowlab")]
 #[derive(Clone)]
 pub struct PyDirectionalLight {
-    light: DirectionalLight,
+    pub(super) light: DirectionalLight,
 }
 
 impl State for PyDirectionalLight {
@@ -86,7 +86,7 @@ impl PyDirectionalLight {
 #[pyclass(name = "SpotLight", frozen, eq, hash, module = "shadowlab")]
 #[derive(Clone)]
 pub struct PySpotLight {
-    light: SpotLight,
+    pub(super) light: SpotLight,
 }
 
 impl State for PySpotLight {
@@ -162,7 +162,7 @@ impl PySpotLight {
 #[pyclass(name = "PointLight", frozen, eq, hash, module = "shadowlab")]
 #[derive(Clone)]
 pub struct PyPointLight {
-    light: PointLight,
+    pub(super) light: PointLight,
 }
 
 impl State for PyPointLight {

@@ -17,6 +17,8 @@ mod mesh;
 mod note;
 mod parameterization;
 mod render;
+mod sample_states;
+mod samples;
 mod scene;
 mod scene_states;
 mod settings;
@@ -55,9 +57,11 @@ mod _core {
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
+    use super::samples::{PySamples, mapped_states, predict_wrong};
+    #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]
-    use super::technique::{PyTechnique, technique_specs};
+    use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]

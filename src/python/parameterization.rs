@@ -238,6 +238,10 @@ impl PyParameterization {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce(py, self)
     }
+    /// The maps as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("shadowlab.reports.html.values")?.call_method1("parameterization_html", (slf,))
+    }
     fn __repr__(&self) -> String {
         let settings: Vec<String> = self.p.settings.iter().map(|(k, v)| format!(", {k}={}", value_text(v))).collect();
         let notes: String = self.p.notes.iter().map(|note| format!("; {note}")).collect();

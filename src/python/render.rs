@@ -268,7 +268,7 @@ impl PyRenderer {
                 }
             }
         }
-        PyGBuffer::new(py, g)
+        PyGBuffer::new(py, g, *eye)
     }
     /// The light that arrives at each pixel, through the shadow map.
     ///

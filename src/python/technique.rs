@@ -5,15 +5,17 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, resolution, run_watched};
-use super::gbuffer::{PyGBuffer, receiver_samples, samples};
 use super::light::light;
 use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
+use super::samples::{Given, given};
 use super::scene::{PyScene, scene};
 use super::settings::{settings_dict, value_text};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
+use crate::focus::Samples;
 use crate::parameterization::Value;
-use crate::techniques::{self, Default, Technique};
+use crate::survey;
+use crate::techniques::{self, Default, Needs, Technique};
 
 /// A technique with its settings.
 #[pyclass(name = "Technique", frozen, eq, hash, module = "shadowlab")]
@@ -63,7 +65,12 @@ impl PyTechnique {
     /// Whether it looks at what the camera sees; see `samples` of `parameterize`.
     #[getter]
     fn needs_samples(&self) -> bool {
-        self.technique.needs_samples()
+        self.technique.needs() != Needs::Nothing
+    }
+    /// Whether it looks at which visible surfaces are in shadow.
+    #[getter]
+    fn needs_shadows(&self) -> bool {
+        self.technique.needs() == Needs::Shadows
     }
     /// The maps of this technique for a scene, camera and light.
     ///
@@ -74,9 +81,9 @@ impl PyTechnique {
     /// light : DirectionalLight, SpotLight or PointLight
     /// resolution : int
     ///     Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
-    /// samples : GBuffer, optional
-    ///     What the camera sees, for techniques that need it (`needs_samples`); they draw a small G-buffer of about 256 by 256
-    ///     pixels where none is given. Others leave it unread.
+    /// samples : Samples or GBuffer, optional
+    ///     What the camera sees, for techniques that need it (`needs_samples`); they draw a G-buffer of about 128 by 128
+    ///     pixels, and a uniform map for its shadows, where none is given. Others leave it unread.
     ///
     /// Returns
     /// -------
@@ -96,21 +103,32 @@ impl PyTechnique {
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
         #[pyo3(from_py_with = light)] light: crate::Light,
         #[pyo3(from_py_with = resolution)] resolution: u32,
-        #[pyo3(from_py_with = samples)] samples: Option<Bound<'py, PyGBuffer>>,
+        #[pyo3(from_py_with = given)] samples: Option<Given<'py>>,
     ) -> PyResult<PyParameterization> {
         let (scene, camera, technique) = (&scene.get().scene, &camera.get().camera, &self.technique);
-        if !technique.needs_samples() {
+        let needs = technique.needs();
+        if needs == Needs::Nothing {
             return Ok(technique.parameterize(scene, camera, &light, resolution).or_raise(py)?.into());
         }
         technique.serves(&light).or_raise(py)?;
-        let given = samples.as_ref().map(|g| g.get().receiver_samples(py)).transpose()?;
-        let p = run_watched(py, None, |progress| match given {
-            Some(seen) => technique.parameterize_seen(scene, camera, &light, resolution, Some(seen)),
-            None => {
-                let seen = receiver_samples(scene, camera, progress)?;
-                technique.parameterize_seen(scene, camera, &light, resolution, Some(&seen))
+        let fitted =
+            |samples: Option<&Samples>| technique.parameterize_seen(scene, camera, &light, resolution, samples);
+        let p = match samples {
+            Some(Given::Samples(samples)) => {
+                let samples = &samples.get().samples;
+                py.detach(|| fitted(Some(samples))).or_raise(py)?
             }
-        })?;
+            Some(Given::GBuffer(gbuffer)) => gbuffer.get().with_surfaces(py, |surfaces| {
+                run_watched(py, None, |progress| {
+                    let seen = survey::samples_of_surfaces(scene, camera, &light, *surfaces, needs, progress)?;
+                    fitted(Some(&seen))
+                })
+            })?,
+            None => run_watched(py, None, |progress| {
+                let seen = survey::samples_of_view(scene, camera, &light, needs, progress)?;
+                fitted(seen.as_ref())
+            })?,
+        };
         Ok(p.into())
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
@@ -154,6 +172,12 @@ pub fn technique_specs(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         list.append(d)?;
     }
     Ok(list)
+}
+
+/// Words of parameters that have another name now: technique, parameter, the old word and the new one.
+#[pyfunction]
+pub fn renamed_words() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
+    techniques::RENAMED.iter().map(|r| (r.technique, r.param, r.words[0], r.words[1])).collect()
 }
 
 /// The text of a technique or of its name; nothing for another type.

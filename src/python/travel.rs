@@ -13,6 +13,8 @@ use super::mesh::PyMesh;
 use super::note::PyNote;
 use super::parameterization::{PyParameterization, PyPartition};
 use super::render::PyBias;
+use super::sample_states;
+use super::samples::PySamples;
 use super::scene::PyScene;
 use super::scene_states::{restored_mesh, restored_scene};
 use super::state::{Parts, State};
@@ -47,6 +49,7 @@ pub fn restore<'py>(parts: &Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyAny>> 
         "GBuffer" => object!(PyGBuffer::restored(py, &parts)?),
         "Mesh" => object!(PyMesh { mesh: Arc::clone(&restored_mesh(py, &parts)?) }),
         "Misclassified" => object!(PyMisclassified::restored(py, &parts)?),
+        sample_states::NAME => object!(PySamples { samples: sample_states::restored(py, &parts)? }),
         "Scene" => object!(PyScene::from(restored_scene(py, &parts)?)),
         _ => Err(parts.error(py, "this version has no such class: it is damaged, or of a newer shadowlab")),
     }

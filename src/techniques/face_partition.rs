@@ -22,7 +22,7 @@
 use glam::{DVec3, DVec4};
 
 use super::kit::faces::side_by_side;
-use super::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use super::kit::{Default, Kind, LightSupport, Maps, Needs, ParamSpec, Part, Settings, Spec, Technique};
 use super::techniques_of;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};
@@ -81,8 +81,8 @@ impl Technique for FacePartition {
     fn settings(&self) -> Vec<(&'static str, Value)> {
         self.settings.values().to_vec()
     }
-    fn needs_samples(&self) -> bool {
-        self.inner().any(|t| t.needs_samples())
+    fn needs(&self) -> Needs {
+        self.inner().map(Technique::needs).max().unwrap_or(Needs::Nothing)
     }
     /// As far as both inner techniques do.
     fn serves(&self, light: &Light) -> Result<()> {

@@ -10,7 +10,7 @@
 //! GMNPR has it, so that the map goes to the uniform one.
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
+use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -28,7 +28,9 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Number { min: 0.0, max: 1e12 },
             doc: "least warp distance over the body's extent along the warp axis, in units of its near depth over its far depth",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 

@@ -15,7 +15,7 @@
 //! its warp, down to θ = 0.
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp};
+use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -41,7 +41,9 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Choice(&["clipped", "frustum"]),
             doc: "what the warp is derived from: what is seen of the scene, or the camera's whole frustum as published",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 

@@ -15,7 +15,9 @@
 //! ```
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{FIT, LEAST_LAMBDA, LightSupport, Part, Provisional, Settings, Spacing, Spec, Warp, WarpSpace};
+use super::kit::{
+    FIT, LEAST_LAMBDA, LightSupport, MARGIN, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp, WarpSpace,
+};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::note::{Detail, Note};
@@ -27,7 +29,7 @@ pub static SPEC: Spec = Spec {
     title: "Ideal logarithmic shadow map",
     source: "Wimmer, Scherzer, Purgathofer 2004, section 4.2; Lloyd et al. 2008",
     lights: LightSupport { directional: true, spot: false, point: false },
-    params: &[FIT],
+    params: &[RANGE, FIT, MARGIN],
 };
 
 #[derive(Debug)]

@@ -16,7 +16,9 @@
 
 use super::glpr::LEAST_SHARE;
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, ParamSpec, Part, Provisional, Settings, Spacing, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -35,7 +37,9 @@ pub static SPEC: Spec = Spec {
             doc: "the perspective before the logarithm: from the eye, GMNPR's where the eye lies among the receivers \
                   (glpr); GMNPR's at every angle (gmnpr); LiSPSM's over the depth the body spans (lispsm)",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 

@@ -22,10 +22,10 @@ mod z_partition;
 
 pub use crate::parameterization::Value;
 pub use kit::{
-    Default, FIT, Fitting, Kind, LightSupport, Maps, Named, ParamSpec, Part, Provisional, Settings, Spacing, Spec,
-    Technique, Warp,
+    Default, FIT, Fitting, Kind, LightSupport, MARGIN, Maps, Named, Needs, ParamSpec, Part, Provisional, RANGE,
+    Settings, Spacing, Spec, Technique, Warp,
 };
-pub use registry::{Entry, Make, specs, technique};
+pub use registry::{Entry, Make, RENAMED, Renamed, specs, technique};
 pub use text::{technique_of, techniques_of, text_of};
 
 /// All techniques, in the order of tables.

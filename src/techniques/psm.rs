@@ -7,8 +7,8 @@
 //!   h = C (-l, 0) the light there and q the images, all rows of the published matrices are multiples of the differences
 //!   `h.w q - h`, which point along the light in every case and have no pole where h.w vanishes. The case is noted only.
 //! - The axis of the light's camera is the mean direction of the images (theory.md 3.4). It leans towards the view just
-//!   as far as keeps the light's own perspective from being deeper than the camera's: always possible, as from straight
-//!   ahead it is not. A fixed share such as 1/100 cannot be met where the camera's depths span more.
+//!   as far as keeps the light's own perspective from being deeper than 1 : 100 (theory.md 3.3), or than the camera's
+//!   where that is deeper: always possible, as from straight ahead it is not.
 //! - Map y is the direction in which w grows, so the near end is at y = -1; depth and crop come from the shared fit.
 //!
 //! ```text
@@ -21,7 +21,8 @@ use glam::{DVec2, DVec3};
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings,
+    Spec, Warp,
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
@@ -55,17 +56,21 @@ pub static SPEC: Spec = Spec {
                   whose own is less slides back; 1 asks for nothing",
         },
         ParamSpec {
-            name: "range",
-            unit: "",
-            default: Default::Choice("receivers"),
-            kind: Kind::Choice(&["receivers", "camera"]),
-            doc: "near and far of the virtual camera: around the receivers, or the camera's own as published in 2002",
+            kind: Kind::Choice(&["seen", "body", "camera"]),
+            doc: "near and far of the virtual camera: the depths of the visible surfaces that face the light (seen), of the \
+                  part of the scene's box inside the camera's frustum, most of it air (body), or the camera's own as \
+                  published in 2002 (camera)",
+            ..RANGE
         },
         FIT,
+        MARGIN,
     ],
 };
 
-/// Below this share the light's homogeneous w is called parallel (theory.md 3.3). Only the name of the case hangs on it.
+/// The nearest image is at least this share of the farthest one's distance from the light (theory.md 3.3).
+const LEAST_DISTANCE: f64 = 0.01;
+
+/// Below this share the light's homogeneous w is called parallel (theory.md 3.3). Affects only the case name that is reported.
 const PARALLEL: f64 = 1e-7;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,16 +79,17 @@ enum Slide {
     Length(f64),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Range {
-    Receivers,
-    Camera,
-}
-
 #[derive(Debug)]
 struct Psm {
     slide: Slide,
-    range: Range,
+    depths: Depths,
+}
+
+/// Near and far of the virtual camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Depths {
+    Receivers,
+    Camera,
 }
 
 /// The warp from checked settings.
@@ -92,8 +98,9 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
         Some(length) => Slide::Length(length),
         None => Slide::Infinity(settings.declared_number("infinity")?),
     };
-    let range = settings.meaning("range", &[("receivers", Range::Receivers), ("camera", Range::Camera)])?;
-    Ok(Box::new(Psm { slide, range }))
+    let receivers = Depths::Receivers;
+    let depths = settings.meaning("range", &[("seen", receivers), ("body", receivers), ("camera", Depths::Camera)])?;
+    Ok(Box::new(Psm { slide, depths }))
 }
 
 impl Warp for Psm {
@@ -131,9 +138,9 @@ impl Warp for Psm {
 
 impl Psm {
     fn depth_range(&self, view: &FocusedView) -> [f64; 2] {
-        match self.range {
-            Range::Receivers => view.eye_depth,
-            Range::Camera => [view.camera.near(), view.camera.far()],
+        match self.depths {
+            Depths::Receivers => view.eye_depth,
+            Depths::Camera => [view.camera.near(), view.camera.far()],
         }
     }
 }
@@ -170,7 +177,7 @@ impl VirtualCamera {
 /// The images q of the receivers in the virtual camera's clip space C, and the light's there, h = C (-l, 0).
 #[derive(Debug, Clone, Copy)]
 struct PostPerspective<'a> {
-    view: &'a FocusedView,
+    view: &'a FocusedView<'a>,
     /// The way the light travels.
     along: DVec3,
     forward: DVec3,
@@ -185,7 +192,7 @@ struct PostPerspective<'a> {
 
 impl<'a> PostPerspective<'a> {
     /// Nothing where the virtual camera's depths are equal up to half of the digits.
-    fn new(view: &'a FocusedView, camera: &VirtualCamera, along: DVec3) -> Option<Self> {
+    fn new(view: &'a FocusedView<'a>, camera: &VirtualCamera, along: DVec3) -> Option<Self> {
         let [near, far] = camera.depths;
         if far - near <= f64::EPSILON.sqrt() * far {
             return None;
@@ -228,7 +235,7 @@ impl<'a> PostPerspective<'a> {
         let ahead = DVec3::NEG_Z * self.light_w.signum();
         let [near, far] = camera.depths;
         let distances = || self.images(camera).map(|(image, depth)| ([mean.dot(image), ahead.dot(image)], depth));
-        let by_distance = least_blend(|| distances().map(|(d, _)| d), near / far);
+        let by_distance = least_blend(|| distances().map(|(d, _)| d), (near / far).min(LEAST_DISTANCE));
         let by_w = least_blend(|| distances().map(|([a, b], depth)| [a * depth, b * depth]), LEAST_LAMBDA);
         let blend = by_distance.max(by_w);
         (mean.lerp(ahead, blend), blend)

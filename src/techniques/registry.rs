@@ -29,6 +29,36 @@ pub fn specs() -> impl Iterator<Item = &'static Spec> {
     TECHNIQUES.iter().map(|entry| entry.spec)
 }
 
+/// A word that has another name now.
+#[derive(Debug, Clone, Copy)]
+pub struct Renamed {
+    /// The technique.
+    pub technique: &'static str,
+    /// The parameter.
+    pub param: &'static str,
+    /// The word as it was, and as it is.
+    pub words: [&'static str; 2],
+}
+
+/// Words of earlier versions that still work.
+pub static RENAMED: &[Renamed] = &[
+    Renamed { technique: "psm", param: "range", words: ["receivers", "body"] },
+    Renamed { technique: "z_partition", param: "range", words: ["receivers", "body"] },
+];
+
+/// Parameters with today's words.
+fn renamed(name: &str, params: &[(String, Value)]) -> Vec<(String, Value)> {
+    let mut params = params.to_vec();
+    for old in RENAMED.iter().filter(|old| old.technique == name) {
+        for (_, value) in params.iter_mut().filter(|(param, _)| param == old.param) {
+            if matches!(value, Value::Choice(word) if word == old.words[0]) {
+                *value = Value::Choice(old.words[1].into());
+            }
+        }
+    }
+    params
+}
+
 /// A technique by name, with some of its parameters; the others keep their defaults.
 ///
 /// # Errors
@@ -48,12 +78,13 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
         name: name.to_string(),
         valid: specs().map(|spec| spec.name.to_string()).collect(),
     })?;
-    let settings = entry.spec.resolve(params)?;
+    let settings = entry.spec.resolve(&renamed(name, params))?;
     match entry.make {
         Make::Warp(make) => {
             let warp = make(&settings)?;
             let tightening = settings.tightening()?;
-            Ok(Box::new(Focused { spec: entry.spec, settings, tightening, warp }))
+            let (range, holds, margin) = (settings.range(), settings.holds(), settings.declared_number("margin")?);
+            Ok(Box::new(Focused { spec: entry.spec, settings, tightening, range, holds, margin, warp }))
         }
         Make::Scheme(make) => make(settings),
     }

@@ -22,7 +22,9 @@
 //! turns along the view: with the centre ray in the middle of the body, eta goes to a third of its depth.
 
 use super::kit::along_view::{AlongView, warped_along_view};
-use super::kit::{Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 use crate::note::{Detail, Note};
@@ -50,7 +52,9 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Number { min: 0.001, max: 0.999 },
             doc: "share of the map's rows that goes to what is nearer than the focus depth (the 80 % rule)",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 

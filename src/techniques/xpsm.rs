@@ -13,7 +13,8 @@
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+    WarpSpace,
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
@@ -50,13 +51,17 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Number { min: 0.0, max: 1.0 },
             doc: "below this sine between light and view the map is uniform",
         },
+        RANGE,
         ParamSpec {
-            kind: Kind::Choice(&["exact", "receivers", "intersection", "none", "published"]),
-            doc: "how closely the map is cut: to receivers and the casters above them (exact), to receivers and all casters' \
-                  depth (receivers), to where anything is cast on anything (intersection), not to what is in the view \
-                  (none), or as published, which loses casters: to corners with w above epsilon_w (published)",
+            kind: Kind::Choice(&["shadow", "seen", "exact", "receivers", "intersection", "none", "published"]),
+            doc: "what the map must hold: visible receivers in shadow and their neighbours, as outside a map all is lit \
+                  (shadow); all visible receivers (seen); or, without samples, the boxes of all instances in the view and \
+                  the casters above them (exact), the same with all casters' depth (receivers), only where anything is \
+                  cast on anything (intersection), all that the view's body holds (none), or as published, which loses \
+                  casters: corners with w above epsilon_w (published)",
             ..FIT
         },
+        MARGIN,
     ],
 };
 

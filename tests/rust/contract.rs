@@ -5,34 +5,32 @@ mod checks;
 mod configuration;
 mod random_views;
 
-use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
 use glam::{DAffine3, DMat3, DVec3};
-use shadowlab::focus::{Focus, FocusedView, ReceiverSamples};
+use shadowlab::focus::{Focus, FocusedView, Samples};
 use shadowlab::geometry::{Aabb, Rows};
+use shadowlab::image::{GBuffer, Surfaces};
 use shadowlab::note;
 use shadowlab::scene::{Camera, Light, Scene};
-use shadowlab::techniques::{Kind, Technique, Value, technique, techniques_of};
+use shadowlab::survey::SURVEY_COUNT;
+use shadowlab::techniques::{Kind, Needs, Technique, Value, technique, techniques_of};
 use shadowlab::{Error, Parameterization};
 
+use crate::support::by_body::by_body_with;
 use crate::support::views::{
-    self, Random, View, by_hand, directional, directions, from_library, points, samples_of, settings, spots,
+    self, Random, View, by_hand, directional, directions, from_library, picture_of, points, settings, shaded_samples,
+    spots,
 };
-use checks::{Answers, Local, Receivers, answer, assert_contract, assert_factors, own_view};
+use checks::{Answers, Local, Receivers, answer, assert_contract, assert_factors, margin_is_too_wide, own_view};
 
 const RESOLUTION: u32 = 512;
 
 /// NDC computed twice from matrices with entries up to 1e6 (an eye 1e-3 of the scene's size above a plane).
 const TOLERANCE: f64 = 1e-7;
 
-fn with_params(name: &str, params: &[(&str, Value)]) -> Box<dyn Technique> {
-    let params: Vec<(String, Value)> = params.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    technique(name, &params).expect("made")
-}
-
 /// Holds all techniques that serve the light of a view against it.
-fn check(v: &View, made: &[(String, Box<dyn Technique>)], samples: &ReceiverSamples, answers: &mut Answers) {
+fn check(v: &View, made: &[(String, Box<dyn Technique>)], samples: &Samples, answers: &mut Answers) {
     let r = Receivers::new(v);
     for (name, t) in made.iter().filter(|(_, t)| t.serves(&v.light).is_ok()) {
         let what = format!("{} / {name}", v.name);
@@ -52,9 +50,10 @@ fn every_technique_on_scenes_made_by_hand_under_awkward_lights() {
     let made = settings();
     let mut answers = Answers::default();
     for (name, scene, camera) in by_hand() {
-        let samples = LazyCell::new(|| samples_of(&scene, &camera));
+        let picture = picture_of(&scene, &camera);
         let lights = directions(&camera).into_iter().map(|(n, d)| (n, directional(d)));
         for (light_name, light) in lights.chain(spots(&scene, &camera)).chain(points(&scene, &camera)) {
+            let samples = shaded_samples(&scene, &camera, &light, &picture);
             let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
             check(&v, &made, &samples, &mut answers);
         }
@@ -67,8 +66,8 @@ fn every_technique_on_the_library_scenes() {
     let made = settings();
     let mut answers = Answers::default();
     for v in from_library() {
-        let samples = samples_of(&v.scene, &v.camera);
-        check(&v, &made, &samples, &mut answers);
+        let picture = picture_of(&v.scene, &v.camera);
+        check(&v, &made, &shaded_samples(&v.scene, &v.camera, &v.light, &picture), &mut answers);
         // The whole list of lights with the defaults.
         let defaults = made.iter().filter(|(name, _)| name.ends_with("()"));
         let made: Vec<(String, Box<dyn Technique>)> =
@@ -77,6 +76,7 @@ fn every_technique_on_the_library_scenes() {
         for (light_name, light) in lights.chain(spots(&v.scene, &v.camera)).chain(points(&v.scene, &v.camera)) {
             let name = format!("{} / {light_name}", v.name);
             let v = View { name, scene: v.scene.clone(), camera: v.camera, light };
+            let samples = shaded_samples(&v.scene, &v.camera, &v.light, &picture);
             check(&v, &made, &samples, &mut answers);
         }
     }
@@ -87,9 +87,9 @@ fn every_technique_on_the_library_scenes() {
 fn the_check_of_pairs_sees_a_map_that_loses_casters() {
     let (name, scene, camera) = by_hand().into_iter().find(|s| s.0 == "town").expect("the town");
     let v = View { name: name.to_string(), scene, camera, light: directional(DVec3::new(0.4, -1.0, -0.3)) };
-    let (r, samples) = (Receivers::new(&v), ReceiverSamples::default());
+    let (r, samples) = (Receivers::new(&v), Samples::default());
     for (name, maps) in [("lispsm", 1), ("z_partition", 4), ("face_partition", 2)] {
-        let good = with_params(name, &[]).parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");
+        let good = by_body_with(name, &[]).parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect("a map");
         assert!(good.partitions.len() >= maps, "{name}: {} maps", good.partitions.len());
         for k in 0..good.partitions.len() {
             let spoiled = |low: DVec3, high: DVec3| {
@@ -134,6 +134,15 @@ fn moved(v: &View, scale: f64, offset: DVec3) -> View {
     };
     let name = format!("{} x {scale:e} + {offset}", v.name);
     View { name, scene: v.scene.transformed(&map).expect("moved"), camera: camera.expect("a camera"), light }
+}
+
+/// Samples of a view at another scale, a power of two where there are any, and place.
+fn moved_samples(samples: &Samples, picture: &GBuffer, to: &View, scale: f64, offset: DVec3) -> Samples {
+    let surfaces = picture.surfaces();
+    let position: Vec<[f32; 3]> = surfaces.position.iter().map(|p| p.map(|x| x * scale as f32)).collect();
+    let surfaces = Surfaces { origin: surfaces.origin * scale + offset, position: &position, ..surfaces };
+    let shadows = samples.shadows.as_ref().expect("states");
+    Samples::of_surfaces(&surfaces, &to.camera).with_shadows(&to.light, shadows.image.clone(), &surfaces, SURVEY_COUNT)
 }
 
 /// A technique with its lengths in the units of a world scaled by `scale`, its planes in one moved by `offset` after that, and
@@ -197,7 +206,9 @@ fn compare_moved(v: &View, a: &Parameterization, moved: &Moved, compared: &mut b
             let own = own_view(v, partition);
             let local = Local::new(partition, own.origin);
             let steepness = |q: &DVec3| axes.iter().map(|d| local.derivative(*q, *d)).fold(0.0, f64::max);
-            CONDITION * rounding * own.receivers.vertices().iter().map(steepness).fold(0.0, f64::max)
+            let steepest = own.receivers.vertices().iter().map(steepness).fold(0.0, f64::max);
+            // The moved camera's direction is a difference of two points as far from the origin as the eye.
+            CONDITION * (rounding * steepest).max(f64::EPSILON * v.camera.eye().length().max(1.0))
         })
         .collect();
     let shift = |k: usize| {
@@ -244,12 +255,13 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
     let lattice: Vec<_> = lattice.collect();
     let (mut all_compared, mut all_vague, mut unsuited) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     for (name, scene, camera) in by_hand().into_iter().filter(|s| ["cube", "town", "floor"].contains(&s.0)) {
-        let samples = samples_of(&scene, &camera);
+        let picture = picture_of(&scene, &camera);
         let mut lights = spots(&scene, &camera);
         lights.truncate(1);
         lights.push(("slanted".into(), directional(DVec3::new(0.4, -1.0, -0.3))));
         for (light_name, light) in lights {
             let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
+            let samples = shaded_samples(&scene, &camera, &light, &picture);
             for (setting, t) in made.iter().filter(|(_, t)| t.serves(&v.light).is_ok()) {
                 // A spot's warp axis is taken at the mean of the body's vertices, and a face's borders meet the frustum's own
                 // planes in single points: rounding decides how many vertices there are.
@@ -259,18 +271,19 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
                 let stable = t.settings().contains(&("stable", Value::Flag(true)));
                 let snapped = stable && matches!(light, Light::Directional(_));
                 let what = format!("{} / {setting}", v.name);
-                let map_of = |t: &dyn Technique, v: &View, samples: &ReceiverSamples| {
+                let map_of = |t: &dyn Technique, v: &View, samples: &Samples| {
                     answer(t, v, RESOLUTION, samples).unwrap_or_else(|e| panic!("{what}: {e}"))
                 };
                 let Some(a) = map_of(t.as_ref(), &v, &samples) else {
                     unsuited.insert(setting.as_str());
                     continue;
                 };
-                for &(scale, offset) in if snapped { &lattice[..] } else { &plain[..] } {
+                // Positions of samples are f32: times powers of two they stay what they are.
+                let sampled = t.needs() != Needs::Nothing;
+                for &(scale, offset) in if snapped || sampled { &lattice[..] } else { &plain[..] } {
                     let other = moved(&v, scale, offset);
                     let name = format!("{} / {setting}", other.name);
-                    let points = samples.points.iter().map(|q| *q * scale + offset).collect();
-                    let samples = ReceiverSamples { points, normals: samples.normals.clone() };
+                    let samples = moved_samples(&samples, &picture, &other, scale, offset);
                     let b = map_of(scaled(t.as_ref(), scale, offset).as_ref(), &other, &samples);
                     // Where rounding takes all of a map, it is told.
                     let Some(p) = b else {
@@ -296,8 +309,8 @@ fn the_same_map_at_every_scale_and_far_from_the_origin() {
 
 #[test]
 fn a_warp_from_far_away_is_no_warp() {
-    let uniform = with_params("uniform", &[]);
-    let warped = with_params("lispsm", &[("near", Value::Number(1e12))]);
+    let uniform = by_body_with("uniform", &[]);
+    let warped = by_body_with("lispsm", &[("near", Value::Number(1e12))]);
     for (name, scene, camera) in by_hand() {
         let light = directional(DVec3::new(0.4, -1.0, -0.3));
         let a = uniform.parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
@@ -312,7 +325,7 @@ fn a_warp_from_far_away_is_no_warp() {
 #[test]
 fn without_a_warp_the_notes_say_why() {
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "cube").expect("the cube");
-    let t = with_params("lispsm", &[]);
+    let t = by_body_with("lispsm", &[]);
     let notes =
         |light: Light, camera: &Camera| t.parameterize(&scene, camera, &light, RESOLUTION).expect("a map").notes;
     assert!(notes(directional(camera.forward()), &camera)[0].kind() == note::Kind::NoWarp);
@@ -326,7 +339,7 @@ fn a_spot_inside_a_box_says_what_it_cannot_see() {
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "cube").expect("the cube");
     for (light_name, light) in spots(&scene, &camera) {
         for name in ["uniform", "lispsm"] {
-            let p = with_params(name, &[]).parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
+            let p = by_body_with(name, &[]).parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
             let told = p.notes.iter().filter(|n| n.kind() == note::Kind::LightInBox).count();
             assert_eq!(told, usize::from(light_name == "inside"), "{name} {light_name}: {:?}", p.notes);
         }
@@ -338,7 +351,7 @@ fn fitting_to_the_scene_never_costs_texels() {
     let light = directional(DVec3::new(0.4, -1.0, -0.3));
     for (name, scene, camera) in by_hand() {
         let texel = |focus: &str| {
-            let t = with_params("uniform", &[("focus", Value::Choice(focus.into()))]);
+            let t = by_body_with("uniform", &[("focus", Value::Choice(focus.into()))]);
             let p = t.parameterize(&scene, &camera, &light, RESOLUTION).expect("a map");
             (p.value("texel_x").expect("a size"), p.value("texel_y").expect("a size"))
         };
@@ -356,14 +369,18 @@ fn fitting_to_the_scene_never_costs_texels() {
 #[test]
 fn lights_and_resolutions_that_cannot_be_served_are_errors() {
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "cube").expect("the cube");
-    let samples = samples_of(&scene, &camera);
+    let picture = picture_of(&scene, &camera);
     let view = |light| View { name: "cube".into(), scene: scene.clone(), camera, light };
     let (down, point) = (view(directional(DVec3::NEG_Y)), view(points(&scene, &camera)[0].1));
+    let [samples, on_lamp] = [&down, &point].map(|v| shaded_samples(&scene, &camera, &v.light, &picture));
     for (name, t) in settings() {
-        let on_point = t.parameterize_seen(&scene, &camera, &point.light, RESOLUTION, Some(&samples));
+        let on_point = t.parameterize_seen(&scene, &camera, &point.light, RESOLUTION, Some(&on_lamp));
         match (on_point, t.serves(&point.light)) {
             (Ok(p), Ok(())) => assert!(t.spec().lights.point && p.partitions.len() >= 6, "{name}"),
             (Err(Error::UnsuitedView { .. }), Ok(())) => {}
+            (Err(Error::InvalidArgument { name: parameter, .. }), Ok(())) => {
+                assert!(parameter == "margin" && margin_is_too_wide(t.as_ref(), RESOLUTION), "{name}: {parameter}");
+            }
             (Err(error), Err(refused)) => {
                 assert!(error == refused && matches!(error, Error::UnsupportedLight { .. }), "{name}: {error}");
             }
@@ -379,14 +396,14 @@ fn lights_and_resolutions_that_cannot_be_served_are_errors() {
         answer(t.as_ref(), &down, 3, &samples).expect("one texel");
         let unseen = t.parameterize(&scene, &camera, &down.light, RESOLUTION);
         let missing = matches!(&unseen, Err(Error::InvalidArgument { name, .. }) if name == "samples");
-        assert_eq!(missing, t.needs_samples(), "{name}: {unseen:?}");
+        assert_eq!(missing, t.needs() != Needs::Nothing, "{name}: {unseen:?}");
     }
 }
 
 #[test]
 fn a_stable_map_moves_in_whole_texels_and_keeps_its_texel_size() {
     let (_, scene, _) = by_hand().into_iter().find(|s| s.0 == "town").expect("the town");
-    let t = with_params("uniform", &[("stable", Value::Flag(true))]);
+    let t = by_body_with("uniform", &[("stable", Value::Flag(true))]);
     let light = directional(DVec3::new(0.4, -1.0, -0.3));
     for offset in [DVec3::ZERO, DVec3::new(455_000.0, 80.0, -5_411_000.0)] {
         let scene = scene.transformed(&DAffine3::from_translation(offset)).expect("moved");
@@ -427,7 +444,7 @@ fn scenes_join_without_a_gap_between_receivers_and_casters() {
     ]);
     let camera = views::look(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, 0.8, 0.1, 30.0);
     for name in ["uniform", "lispsm"] {
-        let p = with_params(name, &[]).parameterize(&scene, &camera, &directional(DVec3::NEG_Y), 64).expect("a map");
+        let p = by_body_with(name, &[]).parameterize(&scene, &camera, &directional(DVec3::NEG_Y), 64).expect("a map");
         let (low, _) = p.partitions[0].project(DVec3::ZERO);
         let (high, _) = p.partitions[0].project(DVec3::new(0.0, 400.5, 0.0));
         assert!((0.0..0.1).contains(&high.z) && high.z < low.z && low.z <= 1.0, "{name}: {high} {low}");

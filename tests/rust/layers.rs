@@ -42,6 +42,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
     ("techniques", &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "rays", "scene"]),
+    // What is seen is drawn by a renderer and divided among maps; techniques get it as data.
+    (
+        "survey",
+        &["aliasing", "error", "focus", "image", "parameterization", "progress", "render", "scene", "techniques"],
+    ),
     (
         "python",
         &[
@@ -58,6 +63,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "render",
             "scene",
             "diagnose_pixels",
+            "survey",
             "techniques",
             "threads",
             "trace",

@@ -18,7 +18,7 @@ from .options import (
     view_options,
     writable_directory,
 )
-from .view import chosen_light, given_vectors, load_view
+from .view import chosen_light, given_vectors, load_view, view_text
 
 if TYPE_CHECKING:
     from .._core import Camera, DirectionalLight, Scene
@@ -38,7 +38,9 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
         description=advise_command.__doc__,
     )
     view_options(advise)
-    advise.add_argument("--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB")
+    advise.add_argument(
+        "--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB (default: 4MiB)"
+    )
     lights = advise.add_argument_group("lights", "One that fits the scene where none is given.")
     lights.add_argument(
         "--light",
@@ -56,7 +58,7 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
     technique_option(
         advise,
         'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
-        "ships (default: uniform, LiSPSM, TSM, and depth splits)",
+        "ships (default: every technique that serves the lights, with its settings that matter)",
     )
     advise.add_argument(
         "--error",
@@ -69,23 +71,21 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
         "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
     )
     lookup_options(advise)
-    directory_option(advise, "advice", "advice.csv, advice.json and the rest")
+    directory_option(advise, "advice", "report.html, advice.csv, advice.json and the rest")
     advise.set_defaults(run=advise_command)
 
 
 def advise_command(options: Namespace) -> int:
-    """Ranks techniques at equal memory over lights, and writes tables, advice.json with all numbers, and a figure."""
+    """Ranks techniques at equal memory over lights, and writes a report, tables, and advice.json with all numbers."""
     from .._core import Renderer
     from ..experiments.advise import advise
     from ..experiments.measures import measure_of, over_of
-    from ..experiments.memory import budgets_of
+    from ..experiments.memory import DEFAULT_MEMORY, budgets_of
     from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
     from ..text.checks import picture_size
 
-    if not options.memory:
-        raise ArgumentError("memory: expected one or several budgets, got none; try --memory 4MiB,16MiB")
-    budgets = budgets_of([text for words in options.memory for text in words.split(",")])
+    budgets = budgets_of([text for words in options.memory or [DEFAULT_MEMORY] for text in words.split(",")])
     measure_of(options.error), over_of(options.over)
     for spec in options.technique or ():
         if spec != ALL:
@@ -116,11 +116,11 @@ def advise_command(options: Namespace) -> int:
         raise ArgumentError(advice.outcomes[0].failure)
     path = advice.save(directory)
     print(
-        f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, "
-        f"by {advice.measure.title}\n"
+        f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, by {advice.measure.title}"
     )
+    print(f"{view_text(camera, lights, size, source)}\n")
     print(advice_table(advice.standings, advice.measure))
-    print(f"\n{advice.verdict}\n\nNumbers, and the Python behind each: {path}")
+    print(f"\n{advice.verdict}\n\nReport: {path}")
     return 0
 
 
@@ -137,6 +137,8 @@ def load_views(
     first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
     scene, camera, light, source = load_view(first, size)
     if elevations is not None:
+        # Their directions are not the one that fits the scene.
+        source = replace(source, given=tuple(one for one in source.given if one[0] != "light"))
         return scene, camera, [elevated(light, camera, angle) for angle in elevations], source
     more = [Namespace(**{**vars(options), "light": direction}) for direction in directions[1:]]
     others = [chosen_light(one, given_vectors(one), light, scene) for one in more]

@@ -19,8 +19,9 @@ from .options import (
     technique_option,
     view_options,
     writable_directory,
+    writable_file,
 )
-from .view import load_view
+from .view import load_view, view_text
 
 if TYPE_CHECKING:
     from .._core import Note
@@ -48,6 +49,11 @@ def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     resolution_option(compare, "texels along each side of the maps", metavar="N[,N...]")
     lookup_options(compare)
     directory_option(compare, "report", "report.html and the rest")
+    compare.add_argument(
+        "--save-arrays",
+        metavar="FILE.npz",
+        help="write G-buffer, truth, matrices, maps and masks there, for numpy.load; docs/arrays.md lists the keys",
+    )
     compare.set_defaults(run=compare_command)
 
 
@@ -71,6 +77,7 @@ def compare_command(options: Namespace) -> int:
     size = size or picture_size(camera.aspect)
     bias = bias_given(options)
     renderer = Renderer(options.backend)
+    arrays = None if options.save_arrays is None else writable_file("save-arrays", options.save_arrays)
     directory = writable_directory(options.out)
     study = compare(
         scene,
@@ -87,11 +94,14 @@ def compare_command(options: Namespace) -> int:
     if all(run.failure for run in study.runs):
         raise ArgumentError(study.runs[0].failure)
     report = study.save(directory)
-    print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels\n")
+    print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels")
+    print(f"{view_text(camera, [light], size, source)}\n")
     print(study_table(study.table))
     for line in notes_of(study.runs):
         print(line)
     print(f"\n{study.verdict}\n\nReport: {report}")
+    if arrays is not None:
+        print(f"Arrays: {study.save_arrays(arrays)}")
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import ArgumentError
 from ..text import parse_bias, parse_resolutions, parse_size
-from ..text.checks import BACKENDS, FILTERS, UP_AXES
+from ..text.checks import BACKENDS, FILTERS, UP_AXES, VIEWS
 
 if TYPE_CHECKING:
     from .._core import Bias
@@ -29,6 +29,12 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
     view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
     view.add_argument("--up", default="y", choices=UP_AXES, help="the file's up axis (default: y)")
     view.add_argument("--ground", action="store_true", help="add a floor under the scene")
+    view.add_argument(
+        "--view",
+        choices=VIEWS,
+        help="which of the views that are chosen for a scene: along it at eye level, from above, or along it against "
+        "the light (default: along; a scene of the library has a view of its own)",
+    )
     view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
     view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
     view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
@@ -41,7 +47,7 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
     view.add_argument(
         "--size",
         metavar="WxH",
-        help="pixels of the eye view (default: 1024x1024, or as many in the aspect of a library scene's camera)",
+        help="pixels of the eye view (default: 1360x765, or as many in the aspect of a library scene's camera)",
     )
 
 
@@ -129,6 +135,31 @@ def check_once(name: str, texts: Sequence[str]) -> None:
     for text in texts:
         if texts.count(text) > 1:
             raise ArgumentError(f"{name}: {text!r} is given twice; give it once")
+
+
+def writable_file(name: str, path: str) -> Path:
+    """The file, tried before long work; one that is there stays as it is, and its directory is made.
+
+    Raises
+    ------
+    ArgumentError
+        Where it cannot be written; `name` is the option.
+    """
+    if not path:
+        raise ArgumentError(f"{name}: expected the name of a file, got nothing; try --{name} study.npz")
+    file = Path(path)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        there = file.exists()
+        with file.open("ab"):
+            pass
+        if not there:
+            file.unlink()
+    except OSError as error:
+        raise ArgumentError(
+            f"{name}: cannot write {path!r} ({error.strerror or error}); choose another file"
+        ) from error
+    return file
 
 
 def writable_directory(path: str) -> Path:

@@ -6,6 +6,7 @@ Vectors and points are in the axes of the file. What is not given is chosen to f
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -23,41 +24,80 @@ if TYPE_CHECKING:
 
 
 def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
-    """Scene, camera, light and where the scene came from; without a size the camera of the library keeps its aspect."""
+    """Scene, camera, light and where they came from.
+
+    Without a size the camera of a library scene keeps its aspect, and the pictures of others are 16:9.
+    """
+    from ..reports.reproduce import own_numbers
     from ..scene import library
-    from ..scene.default_view import default_view
+    from ..scene.default_view import WIDE_ASPECT, default_viewpoint
     from ..scene.files import load_scene
     from ..scene.source import Source
-    from ..text.checks import picture_size
+    from ..text.checks import VIEWS, picture_size
 
     given = given_vectors(options)
-    aspect = 1.0 if size is None else size[0] / size[1]
     if options.scene.startswith("@"):
         if options.up != "y":
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
-        built = library.scene(name, **cast("dict[str, Any]", params))
-        camera, light = built.camera, built.light
-        if size is None:
-            width, height = picture_size(camera.aspect)
-            aspect = width / height  # that of the picture, so that its pixels are square
-        whole: Scene = built.with_ground() if options.ground else built
+        part: Scene = library.scene(name, **cast("dict[str, Any]", params))
     else:
-        scene = load_scene(options.scene, up=options.up)
-        whole = scene.with_ground() if options.ground else scene
-        # The floor is twelve times as wide as the object: the picture frames the object.
-        camera, light = default_view(whole, aspect=aspect, focus=scene)
-    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
+        part = load_scene(options.scene, up=options.up)
+    own = part if isinstance(part, library.LibraryScene) and options.view is None else None
+    # The aspect is that of the picture, so that its pixels are square.
+    width, height = size or picture_size(WIDE_ASPECT if own is None else own.camera.aspect)
+    aspect = width / height
+    whole = part.with_ground() if options.ground else part
     vectors = ("eye", "target", "light", "light-position")
-    words = tuple((name, getattr(options, name.replace("-", "_"))) for name in vectors)
-    as_given = tuple((name, ",".join(text.replace(",", " ").split())) for name, text in words if text is not None)
-    source = replace(Source.of_scene(whole), arguments=(options.scene, *extra), up=options.up, given=as_given)
+    texts = {name: getattr(options, name.replace("-", "_")) for name in vectors}
+    as_given = {name: ",".join(text.replace(",", " ").split()) for name, text in texts.items() if text is not None}
+    aimed = bool({"eye", "target"} & as_given.keys())
+    taken = "own"
+    if own is not None:
+        camera: Camera = own.camera
+        light: Light = own.light
+    else:
+        # The floor is twelve times as wide as the object: the picture is of the object.
+        chosen = default_viewpoint(whole, aspect=aspect, focus=part, view=options.view or VIEWS[0])
+        camera, light = chosen.camera(aspect), chosen.sun
+        taken = chosen.name
+        # In the numbers that it was made of, so that its texts make the same view.
+        words = {"eye": chosen.eye, "target": chosen.target, "light": chosen.light}
+        if aimed:
+            del words["target"]
+        if {"light", "light-position"} & as_given.keys():
+            del words["light"]
+        as_given = {name: own_numbers(vector, options.up) for name, vector in words.items()} | as_given
+    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
+    source = replace(
+        Source.of_scene(whole),
+        arguments=(options.scene, *extra),
+        up=options.up,
+        given=tuple(as_given.items()),
+        view="" if aimed else taken,
+    )
     return (
         whole,
         chosen_camera(options, given, camera, whole, aspect),
         chosen_light(options, given, light, whole),
         source,
     )
+
+
+def view_text(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> str:
+    """Which view was taken, and the options that repeat it."""
+    import shlex
+
+    from ..reports.reproduce import view_arguments
+    from ..text.checks import VIEWS
+
+    others = " or ".join(f"--view {name}" for name in VIEWS if name != source.view)
+    named = {
+        "": "as given, the rest chosen for the scene",
+        "own": f"that of the scene; {others} for another",
+    }
+    what = named.get(source.view, f"{source.view}, chosen for the scene; {others} for another")
+    return f"View: {what}. These options repeat it:\n  {shlex.join(view_arguments(camera, lights, size, source))}"
 
 
 def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float64]]:
@@ -76,7 +116,7 @@ def chosen_camera(
     import numpy as np
 
     from .._core import Camera
-    from ..scene.default_view import INSIDE_DEPTH_RATIO, fitting_depths
+    from ..scene.framing import INSIDE_DEPTH_RATIO, fitting_depths
 
     eye = given.get("eye", fitting.eye)
     middle = np.asarray(scene.bounds).mean(axis=0) if "eye" in given else fitting.eye + fitting.far * fitting.forward

@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..errors import ArgumentError, UnknownNameError, UnsupportedError
 from ..scene.source import Source
@@ -19,53 +19,26 @@ from ..text import shown
 from ..text.checks import renderer_of
 from ..travel import Value
 from .arguments import check_types, size_of
-from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, plans_of
+from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, planned
+from .choice import Choice, Gain, choice_of, gains
 from .columns import table
+from .counts import WrongPixels
 from .measures import ErrorName, Measure, Over, measure_of, over_of
-from .memory import budgets_of, bytes_of, memory_text
+from .memory import DEFAULT_MEMORY, budgets_of, bytes_of, memory_text
+from .noise import outcomes_with_noise
+from .phases import PHASES, checked_phases
 from .progress import Steps
 from .ranking import Standing, counted_views, standings, switches
+from .screening import MOST_DRAWN, Predict, checked_predict, chosen_predict, shortlisted
+from .tried import Untried, untried_of
 from .views import LabelledView, views_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from .._core import Bias, Camera, Scene
-    from ..types import Filter, Item, Labelled, Light, RendererArgument, Techniques
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A candidate at its resolution, with the error that it has there.
-
-    Attributes
-    ----------
-    candidate : str
-        Its label.
-    technique : Technique, Preset or Parameterization
-        What it is: ``choice.technique.parameterize(scene, camera, light, resolution=choice.resolution)``.
-    maps, resolution : int
-        How many maps there are, and texels along each side.
-    bytes, memory : int
-        What the maps take, and the budget.
-    error : float
-        In the unit of the advice's measure.
-    view : str or None
-        The view that it is of; None for all.
-    about_equal : tuple of str
-        Candidates that do about as well.
-    """
-
-    candidate: str
-    technique: Item = field(repr=False)
-    maps: int
-    resolution: int
-    bytes: int
-    memory: int
-    error: float
-    view: str | None
-    about_equal: tuple[str, ...]
+    from .._core import Bias, Camera, GBuffer, Scene
+    from ..types import Filter, Labelled, Light, RendererArgument, RendererLike, Techniques
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,10 +48,10 @@ class Advice(Value):
     Attributes
     ----------
     table : DataFrame
-        One row a candidate and budget, best first within each budget: maps, resolution (texels), bytes,
-        unused_memory (share of the memory), error_mean and error_worst over the views (in the measure's unit), the view
-        of the worst, ratios to the best and to uniform at equal memory, whether it is about equal to the best, and
-        `failure`.
+        One row per candidate and budget, best first within each budget: maps, resolution (texels), bytes,
+        unused_memory (share of the memory), error_mean and error_worst over the views (in the measure's unit), the
+        noise of the one ranked by (`error_sd`), the view of the worst, ratios to the best and to uniform at equal
+        memory, whether it is about equal to the best, and `failure`.
     runs : DataFrame
         One row a candidate, budget and view with all numbers: the error, wrong pixels and their causes, lengths of
         texels (`texel_max`, `texel_p95`, `texel_mean`, pixels), `undersampled` (share), `storage_factor`, times of one
@@ -88,6 +61,12 @@ class Advice(Value):
         winner is about equal to the best, `to` the first one where the old winner no longer is, and from `equal_from`
         to `equal_to` both are (NaN where `from` and `to` are neighbours). With both winners' errors at both
         (`other_from` is the error of `winner_to` at `from`).
+    gains : list of Gain
+        With each budget the best warp or split drawn beside uniform, and whether it has less error.
+    unjudged : float
+        Largest share of the visible pixels of a view that is undecided or not compared.
+    untried : tuple of Untried
+        The techniques of `sl.techniques()` and the candidates that were not drawn, and why.
     verdict : str
         What the tables say, in plain English.
     """
@@ -105,6 +84,9 @@ class Advice(Value):
     adapter: str
     filled: Mapping[str, float]
     source: Source
+    untried: tuple[Untried, ...] = ()
+    phases: int = PHASES
+    renderer: RendererLike | None = field(default=None, repr=False, compare=False)
 
     @property
     def standings(self) -> list[Standing]:
@@ -129,11 +111,27 @@ class Advice(Value):
     @property
     def verdict(self) -> str:
         """What the tables say."""
-        from ..reports.advice_verdict import advice_text
+        return " ".join(self.sentences)
+
+    @property
+    def sentences(self) -> list[str]:
+        """The sentences of the verdict, the most important one first."""
+        from ..reports.advice_verdict import advice_sentences
 
         ranking = self.standings
         changed = switches(self.outcomes, ranking)
-        return advice_text(ranking, changed, self.outcomes, self.measure, self.over, self.filled)
+        views = self.outcomes, self.measure, self.over, self.filled
+        return advice_sentences(ranking, changed, *views, untried=self.untried)
+
+    @property
+    def gains(self) -> list[Gain]:
+        """What warps and splits gain over uniform, with each budget."""
+        return gains(self.standings)
+
+    @property
+    def unjudged(self) -> float:
+        """Largest share of the visible pixels of a view that no run could compare."""
+        return max((WrongPixels.of(o.numbers).unjudged for o in self.outcomes if o.error is not None), default=0.0)
 
     @property
     def best(self) -> Choice:
@@ -172,23 +170,21 @@ class Advice(Value):
                 raise UnknownNameError(f"memory: no budget of {memory_text(wanted)}; expected one of {listed}")
             budgets = (wanted,)
         of = self.outcomes if view is None else [one for one in self.outcomes if one.view.label == view]
-        valid = [one for one in standings(of, self.over) if one.rank is not None and one.memory in budgets]
-        if not valid:
+        found = choice_of(standings(of, self.over), self.candidates, budgets, view)
+        if found is None:
             raise UnsupportedError(f"no candidate gave a number: {self.verdict}")
-        best = min(valid, key=lambda one: (one.error, one.memory, one.rank, one.maps, one.candidate))
-        near = tuple(
-            s.candidate for s in valid if s.memory == best.memory and s.about_best and s.candidate != best.candidate
-        )
-        row = best.row()
-        item = next(one.item for one in self.candidates if one.label == best.candidate)
-        sizes = (row["maps"], row["resolution"], row["bytes"], best.memory)
-        return Choice(best.candidate, item, *sizes, float(best.error or 0.0), view, near)
+        return found
 
     @property
     def counted(self) -> list[LabelledView]:
         """The views that count: those in which something could be measured."""
         labels = counted_views(self.outcomes)
         return [view for view in self.views if view.label in labels]
+
+    def gbuffer(self, view: str) -> GBuffer:
+        """What the camera of the view of this label sees."""
+        (found,) = (one.view for one in self.views if one.label == view)
+        return found.gbuffer(renderer_of(self.backend if self.renderer is None else self.renderer))
 
     def reproduce(self, row: int | pd.Series[Any] | Mapping[str, Any] | Choice) -> str:
         """The Python that computes a row again.
@@ -203,7 +199,7 @@ class Advice(Value):
         ArgumentError
             For something that is no row of this advice, and rows without a number.
         """
-        from ..reports.reproduce import snippet_of
+        from ..reports.reproduce_advice import snippet_of
 
         return snippet_of(self, row)
 
@@ -214,14 +210,19 @@ class Advice(Value):
         return advice_figure(self)
 
     def save(self, directory: str | Path) -> Path:
-        """Writes advice.csv, runs.csv, switches.csv, advice.json and advice.png; returns the path of advice.json.
+        """Writes report.html (stands alone), advice.csv, runs.csv, switches.csv, advice.json and advice.png.
+
+        Returns
+        -------
+        Path
+            Of report.html.
 
         Raises
         ------
         ArgumentError
             Where the directory cannot be made or written.
         """
-        from ..reports.advice_record import save_advice
+        from ..reports.html.advice import save_advice
 
         if not isinstance(directory, (str, os.PathLike)):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "advice"')
@@ -247,7 +248,7 @@ def advise(
     cameras: Labelled[Camera],
     lights: Labelled[Light],
     *,
-    memory: float | str | Iterable[float | str],
+    memory: float | str | Iterable[float | str] = DEFAULT_MEMORY,
     techniques: Techniques | None = None,
     error: ErrorName = "misclassified",
     over: Over = "mean",
@@ -255,6 +256,9 @@ def advise(
     renderer: RendererArgument = None,
     bias: Bias | None = None,
     filter: Filter = "nearest",
+    phases: int = PHASES,
+    predict: Predict | Literal["auto"] | None = "auto",
+    drawn: int = MOST_DRAWN,
     progress: bool = True,
     source: Source | None = None,
 ) -> Advice:
@@ -270,10 +274,11 @@ def advise(
         the view. Of one kind, best: lights of several kinds share the resolution of that with most maps.
     memory : int, str, or several
         Bytes of depth texels, 4 each: a number, "4 MiB" (2^20), "16 MB" (10^6). Each candidate gets the largest square
-        maps of whole texels that fit in the view where it has most of them; the table tells what that leaves unused.
+        maps of whole texels that fit in the view where it has most of them; the table has what that leaves unused.
+        4 MiB where none is given: one map of 1024 x 1024 texels, the default of `compare` and `evaluate`.
     techniques : sequence or dict, optional
-        As of `compare`. Uniform, two LiSPSM, TSM, and 2, 3 and 4 depth splits of uniform and of LiSPSM where none are
-        given, as far as they serve the lights. Matrices serve a single view.
+        As of `compare`. Every technique that serves all lights, with its settings that matter (`tried.SETTINGS`), where
+        none are given: 2, 3 and 4 depth splits of uniform and of LiSPSM among them. Matrices serve a single view.
     error : str
         What is ranked by: "misclassified" (share of the compared pixels that are wrong), or of the length of a texel
         in the image "worst" (one pixel decides it: "p95" is the one to use), "p95", "mean" (pixels), "undersampled"
@@ -287,6 +292,15 @@ def advise(
     bias : Bias, optional
     filter : str
         "nearest" or "pcf2x2".
+    phases : int
+        Shifts of the texels by parts of a texel over which wrong pixels are counted, of the candidates alone between
+        which the verdict has to decide; 1 for none. Their `error` is the mean. Texel lengths have no such noise.
+    predict : callable, "auto" or None
+        ``predict(view, technique, *, resolution)`` foretells wrong pixels without drawing. With each budget the
+        `drawn` candidates that it puts first are drawn, beside uniform. "auto" is `shadowlab.predict` where no
+        techniques are named and wrong pixels are ranked by; None draws all.
+    drawn : int
+        Candidates drawn with each budget where there is a prediction.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
@@ -320,17 +334,25 @@ def advise(
     # Cameras and lights are checked one by one, with the names that they have here.
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
     measure, over = measure_of(error), over_of(over)
+    checked_phases(phases)
+    named = techniques is not None
     budgets = budgets_of(memory)
     views = views_of(scene, cameras, lights, lambda camera: size_of(size, camera))
     candidates = candidates_of(techniques, views)
     renderer = renderer_of(renderer)
     bias = Bias() if bias is None else bias
     draw = Draw(renderer, bias, filter, measure)
-    with Steps(len(views) * (2 + len(candidates) * len(budgets)), progress) as step:
-        plans = [plan for candidate in candidates for plan in plans_of(draw, candidate, views, budgets)]
+    foretell = chosen_predict(predict, renderer, screens=not named and bool(measure.population))
+    drawn = checked_predict(foretell, drawn)
+    plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
+    with Steps(len(views) * (2 + len(plans)), progress) as step:
         outcomes, filled = outcomes_of(draw, plans, views, step)
+    if measure.population:
+        with Steps(len(outcomes), progress) as step:
+            outcomes = outcomes_with_noise(outcomes, over, phases, step)
+    untried = [*untried_of({one.technique for one in candidates}, {view.light.kind for view in views}), *worse]
     return Advice(
         tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
         renderer.backend, renderer.adapter, filled,
-        source or Source.of_scene(scene),
+        source or Source.of_scene(scene), tuple(untried), phases, renderer,
     )  # fmt: skip

@@ -7,7 +7,7 @@ first, and again at the resolution found, until none needs more maps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -20,6 +20,7 @@ from .measures import Measure
 from .memory import side_of, taken, too_small
 from .metrics import METRICS
 from .run import Run
+from .tried import default_techniques
 from .views import LabelledView
 
 if TYPE_CHECKING:
@@ -83,7 +84,11 @@ class Draw:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A candidate in a view with a budget; numbers are None where nothing was measured, `failure` says why."""
+    """A candidate in a view with a budget; numbers are None where nothing was measured, `failure` says why.
+
+    `error` and its `variance` are of the measure that is ranked by; `sd` is the standard deviation of the error where
+    the texels shift, None where that was not counted.
+    """
 
     candidate: str
     technique: str
@@ -94,6 +99,7 @@ class Outcome:
     resolution: int | None = None
     error: float | None = None
     variance: float = 0.0
+    sd: float | None = None
     numbers: Mapping[str, float | None] = field(default_factory=dict, hash=False)
     notes: tuple[_core.Note, ...] = ()
     failure: str = ""
@@ -107,7 +113,7 @@ class Outcome:
             "scene": Source.of_scene(view.view.scene).name, "view": view.label, "camera": view.camera_label,
             "light": view.light_label, "light_angle": view.light_angle, "light_elevation": view.light_elevation,
             "technique": self.candidate, "spec": self.text, "memory": self.memory, "maps": self.maps,
-            "resolution": self.resolution, "bytes": size, "error": self.error, **self.numbers,
+            "resolution": self.resolution, "bytes": size, "error": self.error, "error_sd": self.sd, **self.numbers,
             "notes": "; ".join(map(str, self.notes)), "failure": self.failure,
         }  # fmt: skip
 
@@ -136,15 +142,6 @@ def candidates_of(techniques: Techniques | None, views: Sequence[LabelledView]) 
     return found
 
 
-def default_techniques(kinds: Iterable[str]) -> list[str]:
-    """What is ranked where nobody says: uniform, the warps that engines ship, and depth splits of both."""
-    warp = "lispsm:near=optimal"
-    splits = [f"z_partition:count={n}" for n in (2, 3, 4)]
-    names = ["uniform", "lispsm", warp, "tsm", *splits, *(f"{one},inner=({warp})" for one in splits)]
-    lights = {spec["name"]: set(spec["lights"]) for spec in _core.technique_specs()}
-    return [name for name in names if set(kinds) <= lights[name.partition(":")[0]]]
-
-
 @dataclass(frozen=True)
 class Plan:
     """A candidate with a budget: the side of its maps, and how many there are in each view or why there are none."""
@@ -154,6 +151,13 @@ class Plan:
     side: int
     most: int
     of_views: tuple[tuple[int, str], ...]
+
+
+def planned(
+    draw: Draw, candidates: Sequence[Candidate], views: Sequence[LabelledView], budgets: Sequence[int]
+) -> list[Plan]:
+    """The plans of all candidates with all budgets."""
+    return [plan for one in candidates for plan in plans_of(draw, one, views, budgets)]
 
 
 def plans_of(draw: Draw, candidate: Candidate, views: Sequence[LabelledView], budgets: Sequence[int]) -> list[Plan]:

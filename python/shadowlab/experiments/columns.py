@@ -88,12 +88,16 @@ _OF_PIXELS = (
     _count("compared", "px", "Pixels that show a surface and whose truth is decided."),
     _count("undecided", "px", "Pixels whose truth changes with the numerical offset of the ray; none is wrong."),
     _count("unmatched", "px", "Pixels in which only one of mask and truth saw a surface."),
+    _count("phases", "", "Shifts of the texels, each by less than a texel, over which wrong pixels were counted.", ""),
+    _number("misclassified_mean", "px", "Mean of the wrong pixels over these shifts; runs are compared by it.", ""),
+    _number("misclassified_sd", "px", "Standard deviation of the wrong pixels over these shifts: their noise.", ""),
     *(_count(name, "px", f"Wrong pixels where {MEANINGS[name]}.") for name in CAUSES.values()),
     _number("edge_px", "px", "Mean distance by which edges are displaced."),
 )
 _OF_TEXELS = (
     _count("measured", "px", "Pixels that look up a texel."),
-    _count("outside", "px", "Pixels that face the light and that no map holds."),
+    _count("outside", "px", "Pixels that face the light and that no map holds; they are lit."),
+    _count("outside_shadow", "px", "Pixels in shadow, by the samples' states, that no map holds: wrong."),
     _number("undersampled", "share", "Measured pixels in which a texel is longer than a pixel."),
     _number("texel_mean", "px", "Mean over the measured pixels of the longest extent of a texel."),
     _number("texel_p50", "px", "Longest extent of a texel that half of the measured pixels do not exceed."),
@@ -109,6 +113,7 @@ _OF_TEXELS = (
     _number("storage_factor_image", "texels / px", "`storage_factor` of extents on the image plane.", "sum"),
 )
 _OF_TIME = (
+    _number("samples_ms", "ms", "Time of making the samples of the view, once for all techniques.", "max"),
     _number("fit_us", "µs", "Time of making the matrices.", "sum"),
     _number("map_ms", "ms", "Time of drawing the maps.", "sum"),
     _number("lookup_ms", "ms", "Time of looking every pixel up.", "sum"),
@@ -126,7 +131,12 @@ _OF_PATHS = (
     _number("flip_share", "share", "Flips by judged receivers."),
 )
 _OF_RANKINGS = (
-    _number("error", "of the measure", "Error of the view by the measure that is ranked by.", ""),
+    _number(
+        "error", "of the measure", "Error by the measure ranked by; a mean over shifts of the texels if counted.", ""
+    ),
+    _number(
+        "error_sd", "of the measure", "Standard deviation of the error ranked by where texels shift, if counted.", ""
+    ),
     _count("rank", "", "Place within the budget, from 1.", ""),
     _number("error_mean", "of the measure", "Mean of the error over the views.", ""),
     _number("error_worst", "of the measure", "Largest error of a view.", ""),
@@ -170,21 +180,23 @@ COLUMNS: Mapping[str, Column] = MappingProxyType({c.name: c for group in GROUPS.
 
 _CAUSES = tuple(CAUSES.values())
 _WRONG = ("misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched")
+_NOISE = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns of each table, in their order.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
-        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_CAUSES, "edge_px", "undersampled",
-        "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused", "fit_us", "map_ms",
-        "lookup_ms", "notes", "failure",
+        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
+        "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused",
+        "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise": (
         "memory", "rank", "scene", "technique", "spec", "maps", "resolution", "bytes", "unused_memory", "error_mean",
-        "error_worst", "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
+        "error_worst", "error_sd", "worst_view", "ratio_to_best", "ratio_to_uniform", "about_best", "notes", "failure",
     ),
     "advise.runs": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "memory", "maps",
-        "resolution", "bytes", "error", *_WRONG, *_CAUSES, "texel_max", "texel_p95", "texel_mean", "undersampled",
-        "perspective_max", "storage_factor", "measured", "outside", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
+        "resolution", "bytes", "error", "error_sd", *_WRONG, *_NOISE, *_CAUSES, "texel_max", "texel_p95", "texel_mean",
+        "undersampled", "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
+        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise.switches": (
         "along", "camera", "memory", "from", "to", "at_from", "at_to", "equal_from", "equal_to", "winner_from",

@@ -7,11 +7,11 @@ cannot serve the scene or the light leaves its reason in its row and the others 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,13 +24,15 @@ from ..text import shown
 from ..text.checks import renderer_of
 from ..travel import Value
 from .arguments import check_types, resolutions_of, size_of
+from .by_run import ByRun
 from .columns import table
+from .counts import Comparison, WrongPixels, against_uniform, relation
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
+from .noise import with_noise
+from .phases import PHASES, checked_phases
 from .progress import Steps
 from .run import Run
-
-T = TypeVar("T")
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,34 +44,6 @@ if TYPE_CHECKING:
     from ..aliasing.summary import Summary
     from ..aliasing.usage import Usage
     from ..types import Filter, Light, Mask, RendererArgument, RendererLike, ShadowMaps, Techniques
-
-
-class ByRun(Mapping["str | tuple[str, int]", T]):
-    """What the runs that succeeded have, by (label, resolution), or by label alone in a study of one resolution.
-
-    An entry is made when it is asked for.
-    """
-
-    def __init__(self, runs: Sequence[Run], what: str):
-        self._runs = {(run.label, run.resolution): run for run in runs}
-        self._what = what
-
-    def __getitem__(self, key: str | tuple[str, int]) -> T:
-        found = [k for k in self._runs if k == key] or [k for k in self._runs if k[0] == key]
-        if len(found) != 1:
-            keys = ", ".join(map(repr, self._runs)) or "none"
-            raise KeyError(f"{key!r}: expected one of {keys}")
-        run = self._runs[found[0]]
-        return cast("T", run if self._what == "run" else getattr(run, self._what))
-
-    def __iter__(self) -> Iterator[tuple[str, int]]:
-        return iter(self._runs)
-
-    def __len__(self) -> int:
-        return len(self._runs)
-
-    def __repr__(self) -> str:
-        return f"{{{', '.join(f'{key!r}: {self._what}' for key in self._runs)}}}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,6 +194,35 @@ class Study(Value):
         return " ".join(self.sentences)
 
     @property
+    def best(self) -> tuple[Run, ...]:
+        """The run with the fewest wrong pixels, then those that have about as many; none where no truth was traced."""
+        judged = self._judged
+        if not judged:
+            return ()
+        wrong = {id(run): WrongPixels.of(run.numbers) for run in judged}
+        first = min(judged, key=lambda run: (wrong[id(run)].count, run.resolution))
+        near = [run for run in judged if run is not first]
+        return (first, *(run for run in near if relation(wrong[id(run)], wrong[id(first)]) == "about_equal"))
+
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """Every technique beside uniform at equal resolution and equal texels, with the noise of both counts."""
+        rows = [run.row() for run in self._judged]
+        pairs = against_uniform(rows, {run.label: run.technique for run in self.runs})
+        return tuple(one for of in pairs.values() for one in of)
+
+    @property
+    def unjudged(self) -> float:
+        """Largest share, over the runs, of visible pixels that are undecided or not compared."""
+        return max((WrongPixels.of(run.numbers).unjudged for run in self._judged), default=0.0)
+
+    @property
+    def _judged(self) -> list[Run]:
+        """The runs that a verdict ranks."""
+        doubted = [run for run in self._done if any(note.kind == "check_matrix" for note in run.notes)]
+        return [run for run in self._done if "compared" in run.numbers and run not in doubted]
+
+    @property
     def sentences(self) -> list[str]:
         """The sentences of the verdict, the most important one first."""
         from ..reports.study_verdict import Remarks, sentences
@@ -250,6 +253,33 @@ class Study(Value):
             raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
         return save_study(self, Path(directory), progress)
 
+    def save_arrays(self, path: str | Path) -> Path:
+        """Writes the G-buffer, the truth, and the matrices, maps and masks of every run into one .npz file.
+
+        Parameters
+        ----------
+        path : path
+            The file, by the name that is given; its directory must be there.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        ArgumentError
+            Where it cannot be written.
+
+        Notes
+        -----
+        `numpy.load` reads it without pickle. docs/arrays.md lists the keys.
+        """
+        from ..reports.study_arrays import save_study_arrays
+
+        if not isinstance(path, (str, os.PathLike)):
+            raise ArgumentError(f'path: expected a path, got {shown(path)}; try "study.npz"')
+        return save_study_arrays(self, Path(path))
+
     def _repr_html_(self) -> str:
         from ..reports.html.page import study_html
 
@@ -277,6 +307,7 @@ def compare(
     truth: bool = True,
     metrics: Sequence[Metric] = METRICS,
     timing: bool = False,
+    phases: int = PHASES,
     progress: bool = True,
     source: Source | None = None,
 ) -> Study:
@@ -307,6 +338,9 @@ def compare(
         Whether to trace the truth; without it no errors are counted.
     metrics, timing
         As of `evaluate`: what is measured, and whether timed calls are repeated until the times are steady.
+    phases : int
+        Shifts of the texels over which wrong pixels are counted, of those runs alone between which the verdict has to
+        decide and whose counts are close; 1 for none. See `Run.over_phases`.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
     source : Source, optional
@@ -326,6 +360,7 @@ def compare(
         light is the `failure` of its row.
     """
     check_types(scene, camera, light, bias, filter)
+    checked_phases(phases)
     resolutions = resolutions_of(resolution)
     width, height = size_of(size, camera)
     if not isinstance(truth, (bool, np.bool_)):
@@ -348,6 +383,7 @@ def compare(
             for texels in resolutions:
                 step(f"{label} {texels}²")
                 runs.append(measure(view, item, texels, label=label))
+    runs = with_noise(runs, phases, progress)
     return Study(
         tuple(runs), view, _core.Bias() if bias is None else bias, filter, draw.backend, draw.adapter,
         source or Source.of_scene(scene), bool(truth), draw,

@@ -16,6 +16,7 @@ from ..aliasing.footprint import NO_MAP, UNMEASURED, Footprint, footprint_of
 from ..aliasing.usage import Usage, usage
 from ..scene.kept import Kept
 from ..scene.view import light_of
+from .phases import shifted
 
 if TYPE_CHECKING:
     from ..aliasing.summary import Summary
@@ -105,6 +106,16 @@ class Drawing:
     def usage(self) -> Usage:
         """How often each texel is read, computed anew."""
         return usage(*self._looks, resolution=self.resolution, filter=self.filter)
+
+    def count_at(self, dx: float, dy: float) -> int:
+        """The wrong pixels where the texels are shifted by parts of a texel along x and y; nothing of it is kept."""
+        if dx == dy == 0:
+            return int(self.errors.count)
+        moved = shifted(self.parameterization, dx, dy, self.resolution)
+        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution)
+        looks = (self._gbuffer, self.view.camera, light_of(self.view), moved)
+        mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter)
+        return int(_core.misclassified(mask, self.view.truth()).count)
 
     def wrong_pixels(self) -> dict[str, float | None]:
         """The counts of wrong pixels, by columns."""

@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .. import _core
 from ..conventions.doubts import doubt_about
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..types import Filter, Item, RendererArgument, RendererLike, TechniqueArgument
 
 from .metrics import DRAWN, METRICS, Metric, checked_metrics
+from .phases import checked_phases
 from .run import Run
 
 
@@ -43,6 +44,7 @@ def evaluate(
     bias: _core.Bias | None = None,
     timing: bool = False,
     label: str | None = None,
+    phases: int = 1,
 ) -> Run:
     """A technique at a resolution in a view, measured: the unit of work of every experiment.
 
@@ -68,6 +70,9 @@ def evaluate(
         it the times are those of one call each, which scatter.
     label : str, optional
         Its name in tables; the technique's own where none is given.
+    phases : int
+        Shifts of the texels, each by less than a texel, over which wrong pixels are counted; see `Run.over_phases`.
+        1 counts those of the map as fitted alone.
 
     Returns
     -------
@@ -78,7 +83,8 @@ def evaluate(
     Raises
     ------
     ArgumentError
-        For arguments of another type, and a resolution that is not a whole number above 0.
+        For arguments of another type, a resolution or phases that are not a whole number above 0, and several phases
+        without a metric that holds the mask against the truth.
     UnknownNameError
         For a technique, metric, filter or renderer that does not exist.
 
@@ -101,16 +107,18 @@ def evaluate(
     made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
     how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
     lookup = (_core.Bias() if bias is None else bias, filter)
+    checked_phases(phases)
     runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
-    return runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
+    run = runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
+    return run if phases == 1 else run.over_phases(phases)
 
 
 def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
     """The matrices of a technique in a view; those that are given stay."""
     if is_parameterization(item):
         return item
-    # The very pixels that are compared, for techniques that look at receivers.
-    samples = {"samples": view.gbuffer(renderer)} if getattr(item, "needs_samples", False) else {}
+    # The pixels that are compared, for techniques that look at receivers.
+    samples = {"samples": view.samples(renderer=renderer)} if getattr(item, "needs_samples", False) else {}
     return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **samples)
 
 
@@ -123,10 +131,14 @@ def _measured(
     known: dict[str, Any] = {}
     try:
         numbers: dict[str, float | None] = {}
+        samples: _core.Samples | None = None
         if getattr(item, "needs_samples", False):
-            view.gbuffer(renderer)  # of the view and made once, so no part of the times
+            samples = cast("_core.Samples", view.samples(renderer=renderer))  # of the view and made once
+            numbers["samples_ms"] = view.samples_ms(renderer)
         p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
         known["parameterization"] = p
+        if samples is not None:
+            numbers["outside_shadow"] = samples.outside(p)[1]
         if is_parameterization(item):
             warps = [part.post_warp_terms for part in p.partitions]
             known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from ..errors import ArgumentError, UnknownNameError
 from ..text import share_text, shown
-from .thresholds import ABOUT_EQUAL, NOISE_SIGMAS
+from .thresholds import ABOUT_EQUAL, LATTICE_SCATTER, NOISE_SIGMAS
 
 if TYPE_CHECKING:
     from .run import Run
@@ -19,10 +19,6 @@ ErrorName = Literal["misclassified", "worst", "p95", "mean", "undersampled", "pe
 #: How views are put together.
 Over = Literal["mean", "worst"]
 OVER: tuple[Over, ...] = get_args(Over)
-# Edges move by parts of a texel when a map's texels shift, all along the edge at once: wrong pixels scatter by 1 to 3
-# per cent of their number (7 in the coarsest maps of a forest), whatever the size of the picture. Measured on maps of
-# uniform, lispsm and z_partition in three scenes, whose sides differ by up to 6 in 256 or 24 in 1024 texels.
-LATTICE_SCATTER = 0.02
 # Lengths of texels scatter with the pixels that happen to see a surface: measured as the standard deviation of the
 # ratio of two candidates, over the root of two, while the camera turns by parts of a pixel; in robots, skylight and
 # forest, 480 x 270 pixels. The longest texel is of one grazing pixel: 13 to 75 per cent, in robots 0.04; with 0.3 only
@@ -88,6 +84,14 @@ class Measure:
     def text(self, value: float) -> str:
         """A value as people read it."""
         return share_text(value) if self.unit == "share" else f"{value:,.3g} px" if value < 1e3 else f"{value:,.0f} px"
+
+    def noisy_text(self, value: float, sd: float | None) -> str:
+        """A value with its standard deviation, where that is known, as people read both."""
+        if sd is None or self.unit != "share":
+            return self.text(value)
+        # The deviation has two digits, and the value as many places.
+        places = max(0, 1 - math.floor(math.log10(100 * sd))) if sd > 0 else 3
+        return f"{100 * value:.{places}f} ± {100 * sd:.{places}f} %"
 
     @property
     def equal_because(self) -> str:

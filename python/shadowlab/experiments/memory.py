@@ -19,6 +19,8 @@ BYTES_PER_TEXEL = 4
 UNUSED_FROM = 0.01
 # The smallest and the largest side: fewer texels are no map, and the renderers draw no larger one.
 LEAST_TEXELS, MOST_TEXELS = 8, 16384
+# The budget where nobody says: one map of 1024 x 1024 texels, the default resolution of everything else here.
+DEFAULT_MEMORY = "4 MiB"
 LEAST_BYTES = BYTES_PER_TEXEL * LEAST_TEXELS**2
 
 UNITS = {

@@ -17,9 +17,10 @@ KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
 DRAWN = frozenset({"mask", "misclassified", "causes"})
 # The columns that metrics and times fill.
 MEASURED = (
-    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *CAUSES.values(),
+    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", "phases",
+    "misclassified_mean", "misclassified_sd", *CAUSES.values(),
     "edge_px", "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
-    "perspective_max", "storage_factor", "unused", "fit_us", "map_ms", "lookup_ms",
+    "perspective_max", "storage_factor", "unused", "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms",
 )  # fmt: skip
 
 

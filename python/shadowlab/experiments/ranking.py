@@ -36,6 +36,7 @@ NO_TEXEL = "no pixel of the view looks up a texel of its maps"
 class Standing:
     """A candidate with a budget over all views; `error` is the mean or the worst, whichever is ranked by.
 
+    `sd` is the standard deviation of the error where the texels shift, None where that was not counted in every view.
     `unseen` says that it failed only because no view shows anything to compare.
     """
 
@@ -50,6 +51,7 @@ class Standing:
     worst_view: str = ""
     error: float | None = None
     variance: float = 0.0
+    sd: float | None = None
     notes: tuple[_core.Note, ...] = ()
     failure: str = ""
     unseen: bool = False
@@ -80,7 +82,8 @@ class Standing:
         return {
             "memory": self.memory, "rank": self.rank, "technique": self.candidate, "spec": self.text,
             "maps": self.maps, "resolution": self.resolution, "bytes": size, "unused_memory": self.unused,
-            "error_mean": self.mean, "error_worst": self.worst, "worst_view": self.worst_view,
+            "error_mean": self.mean, "error_worst": self.worst, "error_sd": self.sd,
+            "worst_view": self.worst_view,
             "ratio_to_best": self.ratio_to_best, "ratio_to_uniform": self.ratio_to_uniform,
             "about_best": self.about_best, "notes": "; ".join(map(str, self.notes)), "failure": self.failure,
         }  # fmt: skip
@@ -116,12 +119,16 @@ def standing_of(of: Sequence[Outcome], counted: Sequence[str], over: str) -> Sta
         return Standing(*head, notes=notes, failure=failure)
     if not counted or all(o.error is None for o in used):
         return Standing(*head, notes=notes, failure=NOTHING_SEEN, unseen=True)
-    errors = [(float(o.error or 0.0), o.view.label, o.variance) for o in used]
-    mean = sum(error for error, _, _ in errors) / len(errors)
-    worst, worst_view, worst_variance = max(errors, key=lambda e: e[0])
-    variance = sum(v for _, _, v in errors) / len(errors) ** 2
-    error, variance = (mean, variance) if over == "mean" else (worst, worst_variance)
-    return Standing(*head, mean, worst, worst_view, error, variance, notes)
+    mean = sum(float(o.error or 0.0) for o in used) / len(used)
+    last = max(used, key=lambda o: float(o.error or 0.0))
+    worst = float(last.error or 0.0)
+    deciding = used if over == "mean" else [last]
+    # Of a mean over views whose errors scatter each for itself.
+    variance = sum(o.variance for o in deciding) / len(deciding) ** 2
+    known = [o.sd for o in deciding if o.sd is not None]
+    sd = math.hypot(*known) / len(known) if len(known) == len(deciding) else None
+    error = mean if over == "mean" else worst
+    return Standing(*head, mean, worst, last.view.label, error, variance, sd, notes)
 
 
 def failure_of(used: Sequence[Outcome]) -> str:

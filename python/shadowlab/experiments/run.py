@@ -17,6 +17,7 @@ from ..travel import Value
 from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL
 from .metrics import MEASURED, Metric
+from .phases import PHASES, Scatter, checked_phases, scatter_of
 
 T = TypeVar("T")
 
@@ -167,6 +168,49 @@ class Run(Value):
     def usage(self) -> PerLight[Usage] | None:
         """How often each texel is read; None of a run that failed."""
         return self._of(lambda drawing: drawing.usage)
+
+    def over_phases(self, phases: int = PHASES) -> Run:
+        """The run with the noise of its wrong pixels: the maps drawn and looked up again, shifted by parts of a texel.
+
+        Parameters
+        ----------
+        phases : int
+            Shifts over which wrong pixels are counted, the map as fitted among them.
+
+        Returns
+        -------
+        Run
+            With the columns "phases", "misclassified_mean" and "misclassified_sd"; all else as it was. A run that
+            failed stays as it is.
+
+        Raises
+        ------
+        ArgumentError
+            For less than two shifts, and a run that was not held against the truth.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
+        >>> run = sl.evaluate(view, "lispsm", 256, metrics=["misclassified"], renderer="cpu")
+        >>> shifted = run.over_phases(4)
+        >>> shifted.numbers["phases"], shifted.numbers["misclassified"] == run.numbers["misclassified"]
+        (4, True)
+        """
+        checked_phases(phases, least=2)
+        if self.failure:
+            return self
+        if not self.judged:
+            raise ArgumentError(
+                'phases: expected a run held against the truth; evaluate with metrics=["misclassified"]'
+            )
+        counts = [scatter_of(part._drawn().count_at, phases).counts for part in self.parts or (self,)]
+        # Of several lights the maps of all are shifted alike.
+        columns = Scatter(tuple(map(sum, zip(*counts, strict=True)))).columns
+        made = replace(self, values=tuple((self.numbers | columns).items()))
+        object.__setattr__(made, "_drawing", self._drawing)
+        return made
 
     def row(self) -> dict[str, Any]:
         """The row of a table, by the names of `columns.COLUMNS`; None where nothing was measured."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..experiments.memory import memory_text
 from ..experiments.ranking import place_of
+from ..experiments.thresholds import BASELINE
 from ..experiments.views import SAME_ANGLE, axis_of
 from .axes import curve_look, legend_beside, log_axis, padded, say, series_style, short_label
 
@@ -35,6 +36,10 @@ ANGLE_LABELS = {
 # Letters of a candidate in the legend.
 WIDEST_NAME = 52
 PANEL_INCHES, HEIGHT_INCHES, LEGEND_INCHES = 4.4, 4.2, 3.0
+# Height of a candidate's row, and of what stands above and below all of them.
+ROW_INCHES, MARGIN_INCHES = 0.19, 0.8
+# Lines in a panel: more could not be told apart by colour, marker and kind of line.
+MOST_LINES = 10
 
 
 def advice_figure(advice: Advice) -> Figure:
@@ -47,23 +52,35 @@ def advice_figure(advice: Advice) -> Figure:
     over_views = chosen if len(views) > 1 else []
     over_memory = len(budgets) > 1
     panels = max(1, len(over_views) + over_memory)
-    figure, grid = plt.subplots(
-        1, panels, figsize=(PANEL_INCHES * panels + LEGEND_INCHES, HEIGHT_INCHES), squeeze=False, layout="constrained"
-    )
+    rows = 0 if over_views or over_memory else len(advice.candidates)
+    size = PANEL_INCHES * panels + LEGEND_INCHES, max(HEIGHT_INCHES, MARGIN_INCHES + ROW_INCHES * rows)
+    figure, grid = plt.subplots(1, panels, figsize=size, squeeze=False, layout="constrained")
     axes = list(grid[0])
     styles = {one.label: series_style(i) for i, one in enumerate(advice.candidates)}
+    chosen_lines = lines_of(advice, ranking)
+    lines = {label: series_style(i) for i, label in enumerate(one for one in styles if one in chosen_lines)}
     for ax, memory in zip(axes, over_views, strict=False):
-        of_views(ax, advice, memory, styles)
+        of_views(ax, advice, memory, lines)
     if over_memory:
-        of_memory(axes[-1], advice, ranking, styles)
+        of_memory(axes[-1], advice, ranking, lines)
     elif not over_views:
         of_candidates(axes[0], advice, ranking, styles)
     shared_scale(axes if over_views or over_memory else [], advice)
     if over_views or over_memory:
-        legend(axes[-1], advice, ranking, styles)
+        legend(axes[-1], advice, ranking, lines)
     source = advice.source.name
     figure.suptitle(f"{source}: {advice.measure.title} at equal memory", fontsize="medium")
     return figure
+
+
+def lines_of(advice: Advice, ranking: Sequence[Standing]) -> set[str]:
+    """The candidates that have a line: all of a few, else uniform and those best in the budget where they are best."""
+    if len(advice.candidates) <= MOST_LINES:
+        return {one.label for one in advice.candidates}
+    plain = next((one.candidate for one in ranking if one.ranked and one.technique == BASELINE), None)
+    best = sorted((one for one in ranking if one.ranked), key=lambda one: (one.rank or 0, one.memory))
+    order = dict.fromkeys([*([plain] if plain else []), *(one.candidate for one in best)])
+    return set(list(order)[:MOST_LINES])
 
 
 def axis_title(advice: Advice) -> str:
@@ -151,7 +168,7 @@ def legend_name(label: str) -> str:
 
 def thicken(lines: Mapping[str, Line2D], ranking: Sequence[Standing]) -> None:
     """Draw the best of a panel thick and in front."""
-    if ranking and ranking[0].rank is not None:
+    if ranking and ranking[0].rank is not None and ranking[0].candidate in lines:
         line = lines[ranking[0].candidate]
         line.set(linewidth=3.0, markersize=7.5, zorder=3)
 
@@ -177,11 +194,13 @@ def legend(ax: Axes, advice: Advice, ranking: Sequence[Standing], styles: Mappin
     """The candidates beside the last panel, in the order of the largest budget."""
     from matplotlib.lines import Line2D
 
-    order = [s for s in ranking if s.memory == advice.budgets[-1]]
+    order = [s for s in ranking if s.memory == advice.budgets[-1] and s.candidate in styles]
     handles = [
         Line2D(
             [], [], **styles[s.candidate], label=legend_name(s.candidate) + ("" if s.error is not None else " (failed)")
         )
         for s in order
     ]
-    legend_beside(ax, handles, fontsize="small")
+    few = len(styles) < len(advice.candidates)
+    title = f"{len(styles)} of {len(advice.candidates)} candidates" if few else None
+    legend_beside(ax, handles, fontsize="small", title=title, title_fontsize="small", alignment="left")

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import io
 import platform
+from dataclasses import asdict
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ArgumentError
 from ..techniques.labels import is_parameterization
-from ..text import BIAS, plain
-from .reproduce import snippet_of
+from ..text import BIAS
+from .reproduce_advice import snippet_of, whole_advice
 from .study_record import camera_record, light_record, now, versions
 from .terminal import ADVICE_HEADS, advice_cells
 
@@ -73,38 +72,26 @@ def advice_data(advice: Advice) -> dict[str, Any]:
             {**row, "reproduce": snippet_of(advice, row) if row["error"] is not None else None} for row in runs
         ],
         "switches": advice.switches.to_dict("records"),
+        "phases": advice.phases,
+        "gains": [
+            {"memory": one.memory, "best": one.best.candidate, "baseline": one.baseline.candidate,
+             "relation": one.relation, "drawn": list(one.drawn)}
+            for one in advice.gains
+        ],
+        "unjudged": advice.unjudged,
+        "untried": [asdict(one) for one in advice.untried],
+        "reproduce": whole_advice(advice),
         "verdict": advice.verdict,
     }  # fmt: skip
 
 
-def save_advice(advice: Advice, directory: Path) -> Path:
-    """Writes the tables, the data and the figure into a directory, which is made; the path of advice.json.
-
-    Raises
-    ------
-    ArgumentError
-        Where it cannot be made or written.
-    """
-    text = json.dumps(plain(advice_data(advice)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    path = directory / "advice.json"
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for name, table in (("advice", advice.table), ("runs", advice.runs), ("switches", advice.switches)):
-            table.to_csv(directory / f"{name}.csv", index=False)
-        draw(advice, directory / "advice.png")
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
-    return path
-
-
-def draw(advice: Advice, path: Path) -> None:
+def figure_png(advice: Advice) -> bytes:
     """The figure as a PNG, whatever backend matplotlib has."""
     import matplotlib.pyplot as plt
 
-    figure = advice.figure()
+    figure, file = advice.figure(), io.BytesIO()
     try:
-        figure.savefig(path, dpi=150)
+        figure.savefig(file, format="png", dpi=150)
     finally:
         plt.close(figure)
+    return file.getvalue()

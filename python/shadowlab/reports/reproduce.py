@@ -1,4 +1,4 @@
-"""How to get a run or a row of an advice again: the Python that does it, and the command line where it can say it.
+"""How to get a run again: the Python that does it, and the command line where it can say it.
 
 Numbers are written with all their digits, so that what is run again is what was run.
 """
@@ -8,26 +8,23 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._core import Bias
-from ..errors import ArgumentError, ShadowlabError
-from ..experiments.candidates import Candidate
-from ..experiments.memory import memory_text
-from ..experiments.views import LabelledView
+from ..errors import ShadowlabError
 from ..techniques.labels import is_parameterization
 from ..techniques.registry import technique_of
-from ..text import format_bias, format_spec, format_value, shown
+from ..text import format_bias, format_spec, format_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from .._core import Bias, Camera, Parameterization, Partition
-    from ..experiments.advise import Advice
     from ..experiments.compare import Study
     from ..experiments.run import Run
+    from ..scene.source import Source
     from ..types import Light
 
 
@@ -122,15 +119,15 @@ def technique_text(run: Run) -> str | None:
 
 
 def light_arguments(light: Light, up: str) -> list[str]:
-    """The command line's options that make a light."""
+    """The command line's options that make a light, a word each."""
     words = []
     if light.kind != "point":
         words.append(f"--light={own_numbers(light.direction, up)}")
     if light.kind != "directional":
         words.append(f"--light-position={own_numbers(light.position, up)}")
-        words += ["--range", format_value(light.range)]
+        words.append(f"--range={format_value(light.range)}")
     if light.kind == "spot":
-        words += ["--cone-deg", format_value(float(np.degrees(light.cone_angle)))]
+        words.append(f"--cone-deg={format_value(float(np.degrees(light.cone_angle)))}")
     return words
 
 
@@ -165,7 +162,7 @@ def python_snippet(study: Study, runs: Sequence[Run]) -> str:
 
 def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     """The command that computes these runs again; None where it cannot say what the study was."""
-    source, camera, light = study.source, study.camera, study.light
+    source, camera = study.source, study.camera
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
     sayable = source.arguments and level and study.truth is not None
     aspect = study.size[0] / study.size[1]
@@ -177,20 +174,9 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     words = ["shadowlab", "compare", *source.arguments]
     for spec in specs:
         words += ["--technique", str(spec)]
-    words += [
-        f"--eye={own_numbers(camera.eye, source.up)}",
-        f"--target={own_numbers(camera_target(camera), source.up)}",
-    ]
-    words += ["--fov-deg", format_value(float(np.degrees(camera.fov_y)))]
-    words += [
-        "--near",
-        format_value(camera.near),
-        "--far",
-        format_value(camera.far),
-        *light_arguments(light, source.up),
-    ]
+    words += view_arguments(camera, [study.light], study.size, source)
     words += ["--resolution", ",".join(str(r) for r in sorted({run.resolution for run in runs}))]
-    words += ["--size", f"{study.size[0]}x{study.size[1]}", "--backend", study.backend]
+    words += ["--backend", study.backend]
     if study.filter != "nearest":
         words += ["--filter", study.filter]
     if study.bias != Bias():
@@ -198,90 +184,29 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     if source.out:
         # Some of the runs again: beside the report of all of them, not over it.
         words += ["--out", source.out if len(runs) == len(study.runs) else str(Path(source.out) / "again")]
-    as_given = {f"--{name}": text for name, text in source.given}
+    return shlex.join(words)
+
+
+def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> list[str]:
+    """The command line's options that make a camera, one or several lights, and the size of the picture.
+
+    Vectors that were given stand as they were given.
+    """
+    words = [
+        f"--eye={own_numbers(camera.eye, source.up)}",
+        f"--target={own_numbers(camera_target(camera), source.up)}",
+        *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
+        *("--near", format_value(camera.near), "--far", format_value(camera.far)),
+    ]
+    # Spots of one lamp share their position.
+    words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))
+    as_given = {f"--{name}": text for name, text in source.given if name != "light" or len(lights) == 1}
     heads = [word.partition("=")[0] for word in words]
-    return shlex.join(
-        [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
-    )
+    words = [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]
+    return [*words, "--size", f"{size[0]}x{size[1]}"]
 
 
 def in_file_axes(vector: npt.ArrayLike, up: str) -> np.ndarray:
     """A world vector in the axes of its file, which the command line speaks; a z-up file was turned when loaded."""
     x, y, z = np.asarray(vector, dtype=np.float64)
     return np.array([x, -z, y] if up == "z" else [x, y, z])
-
-
-def snippet_of(advice: Advice, row: object) -> str:
-    """The Python that computes a row of the table, a row of the runs, or a choice again.
-
-    Raises
-    ------
-    ArgumentError
-        For something that is no such row, or one without a number.
-    """
-    candidate, memory, label = row_key(advice, row)
-    views = [view for view in advice.counted if label is None or view.label == label]
-    of = [o for o in advice.outcomes if (o.candidate, o.memory) == (candidate, memory)]
-    of = [o for o in of if o.view.label in {view.label for view in views}]
-    if not of or any(o.error is None for o in of):
-        reason = next((o.failure for o in of if o.failure), "nothing was measured")
-        raise ArgumentError(f"row: expected one with a number, got one that failed: {reason}")
-    chosen = next(one for one in advice.candidates if one.label == candidate)
-    return advice_snippet(advice, chosen, int(of[0].resolution or 0), views)
-
-
-def row_key(advice: Advice, row: object) -> tuple[str, int, str | None]:
-    """Candidate, budget and view (None for all) of what stands for a row."""
-    hint = "expected a row of .table or .runs, its position in .table, or a choice"
-    if isinstance(row, (int, np.integer)) and not isinstance(row, (bool, np.bool_)):
-        ranking = advice.standings
-        if not 0 <= row < len(ranking):
-            raise ArgumentError(f"row: expected a position from 0 to {len(ranking) - 1}, got {row}")
-        return ranking[row].candidate, ranking[row].memory, None
-    get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
-    try:
-        key = str(get("candidate") or get("technique")), int(get("memory")), get("view")
-    except (TypeError, ValueError):
-        raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
-    if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:
-        raise ArgumentError(f"row: {hint}, got {key[0]!r} at {memory_text(key[1])}, which this advice does not have")
-    return key
-
-
-def advice_snippet(advice: Advice, candidate: Candidate, resolution: int, views: Sequence[LabelledView]) -> str:
-    """A script that computes the error of a candidate at a resolution in views, and prints it."""
-    of_errors = "errors." in advice.measure.python
-    lines = ["import numpy as np"] * candidate.given + [
-        "import shadowlab as sl",
-        "",
-        advice.source.python,
-        f"renderer = sl.Renderer({advice.backend!r})",
-        "views = {}",
-    ]
-    for view in views:
-        lines += [camera_python(view.camera), light_python(view.light)]
-        lines.append(f"views[{view.label!r}] = camera, light, {view.size}")
-    if is_parameterization(candidate.item):
-        lines += [f"p = {given_python(candidate.item)}"]
-    else:
-        lines.append(f"technique = sl.technique({candidate.text!r})")
-    lines += ["found = {}", "for label, (camera, light, size) in views.items():"]
-    samples = ", samples=gbuffer" if getattr(candidate.item, "needs_samples", False) else ""
-    body = []
-    if samples or not of_errors:
-        body.append("gbuffer = renderer.gbuffer(scene, camera, size=size)")
-    if not candidate.given:
-        body.append(f"p = technique.parameterize(scene, camera, light, resolution={resolution}{samples})")
-    if of_errors:
-        body += [
-            f"mask = renderer.shadow_mask(scene, camera, light, p, resolution={resolution}, size=size,",
-            f"    bias={bias_python(advice.bias)}, filter={advice.filter!r})",
-            "errors = sl.aliasing.misclassified(mask, sl.trace.shadow_mask(scene, camera, light, size=size))",
-        ]
-    else:
-        body.append(f"summary = sl.aliasing.footprint(gbuffer, camera, light, p, resolution={resolution}).summary()")
-    body.append(f"found[label] = {advice.measure.python}")
-    lines += [f"    {line}" for line in body]
-    lines += ["error_mean, error_worst = sum(found.values()) / len(found), max(found.values())"]
-    lines += ["print(found, error_mean, error_worst)"]
-    return "\n".join(lines) + "\n"

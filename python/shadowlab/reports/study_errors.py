@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..experiments.counts import WrongPixels, maps_of
 from ..experiments.thresholds import FEW_FOR_SHARES, NOTABLE_CAUSE
 from ..text import digits, px_text, share_text
-from .words import maps_of, missing, place
+from .words import missing, place
 
 REMARKS = {
     "acne": "are acne, surfaces that shadow themselves: more bias takes them away, and brings leaks",
@@ -48,4 +49,4 @@ def _texels(row: Mapping[str, Any]) -> list[str]:
 
 def best_row(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """The row with the fewest wrong pixels."""
-    return min(rows, key=lambda row: int(row["misclassified"]))
+    return min(rows, key=lambda row: WrongPixels.of(row).count)

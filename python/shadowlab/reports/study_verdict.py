@@ -10,27 +10,30 @@ from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .._core import Note
-from ..experiments.thresholds import BASELINE, FEW_PIXELS, LITTLE_SEEN, SLIGHT, about_equal, hardly_wrong
+from ..experiments.counts import WrongPixels, maps_of, relation, texels
+from ..experiments.thresholds import FEW_PIXELS, LITTLE_SEEN, hardly_wrong
 from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
+from .study_uniform import memory_sentences, warp_sentences
 from .words import (
-    count,
+    amount,
     count_details,
     doubt_of,
-    factor,
-    maps_of,
     missing,
+    noise_sentences,
+    pixels_text,
     place,
     rows_of,
     size_text,
-    span,
-    texels,
-    times,
+    unjudged_text,
     unwarped_maps,
 )
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# Why counts are told as about equal.
+SO_CLOSE = "the difference is within the noise, or less than one part in twenty"
 
 
 class Remarks(NamedTuple):
@@ -91,9 +94,11 @@ def sentences(
         if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
             found.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
-            found += _warps_against_uniform(warped, technique_of_label)
-            found += _memory(drawn, technique_of_label)
+            found += _about_as_few(warped or drawn)
+            found += warp_sentences(warped, technique_of_label)
+            found += memory_sentences(drawn, technique_of_label)
             found += error_sentences(best_row(warped or drawn))
+            found += noise_sentences([WrongPixels.of(row) for row in drawn])
         for label, reason in unwarped.items():
             found.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
     for label, doubt in dict.fromkeys(doubted):
@@ -116,11 +121,6 @@ def _failures(failed: Sequence[tuple[Mapping[str, Any], str]]) -> list[str]:
     ]
 
 
-def _alike(first: int, second: int) -> bool:
-    """Whether two counts of wrong pixels are too close to choose by: in ratio, or within their noise."""
-    return about_equal(first, second, first + second)
-
-
 def _nothing_compared(row: Mapping[str, Any]) -> str:
     """Why there is no number: nothing seen, or nothing that rays could decide."""
     if int(row["undecided"]) > 0:
@@ -129,195 +129,34 @@ def _nothing_compared(row: Mapping[str, Any]) -> str:
 
 
 def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Which row has the fewest wrong pixels; ties go to the smallest map."""
-    least = min(int(row["misclassified"]) for row in drawn)
-    if len(drawn) == 1:
-        row = drawn[0]
-        if least == 0:
-            return [f"{place(row)} gets all {int(row['compared']):,} compared pixels right."]
-        return [f"{place(row)} gets {count(row)} wrong ({count_details(drawn)})."]
-    best = [row for row in drawn if int(row["misclassified"]) == least]
+    """Which row has the fewest wrong pixels; ties go to the smallest map. Says what no count holds."""
+    wrong = [WrongPixels.of(row) for row in drawn]
+    unjudged = unjudged_text(max(one.unjudged for one in wrong))
+    least = min(one.count for one in wrong)
+    best = [row for row, one in zip(drawn, wrong, strict=True) if one.count == least]
     cheapest = min(texels(row) for row in best)
     best = [row for row in best if texels(row) == cheapest]
+    mine = WrongPixels.of(best[0])
+    if len(drawn) == 1 and least > 0:
+        return [f"{place(best[0])} gets {pixels_text(mine)} wrong ({count_details(best)}){unjudged}."]
     sizes = dict.fromkeys(size_text(row) for row in best)
     who = f"{listed([row['technique'] for row in best])} at {next(iter(sizes))}"
     who = who if len(sizes) == 1 else listed([place(row) for row in best])
     if least == 0:
-        compared = int(best[0]["compared"])
-        return [f"{who} {'gets' if len(best) == 1 else 'get'} all {compared:,} compared pixels right."]
+        verb = "gets" if len(best) == 1 else "get"
+        return [f"{who} {verb} all {mine.compared:,} compared pixels right{unjudged}."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} {verb} the fewest wrong pixels: {count(best[0])} ({count_details(best)})."]
+    return [f"{who} {verb} the fewest wrong pixels: {pixels_text(mine)} ({count_details(best)}){unjudged}."]
 
 
-def _warps_against_uniform(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
-    """Techniques against the best uniform map of their resolution, at equal texels, and the one that does as well."""
-    uniform = _baselines(drawn, technique_of_label)
-    warped = [r for r in drawn if technique_of_label.get(r["technique"], r["technique"]) != BASELINE]
-    pairs: dict[str, list[tuple[Mapping[str, Any], Mapping[str, Any]]]] = {}
-    for row in sorted(warped, key=lambda r: int(r["resolution"])):
-        base = uniform.get(int(row["resolution"]))
-        if base is not None and texels(base) == texels(row):  # more texels are no merit of a warp
-            pairs.setdefault(row["technique"], []).append((row, base))
-    if not pairs:
-        return []
-    best = min(pairs, key=lambda label: min(int(row["misclassified"]) for row, _ in pairs[label]))
-    sentences = [_ratio(best, pairs[best]), *_same_error(pairs[best][0][0], uniform)]
-    return sentences + _others({label: pairs[label] for label in pairs if label != best})
-
-
-def _baselines(
-    drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]
-) -> dict[int, Mapping[str, Any]]:
-    """The best uniform run of each resolution."""
-    uniform: dict[int, Mapping[str, Any]] = {}
-    for row in drawn:
-        resolution = int(row["resolution"])
-        if technique_of_label.get(row["technique"], row["technique"]) == BASELINE and (
-            resolution not in uniform or row["misclassified"] < uniform[resolution]["misclassified"]
-        ):
-            uniform[resolution] = row
-    return uniform
-
-
-def _others(pairs: Mapping[str, Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]]) -> list[str]:
-    """The techniques beside the best, in one sentence."""
-    parts = []
-    for label, rows in pairs.items():
-        ratios = [int(row["misclassified"]) / int(base["misclassified"]) for row, base in rows if base["misclassified"]]
-        if ratios:
-            low, high = factor(min(ratios)), factor(max(ratios))
-            parts.append(f"{label} {low if low == high else f'{low} to {high}'} times")
-    return [f"The others have, of the wrong pixels of uniform at equal resolution: {listed(parts)}."] if parts else []
-
-
-def _ratio(label: str, pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> str:
-    """Is the warp worth it: told for one pair in full, for several as a range."""
-    outcomes = [(int(row["misclassified"]), int(base["misclassified"])) for row, base in pairs]
-    base_label = pairs[0][1]["technique"]
-    first, last = int(pairs[0][0]["resolution"]), int(pairs[-1][0]["resolution"])
-    where = f"at {first}²" if len(pairs) == 1 else f"from {first}² to {last}²"
-    if len(pairs) == 1:
-        mine, base = outcomes[0]
-        text = f"({mine:,} against {base:,})"
-        if _alike(mine, base):
-            return f"{label} {where} makes little difference here: about as many wrong pixels as {base_label} {text}."
-        if mine < base:
-            if mine == 0:
-                return f"{label} is worth it here: {where} it leaves no wrong pixel where {base_label} has {base:,}."
-            if base / mine <= SLIGHT:
-                less = f"{share_text(1 - mine / base)} fewer wrong pixels than {base_label}"
-                return f"{label} is slightly better here: {where} it leaves {less} {text}."
-            fewer = f"{times(base / mine)} times fewer wrong pixels than {base_label}"
-            return f"{label} is worth it here: {where} it leaves {fewer} {text}."
-        if base == 0:
-            return f"{label} is not worth it here: {where} it has {mine:,} wrong pixels where {base_label} has none."
-        if mine / base <= SLIGHT:
-            more = f"{share_text(mine / base - 1)} more wrong pixels than {base_label}"
-            return f"{label} is slightly worse here: {where} it has {more} {text}."
-        many = f"{times(mine / base)} times as many wrong pixels as {base_label}"
-        return f"{label} is not worth it here: {where} it has {many} {text}."
-    better = sum(mine < base and not _alike(mine, base) for mine, base in outcomes)
-    worse = sum(base < mine and not _alike(mine, base) for mine, base in outcomes)
-    ratios = [base / mine for mine, base in outcomes if mine > 0 and base > 0]
-    slightly = bool(ratios) and len(ratios) == len(pairs) and min(ratios) >= 1 / SLIGHT and max(ratios) <= SLIGHT
-    if better == len(pairs):
-        how = "slightly better" if slightly else "worth it"
-        spread = f" ({span(ratios)} times fewer wrong pixels)" if ratios and not slightly else ""
-        return f"{label} is {how} here: it is better than {base_label} at every resolution {where}{spread}."
-    if worse == len(pairs):
-        how = "slightly worse" if slightly else "not worth it"
-        spread = f" ({span([1 / r for r in ratios])} times as many wrong pixels)" if ratios else ""
-        return f"{label} is {how} here: it is worse than {base_label} at every resolution {where}{spread}."
-    equal = len(pairs) - better - worse
-    return (
-        f"Whether {label} is worth it depends on the resolution here: against {base_label} it is better at {better}, "
-        f"worse at {worse} and about equal at {equal} of {len(pairs)} resolutions."
-    )
-
-
-def _same_error(row: Mapping[str, Any], uniform: Mapping[int, Mapping[str, Any]]) -> list[str]:
-    """The smallest uniform map of the run that does as well as this row, where larger ones were in the run."""
-    resolution = int(row["resolution"])
-    larger = sorted(r for r in uniform if r > resolution)
-    wrong = int(row["misclassified"])
-
-    def as_well(r: int) -> bool:
-        mine = int(uniform[r]["misclassified"])
-        return mine <= wrong or _alike(mine, wrong)
-
-    if not larger or as_well(resolution):
-        return []
-    for r in larger:
-        if as_well(r):
-            ratio = texels(uniform[r]) / texels(row)
-            many = "as many texels" if ratio == 1 else f"{times(ratio)} times the texels"
-            return [
-                f"Of the sizes run, {uniform[r]['technique']} first does as well at {r}² as {place(row)} "
-                f"({many}; {uniform[r]['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
-            ]
-    least = uniform[larger[-1]]
-    return [
-        f"No uniform map of this run, up to {larger[-1]}², does as well as {place(row)} "
-        f"({least['misclassified']:,} against {row['misclassified']:,} wrong pixels)."
+def _about_as_few(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The rows that are too close to the best to choose by the difference."""
+    best = best_row(drawn)
+    mine = WrongPixels.of(best)
+    others = [(row, WrongPixels.of(row)) for row in drawn]
+    near = [
+        f"{place(row)}, {amount(one)}"
+        for row, one in others
+        if one.count > mine.count and relation(one, mine) == "about_equal"
     ]
-
-
-def _memory(drawn: Sequence[Mapping[str, Any]], technique_of_label: Mapping[str, str]) -> list[str]:
-    """What techniques gain with other numbers of maps than the uniform ones, with what that costs in the same sentence.
-
-    At equal memory where the run has a uniform map of as many texels, else at equal resolution.
-    """
-    uniform = _baselines(drawn, technique_of_label)
-    first: dict[str, Mapping[str, Any]] = {}
-    for row in sorted(drawn, key=lambda r: int(r["resolution"])):
-        base = uniform.get(int(row["resolution"]))
-        if maps_of(row) > 1 if base is None else texels(row) != texels(base):
-            first.setdefault(row["technique"], row)
-    sentences: list[str] = []
-    bare: dict[int, list[str]] = {}
-    for row in first.values():
-        base = uniform.get(int(row["resolution"]))
-        large = [r for r in uniform.values() if texels(r) >= texels(row)]
-        if large and maps_of(row) > 1:
-            as_large = min(large, key=texels)
-            ratio = texels(as_large) / texels(row)
-            many = "as many texels as" if ratio == 1 else f"{times(ratio)} times the texels of"
-            sentences.append(f"{place(as_large)} has {many} {place(row)}, and {_against(as_large, row)}.")
-        elif base is not None:
-            cost = f"with {factor(texels(row) / texels(base))} times the texels"
-            sentences.append(
-                f"{place(row)} leaves {_gain(row, base)} {place(base)}, {cost} ({_both_counts(row, base)})."
-            )
-        else:
-            bare.setdefault(maps_of(row), []).append(row["technique"])
-    if any(maps_of(row) == 1 for row in drawn):
-        for maps, labels in bare.items():
-            draw = "draws" if len(labels) == 1 else "draw"
-            sentences.append(
-                f"{listed(labels)} {draw} {maps} maps, {maps} times the texels of one at equal resolution."
-            )
-    return sentences
-
-
-def _gain(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
-    """The wrong pixels of a row beside another's."""
-    mine, other = int(row["misclassified"]), int(base["misclassified"])
-    if _alike(mine, other):
-        return "about as many wrong pixels as"
-    if mine == 0 or other == 0:
-        return "fewer wrong pixels than" if mine < other else "more wrong pixels than"
-    return (
-        f"{times(other / mine)} times fewer wrong pixels than"
-        if mine < other
-        else (f"{times(mine / other)} times as many wrong pixels as")
-    )
-
-
-def _both_counts(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """The wrong pixels of two rows, bare."""
-    return f"{int(first['misclassified']):,} against {int(second['misclassified']):,}"
-
-
-def _against(first: Mapping[str, Any], second: Mapping[str, Any]) -> str:
-    """The wrong pixels of two rows."""
-    return f"{int(first['misclassified']):,} wrong pixels against {int(second['misclassified']):,}"
+    return [f"About as few have {listed(near)}: {SO_CLOSE}."] if near else []

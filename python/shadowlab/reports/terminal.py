@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..experiments.counts import WrongPixels
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
 from ..text import px_text, share_text
-from .words import rows_of, size_text
+from .words import deviation, rows_of, size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,7 +68,7 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
     return [
         str(row["technique"]),
         size_text(row),
-        FAILED if row["failure"] else shown("misclassified", "{:,}".format),
+        FAILED if row["failure"] else shown("misclassified", "{:,}".format) + noise_text(row),
         shown("share", share_text),
         shown("false_shadow", "{:,}".format),
         shown("false_light", "{:,}".format),
@@ -76,6 +77,12 @@ def study_cells(row: Mapping[str, Any]) -> list[str]:
         shown("map_ms", lambda v: f"{v:.1f} ms"),
         shown("lookup_ms", lambda v: f"{v:.1f} ms"),
     ]
+
+
+def noise_text(row: Mapping[str, Any]) -> str:
+    """The noise behind a count of wrong pixels; empty where it was not measured."""
+    sd = WrongPixels.of(row).sd
+    return "" if sd is None else f" ± {deviation(sd)}"
 
 
 def has_numbers(one: Standing) -> bool:
@@ -106,4 +113,8 @@ def advice_cells(one: Standing, measure: Measure) -> tuple[str, ...]:
         "–" if r is None else "∞" if math.isinf(r) else f"{r:.2f}" if r < 9.95 else f"{r:,.0f}"
         for r in (one.ratio_to_best, one.ratio_to_uniform)
     )
-    return (*head, measure.text(one.mean), measure.text(one.worst), *ratios)
+    # The noise is that of the error which is ranked by.
+    by_mean = one.error == one.mean
+    mean = measure.noisy_text(one.mean, one.sd if by_mean else None)
+    worst = measure.noisy_text(one.worst, None if by_mean else one.sd)
+    return (*head, mean, worst, *ratios)

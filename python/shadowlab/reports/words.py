@@ -6,10 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from .._core import Note
-from ..text import share_text
+from ..experiments.counts import WrongPixels, maps_of
+from ..experiments.thresholds import UNJUDGED
+from ..text import listed, share_text
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# Switches, failures and the like that are told; the rest is counted and left to the tables.
+MOST_TOLD = 4
 
 
 def unwarped_maps(notes: Sequence[Note], maps: int) -> tuple[int, str]:
@@ -42,32 +47,57 @@ def place(row: Mapping[str, Any]) -> str:
     return f"{row['technique']} at {size_text(row)}"
 
 
-def maps_of(row: Mapping[str, Any]) -> int:
-    """The number of maps of a row; one where it is not known."""
-    value = row.get("maps")
-    return 1 if value is None or missing(value) else int(value)
-
-
-def texels(row: Mapping[str, Any]) -> int:
-    """The texels of all maps of a row."""
-    return maps_of(row) * int(row["resolution"]) ** 2
-
-
 def size_text(row: Mapping[str, Any]) -> str:
     """The size of a row's maps: 1024², or 4 × 1024² of four."""
     maps = maps_of(row)
     return f"{int(row['resolution'])}²" if maps == 1 else f"{maps} × {int(row['resolution'])}²"
 
 
-def count(row: Mapping[str, Any]) -> str:
-    """The wrong pixels of a row with their noun."""
-    n = int(row["misclassified"])
-    return f"{n:,} pixel{'' if n == 1 else 's'}"
+def deviation(sd: float) -> str:
+    """A standard deviation with two digits."""
+    return f"{sd:,.0f}" if sd >= 99.5 else f"{sd:.2g}"
 
 
-def percent(row: Mapping[str, Any]) -> str:
-    """The share of a row in per cent, three digits."""
-    return share_text(float(row["share"]))
+def count_text(wrong: WrongPixels) -> str:
+    """A number of wrong pixels with its noise, where that was measured."""
+    return f"{wrong.count:,.0f}" if wrong.sd is None else f"{wrong.count:,.0f} ± {deviation(wrong.sd)}"
+
+
+def pixels_text(wrong: WrongPixels) -> str:
+    """The same with its noun."""
+    return f"{count_text(wrong)} pixel{'' if wrong.count == 1 and wrong.sd is None else 's'}"
+
+
+def amount(wrong: WrongPixels) -> str:
+    """The same with its share of the compared pixels."""
+    return f"{count_text(wrong)} ({share_text(wrong.share)})"
+
+
+def wrong_text(wrong: WrongPixels) -> str:
+    """The same with a noun in its middle."""
+    noun = "wrong pixel" if wrong.count == 1 and wrong.sd is None else "wrong pixels"
+    return f"{count_text(wrong)} {noun} ({share_text(wrong.share)})"
+
+
+def against(mine: WrongPixels, other: WrongPixels) -> str:
+    """Two numbers of wrong pixels with their shares, where the sentence has the noun already."""
+    return f"{amount(mine)} against {amount(other)}"
+
+
+def unjudged_text(share: float) -> str:
+    """The visible pixels that count for nobody, where they are too many to leave out; begins with a comma."""
+    return f", with {share_text(share)} of the visible pixels undecided or not compared" if share > UNJUDGED else ""
+
+
+def noise_sentences(wrong: Sequence[WrongPixels]) -> list[str]:
+    """What stands behind the signs of plus and minus, where there are any."""
+    phases = sorted({one.phases for one in wrong if one.sd is not None})
+    if not phases:
+        return []
+    counts = listed([str(n) for n in phases])
+    return [
+        f"Counts with ± are the mean and standard deviation over {counts} shifts of the texels by parts of a texel."
+    ]
 
 
 def split(row: Mapping[str, Any]) -> str:
@@ -77,9 +107,12 @@ def split(row: Mapping[str, Any]) -> str:
 
 def count_details(rows: Sequence[Mapping[str, Any]]) -> str:
     """Share, compared pixels and kinds of error of runs with equal counts: what holds for all of them, no more."""
-    texts = [(f"{percent(row)} of {int(row['compared']):,} compared", split(row)) for row in rows]
-    both = [text[0] for text in zip(*texts, strict=True) if len(set(text)) == 1]
-    return "; ".join(both) or f"up to {share_text(max(float(row['share']) for row in rows))} of those compared"
+    wrong = [WrongPixels.of(row) for row in rows]
+    # The kinds are of the map as fitted, whose count is not the mean over shifts.
+    kinds = ["as fitted " * (one.sd is not None) + split(row) for one, row in zip(wrong, rows, strict=True)]
+    shares = [f"{share_text(one.share)} of {one.compared:,} compared" for one in wrong]
+    both = [texts[0] for texts in (shares, kinds) if len(set(texts)) == 1]
+    return "; ".join(both) or f"up to {share_text(max(one.share for one in wrong))} of those compared"
 
 
 def times(ratio: float) -> str:

@@ -1,65 +1,118 @@
-"""A camera and a light that fit a scene, for those who bring neither.
+"""Views of a scene that brings none: a camera and a light that fit it.
 
-The camera stands at a three-quarter angle and holds all vertices as tightly as its field of view allows: for a fixed
-orientation each pair of opposite frustum planes bounds the position in closed form, so nothing is searched.
+Three of them, by name:
 
-        side view                     the scene touches one pair of planes;
-      e .                             the other pair has room to spare, the
-        `  .   +------+               same on both sides of the picture
-         `   . |      |
-          `    +------+
+along     at eye level, with the light from the side: in a place (a town, a terrain, a hall) the eye of somebody who
+          stands in it and looks along its long side, before a thing one that sees it whole from a little above
+above     the whole scene from above at a three-quarter angle, with the light from the side
+against   as along, with the light from ahead
+
+Their numbers are rounded to a few digits before anything is made of them, so that short texts repeat them exactly.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._core import Camera, DirectionalLight
+from ..errors import ArgumentError, UnknownNameError
+from ..text import shown
+from ..text.checks import VIEWS, check_scene, picture_size
+from .columns import Coordinates, Surfaces
+from .framing import FOV_Y_RAD, bounds_above, corners_of_box, depth_range, framing_of, height_share, padded_bounds
+from .place import place_in
+from .standing import Stand, best_stand, planes_of, sun_of
+from .sunlight import AHEAD_ANGLES, AHEAD_RAD, SIDE_ANGLES, SIDE_RAD, side_light
+from .view import View
+
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    from .._core import Scene
+    from ..types import ViewName
 
-    from .._core import Camera, DirectionalLight, Scene
+#: Of pictures whose shape nobody chose.
+WIDE_ASPECT = 16 / 9
 
-# Chosen because it shows two sides and the top of a box, and leaves room for shadows that fall to the right.
-AZIMUTH_RAD = math.radians(30.0)
-ELEVATION_RAD = math.radians(27.0)
-# Over a flat scene the eye stands higher, so that the ground between things is seen.
-FLAT_ELEVATION_RAD = math.radians(40.0)
-# A scene along the diagonal is a thin band seen from one side, and fills more seen from the other; the other is taken
-# where the scene's rectangle in the picture grows by this factor, so that most scenes are seen from the usual one.
-OTHER_SIDE_GAIN = 1.25
-# The middle of what painters of architecture and engines use; wide enough that near and far differ.
-FOV_Y_RAD = math.radians(50.0)
-# Elevation of the light over a scene at least half as high as wide, and over a flat one: morning and early morning.
-HIGH_SUN_RAD = math.radians(38.0)
-LOW_SUN_RAD = math.radians(22.0)
-# Share of the picture left free around the scene.
-MARGIN = 0.06
-# Room between the scene and the near and far planes, as a share of their depth: enough for rounding in any renderer.
-DEPTH_MARGIN = 0.05
-# Far over near for an eye inside the scene, where nothing else limits near: what engines ship (0.1 m to 100 m).
-INSIDE_DEPTH_RATIO = 1000.0
-# A scene smaller than this share of its own distance from the origin cannot be told from a point in float64 pictures
-# (2^-52 is one step; 2^20 steps are enough for a picture).
-SMALLEST_RELATIVE_SIZE = 2.0**-32
-
-# Vertices that are looked at one by one, over all instances: below a second. Beyond it instances are framed by the
-# corners of their mesh's box, which holds them with room to spare.
-MOST_VERTICES = 2**20
-# Vertices at a time, so that memory stays small.
-VERTICES_AT_ONCE = 2**13
-# Directions in which the outline is sampled, in the plane across and ahead and in the plane up and ahead. What stands
-# out between two of them does so by 1 - cos(pi / 64), a thousandth of the scene's radius: far below the margin.
-OUTLINE_DIRECTIONS = 64
+# How high eyes are that look at a thing or at a whole scene: from a little above, and from high above; each over things
+# at least half as high as wide and over flat ones, of which more of the ground is seen from higher up.
+BESIDE_RAD = (math.radians(14.0), math.radians(35.0))
+ABOVE_RAD = (math.radians(27.0), math.radians(40.0))
+# Steps that numbers are rounded to, as powers of ten below the distance of what is looked at: a ten-thousandth turns
+# a view by less than a fifth of a pixel.
+STEP_EXPONENT = -4
+# Digits of a direction of light, a twentieth of a degree; digits of near and far.
+LIGHT_DIGITS, PLANE_DIGITS = 3, 3
 
 
-def default_view(scene: Scene, *, aspect: float = 1.0, focus: Scene | None = None) -> tuple[Camera, DirectionalLight]:
-    """A camera that shows the whole scene from a three-quarter angle, and a directional light from its left.
+@dataclass(frozen=True)
+class Viewpoint:
+    """A view as the few numbers that it is made of, in world units and degrees."""
+
+    name: str
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    near: float
+    far: float
+    light: tuple[float, float, float]
+
+    def camera(self, aspect: float) -> Camera:
+        """The camera, for a picture of this aspect."""
+        return Camera.look_at(
+            self.eye, self.target, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=self.near, far=self.far
+        )
+
+    @property
+    def sun(self) -> DirectionalLight:
+        """The light."""
+        return DirectionalLight(self.light)
+
+
+def default_views(scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | None = None) -> tuple[View, ...]:
+    """The three views that are chosen for a scene, each with its camera and light, labelled with its name.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its y axis points up. Any scale, flat or a single triangle.
+    aspect : float
+        Width by height of the pictures, which have about 1024 * 1024 pixels.
+    focus : Scene, optional
+        As of `default_view`.
+
+    Returns
+    -------
+    tuple of View
+        "along": at eye level, along the scene's long side, with the light from the side; "above": the whole scene from
+        above, or from under the roof of a place that has one; "against": as "along", with the light from ahead. In a
+        hall that is dark under such light, it comes from where it enters.
+
+    Raises
+    ------
+    ArgumentError
+        As `default_view`.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> along, above, against = sl.default_views(sl.library.scene("dueling"))
+    >>> above.label, along.size, along.camera == against.camera
+    ('above', (1360, 765), True)
+    """
+    around = surroundings_of(scene, focus, aspect)
+    views = [viewpoint_in(around, name) for name in VIEWS]
+    return tuple(View(scene, one.camera(aspect), one.sun, picture_size(aspect), one.name) for one in views)
+
+
+def default_view(
+    scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | None = None, view: ViewName = "along"
+) -> tuple[Camera, DirectionalLight]:
+    """A camera and a directional light that fit a scene.
+
+    In a place, such as a town, a terrain or a hall, the camera stands at eye level: 1.7 over the ground where the
+    scene's proportions suggest metres, else at a share of what stands there. A thing is seen whole.
 
     Parameters
     ----------
@@ -68,8 +121,10 @@ def default_view(scene: Scene, *, aspect: float = 1.0, focus: Scene | None = Non
     aspect : float
         Width by height of the picture.
     focus : Scene, optional
-        The part that the picture frames, such as an object without its ground; the far plane still reaches all of
+        The part that the picture is of, such as an object without its ground; the far plane still reaches all of
         `scene`. The whole scene where none is given.
+    view : {"along", "above", "against"}
+        Which of the `default_views`.
 
     Returns
     -------
@@ -78,194 +133,109 @@ def default_view(scene: Scene, *, aspect: float = 1.0, focus: Scene | None = Non
     Raises
     ------
     ArgumentError
-        For an aspect that is not a finite number above 0.
-    """
-    from .._core import Camera, DirectionalLight
+        For an aspect that is not a finite number above 0, or something else than a scene.
+    UnknownNameError
+        For another name of a view.
 
-    part = scene if focus is None else focus
-    framed = padded_bounds(part)
-    center = corners_of_box(framed).mean(axis=0)
-    safe_aspect = aspect if np.isfinite(aspect) and aspect > 0 else 1.0  # Camera reports what is wrong with the other
-    elevation = FLAT_ELEVATION_RAD + (ELEVATION_RAD - FLAT_ELEVATION_RAD) * height_share(framed)
-    usual, other = (framing(part, center, orientation(a, elevation), safe_aspect) for a in (AZIMUTH_RAD, -AZIMUTH_RAD))
-    chosen = other if other.area > OTHER_SIDE_GAIN * usual.area else usual
-    (right, up, forward), inner, eye = chosen.axes, chosen.outline, chosen.eye
-    whole = inner if focus is None else corners_of_box(padded_bounds(scene))
-    near, far = depth_range(whole, inner, eye, up, forward, FOV_Y_RAD)
-    reach = float((inner.mean(axis=0) - eye) @ forward)
-    camera = Camera.look_at(
-        eye, eye + forward * reach, up=(0.0, 1.0, 0.0), fov_y=FOV_Y_RAD, aspect=aspect, near=near, far=far
-    )
-    return camera, DirectionalLight(side_light(right, forward, framed))
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> camera, light = sl.default_view(scene, view="above")
+    >>> bool(camera.eye[1] > 1), bool(light.direction[1] < 0)
+    (True, True)
+    """
+    chosen = default_viewpoint(scene, aspect=aspect, focus=focus, view=view)
+    return chosen.camera(aspect), chosen.sun
 
 
 @dataclass(frozen=True, eq=False)
-class Framing:
-    """An eye for one orientation: its axes right, up, forward, what it frames, and the area that this takes."""
+class Surroundings:
+    """A scene, the part of it that pictures are of, and where somebody stands in it, if anybody can.
 
-    axes: tuple[np.ndarray, np.ndarray, np.ndarray]
-    outline: np.ndarray
-    eye: np.ndarray
-    area: float
+    What of a thing is higher than `above` is seen whole.
+    """
 
-
-def framing(
-    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
-) -> Framing:
-    """The eye of this orientation that holds the scene, and the area of the scene's rectangle in the picture."""
-    points = outermost_vertices(scene, center, axes, aspect)
-    eye = center + fitting_offset(points - center, *axes, FOV_Y_RAD, aspect)
-    right, up, forward = axes
-    seen = np.column_stack([(points - eye) @ right, (points - eye) @ up]) / ((points - eye) @ forward)[:, None]
-    return Framing(axes, points, eye, float(np.ptp(seen, axis=0).prod()))
+    scene: Scene
+    part: Scene
+    aspect: float
+    surfaces: Surfaces
+    above: float
+    stand: Stand | None
+    roofed: bool
 
 
-def height_share(bounds: np.ndarray) -> float:
-    """1 for a scene at least half as high as wide, falling to 0 for a flat one."""
-    across, height, depth = bounds[1] - bounds[0]
-    return min(1.0, 2.0 * float(height) / float(max(across, depth))) if max(across, depth) > 0 else 1.0
+def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view: ViewName) -> Viewpoint:
+    """The numbers of a view; arguments and errors as of `default_view`."""
+    if view not in VIEWS:
+        raise UnknownNameError(f"view: unknown name {view!r}; expected one of {', '.join(VIEWS)}")
+    return viewpoint_in(surroundings_of(scene, focus, aspect), view)
 
 
-def fitting_depths(scene: Scene, eye: npt.ArrayLike, forward: npt.ArrayLike) -> tuple[float, float]:
-    """Near and far planes for an eye of one's own: hugging the scene's box, or in a fixed ratio from inside it."""
-    corners = corners_of_box(padded_bounds(scene))
-    depths = (corners - np.asarray(eye, float)) @ np.asarray(forward, float)
-    # An eye that looks away from everything still needs a valid pair; the scene's size is the only length there is.
-    far = float(depths.max()) if depths.max() > 0 else float(np.ptp(corners, axis=0).max())
-    near = max(float(depths.min()), far / INSIDE_DEPTH_RATIO)
-    return near * (1 - DEPTH_MARGIN), far * (1 + DEPTH_MARGIN)
+def surroundings_of(scene: Scene, focus: Scene | None, aspect: float) -> Surroundings:
+    """What all views of a scene share; errors as of `default_view`."""
+    check_scene(scene)
+    if not (isinstance(aspect, (int, float)) and math.isfinite(aspect) and aspect > 0):
+        raise ArgumentError(f"aspect: expected a finite number above 0, got {shown(aspect)}; try 16 / 9")
+    part = scene if focus is None else focus
+    surfaces = Surfaces(scene)
+    place, above = place_in(surfaces if part is scene else Surfaces(part))
+    stand = None if place is None else best_stand(place, surfaces, aspect)
+    return Surroundings(scene, part, aspect, surfaces, above, stand, place is not None and math.isfinite(place.room))
 
 
-def orientation(azimuth: float, elevation: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Right, up and forward of an eye at this azimuth (from +z towards -x) and elevation that looks at the middle."""
-    forward = np.array(
-        [math.sin(azimuth) * math.cos(elevation), -math.sin(elevation), -math.cos(azimuth) * math.cos(elevation)]
+def viewpoint_in(around: Surroundings, view: ViewName) -> Viewpoint:
+    """The numbers of a view of a scene."""
+    stand, surfaces, aspect = around.stand, around.surfaces, around.aspect
+    # A roof hides a place from above: the eye is then under it.
+    if stand is None or (view == "above" and not around.roofed):
+        return whole_view(around, view)
+    sun = sun_of(stand, surfaces, aspect, AHEAD_ANGLES if view == "against" else SIDE_ANGLES)
+    stand = stand.raised() if view == "above" else stand
+    near, far = planes_of(stand, surfaces, aspect)
+    # By the eye's height, not by the length of the place: what is nearest is about as far away as the ground.
+    return rounded(view, stand.eye, stand.eye + far * stand.forward, near, far, sun.way, stand.height)
+
+
+def whole_view(around: Surroundings, view: ViewName) -> Viewpoint:
+    """A view that holds the part whole."""
+    scene, part, above = around.scene, around.part, around.above
+    bounds = bounds_above(part, above)
+    high, flat = ABOVE_RAD if view == "above" else BESIDE_RAD
+    found = framing_of(part, flat + (high - flat) * height_share(bounds), around.aspect, above)
+    _, up, forward = found.axes
+    # A floor around what is framed: the planes hold it, too.
+    whole = found.outline if part is scene and above == -math.inf else corners_of_box(padded_bounds(scene))
+    near, far = depth_range(whole, found.outline, found.eye, up, forward, FOV_Y_RAD)
+    reach = float((found.outline.mean(axis=0) - found.eye) @ forward)
+    way = side_light(forward, bounds, AHEAD_RAD if view == "against" else SIDE_RAD)
+    return rounded(view, found.eye, found.eye + reach * forward, near, far, way, reach)
+
+
+def rounded(
+    view: str, eye: Coordinates, target: Coordinates, near: float, far: float, way: Coordinates, distance: float
+) -> Viewpoint:
+    """The view with numbers of few digits, by the distance of what is looked at."""
+    step = exponent_of(distance) + STEP_EXPONENT
+    far_step = exponent_of(float(np.linalg.norm(target - eye))) + STEP_EXPONENT
+    near_step, end_step = (exponent_of(plane) + 1 - PLANE_DIGITS for plane in (near, far))
+    return Viewpoint(
+        view,
+        rounded_point(eye, -step),
+        rounded_point(target, -far_step),
+        # Towards the eye and away from it, so that they hold what they held.
+        round(math.floor(near / 10.0**near_step) * 10.0**near_step, -near_step),
+        round(math.ceil(far / 10.0**end_step) * 10.0**end_step, -end_step),
+        rounded_point(way, LIGHT_DIGITS),
     )
-    right = np.cross(forward, (0.0, 1.0, 0.0))
-    right /= np.linalg.norm(right)
-    return right, np.cross(right, forward), forward
 
 
-def side_light(right: np.ndarray, forward: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """The way a light travels from the left, a little from behind the viewer.
-
-    Shadows fall to the right across the picture, and most of what the eye sees is lit. The lower a scene is for its
-    width, the lower stands the light: hills and towns seen whole have only short shadows under a high one.
-    """
-    elevation = LOW_SUN_RAD + (HIGH_SUN_RAD - LOW_SUN_RAD) * height_share(bounds)
-    ahead = np.array([forward[0], 0.0, forward[2]])
-    ahead /= np.linalg.norm(ahead)
-    level = 0.966 * right + 0.259 * ahead  # 15 degrees from behind
-    travels: np.ndarray = math.cos(elevation) * level - math.sin(elevation) * np.array([0.0, 1.0, 0.0])
-    return travels
+def exponent_of(value: float) -> int:
+    """The power of ten of its first digit."""
+    return math.floor(math.log10(value))
 
 
-def padded_bounds(scene: Scene) -> np.ndarray:
-    """The scene's box (2, 3), widened where it is a point or too small for its distance from the origin."""
-    bounds: np.ndarray = np.asarray(scene.bounds, dtype=np.float64).reshape(2, 3)
-    size = float(np.ptp(bounds, axis=0).max())
-    distance = float(np.abs(bounds).max())
-    smallest = distance * SMALLEST_RELATIVE_SIZE if distance > 0 else 1.0
-    if size >= smallest and size > 0:
-        return bounds
-    pad = 0.5 * (smallest - size)
-    padded: np.ndarray = bounds + np.array([[-pad], [pad]])
-    return padded
-
-
-def corners_of_box(bounds: np.ndarray) -> np.ndarray:
-    """The eight corners (8, 3) of a box (2, 3)."""
-    return np.array(list(itertools.product(*bounds.T)))
-
-
-def outermost_vertices(
-    scene: Scene, center: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], aspect: float
-) -> np.ndarray:
-    """The vertices (K, 3) that stand out furthest: what a picture along these axes must hold to hold the scene."""
-    bounds = padded_bounds(scene)
-    if not np.array_equal(bounds, np.asarray(scene.bounds)):
-        return corners_of_box(bounds)  # a point: its vertices have no outline
-    right, up, forward = axes
-    turns = np.linspace(0.0, 2 * math.pi, OUTLINE_DIRECTIONS, endpoint=False)
-    tan_y = math.tan(0.5 * FOV_Y_RAD) * (1 - MARGIN)
-    directions = [
-        sign * axis - tangent * forward for axis, tangent in ((right, tan_y * aspect), (up, tan_y)) for sign in (1, -1)
-    ]
-    directions += [math.cos(t) * axis + math.sin(t) * forward for axis in (right, up) for t in turns]
-    outward = np.array(directions)
-    furthest = np.empty((0, 3))
-    for points in world_points(scene):
-        candidates = np.concatenate([furthest, points])
-        furthest = candidates[np.unique((outward @ (candidates - center).T).argmax(axis=1))]
-    return furthest
-
-
-def world_points(scene: Scene) -> Iterator[np.ndarray]:
-    """Vertices (N, 3) of all instances, some at a time; corners of boxes where there are too many."""
-    meshes = [np.asarray(mesh.vertices, dtype=np.float64) for mesh in scene.meshes]
-    index, transforms = np.asarray(scene.mesh_index), np.asarray(scene.transforms)
-    counts = np.bincount(index, minlength=len(meshes))
-    total = sum(len(vertices) * int(n) for vertices, n in zip(meshes, counts, strict=True))
-    for i, vertices in enumerate(meshes):
-        if total > MOST_VERTICES and counts[i] > 1:
-            vertices = corners_of_box(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
-        placed = transforms[index == i]
-        for start in range(0, len(vertices), VERTICES_AT_ONCE):
-            part = vertices[start : start + VERTICES_AT_ONCE]
-            together = max(1, VERTICES_AT_ONCE // len(part))
-            for first in range(0, len(placed), together):
-                some = placed[first : first + together]
-                yield (part @ some[:, :3, :3].transpose(0, 2, 1) + some[:, None, :3, 3]).reshape(-1, 3)
-
-
-def fitting_offset(
-    corners: np.ndarray, right: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float, aspect: float
-) -> np.ndarray:
-    """Where the eye stands, relative to the origin of `corners`, so that they fill the picture up to the margin.
-
-    With eye = x right + y up - d forward, the corner (r, u, f) lies between the right and left planes when
-    max(r - t f) <= x + t d and max(-r - t f) <= -x + t d; the sum bounds d. Likewise for y; the larger d is taken.
-    """
-    depth = corners @ forward
-    distance = -math.inf
-    tan_y = math.tan(0.5 * fov_y) * (1 - MARGIN)
-    for axis, tangent in ((right, tan_y * aspect), (up, tan_y)):
-        across = corners @ axis
-        high, low = (across - tangent * depth).max(), (-across - tangent * depth).max()
-        distance = max(distance, (high + low) / (2 * tangent))
-    # Points in a row along the view would have the eye in the first of them.
-    distance = max(distance, (depth.max() - INSIDE_DEPTH_RATIO * depth.min()) / (INSIDE_DEPTH_RATIO - 1))
-    offset: np.ndarray = (
-        centred(corners @ right, depth + distance) * right
-        + centred(corners @ up, depth + distance) * up
-        - distance * forward
-    )
-    return offset
-
-
-def centred(across: np.ndarray, depth: np.ndarray) -> float:
-    """The x that minimises max |across - x| / depth: as much room on both sides of the picture.
-
-    The largest of these lines is convex in x, and least where a rising one meets a falling one.
-    """
-    total = depth[:, None] + depth
-    crossings = ((across[:, None] * depth + across * depth[:, None]) / np.where(total > 0, total, 1.0)).ravel()
-    # A corner in the eye's own plane has no place in the picture; it is kept out of it by the near plane.
-    sizes = np.abs(across[:, None] - crossings) / np.where(depth > 0, depth, np.inf)[:, None]
-    return float(crossings[sizes.max(axis=0).argmin()])
-
-
-def depth_range(
-    whole: np.ndarray, inner: np.ndarray, eye: np.ndarray, up: np.ndarray, forward: np.ndarray, fov_y: float
-) -> tuple[float, float]:
-    """Near and far depths that hold the framed points, the floor at the picture's bottom, and everything behind."""
-    near = float(((inner - eye) @ forward).min())
-    # The lowest ray of the picture meets the floor of the whole scene nearer than the framed points begin.
-    lowest = forward - math.tan(0.5 * fov_y) * up
-    floor = float(whole[:, 1].min())
-    if whole is not inner and lowest[1] < 0 and eye[1] > floor:
-        near = min(near, (floor - eye[1]) / lowest[1])
-    far = float(((whole - eye) @ forward).max())
-    # Far reaches the corners of a floor, which may be more than the ratio beyond the framed points.
-    near = max(near, far / INSIDE_DEPTH_RATIO)
-    return near * (1 - DEPTH_MARGIN), far * (1 + DEPTH_MARGIN)
+def rounded_point(point: Coordinates, digits: int) -> tuple[float, float, float]:
+    """Three numbers with this many digits after the point, and no negative zero."""
+    x, y, z = (round(float(v), digits) + 0.0 for v in point)
+    return x, y, z

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from .. import _core
 from ..travel import Value
@@ -16,7 +17,8 @@ class Source(Value):
     """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
 
     `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a
-    camera keeps no target, and a direction not its length.
+    camera keeps no target, and a direction not its length. `view` says where camera and light came from: the name of
+    one of the `default_views`, "own" for those that the scene brings, or "" for those that were given.
     """
 
     name: str
@@ -25,6 +27,9 @@ class Source(Value):
     up: str = "y"
     out: str = ""
     given: tuple[tuple[str, str], ...] = ()
+    view: str = ""
+
+    STATE_VERSION: ClassVar[int] = 2
 
     @classmethod
     def of_scene(cls, scene: _core.Scene) -> Source:

@@ -6,14 +6,15 @@ import math
 import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
-from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of
+from ..text import shown
+from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of, whole
 from ..travel import Value
 from .kept import Kept
 
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
 KEPT_VIEWS = Kept(1 << 30)
 # Of a G-buffer: depth, relative position, normal, triangle, instance (36), and world positions in f64 where asked for.
 GBUFFER_BYTES_PER_PIXEL = 60
+# Of samples: position and normal, state, and its pixel's.
+SAMPLE_BYTES = 30
+SAMPLE_COUNT = 4096
+ShadowSource: TypeAlias = Literal["mapped", "traced"]
+SHADOW_SOURCES = ("mapped", "traced", None)
 LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
 
 
@@ -117,6 +123,65 @@ class View(Value):
         )
         return made
 
+    def samples(
+        self,
+        size: Size | None = None,
+        shadows: ShadowSource | None = "mapped",
+        count: int = 4096,
+        *,
+        renderer: RendererArgument = None,
+    ) -> PerLight[_core.Samples]:
+        """What the camera sees as points: what techniques make their maps for. Made once and kept.
+
+        The hull of a map comes from every pixel; the samples at the edges of shadows, which a search looks at, are
+        thinned evenly and without chance.
+
+        Parameters
+        ----------
+        size : int or (int, int), optional
+            Width and height of the picture that the samples come from, pixels; the view's own G-buffer where none is
+            given, so that no visible receiver is missed.
+        shadows : {"mapped", "traced"} or None
+            Where shadow states come from: one uniform map of 1024 x 1024 texels over the receivers' body, which is what
+            an engine has; or rays, the laboratory's upper bound; or nowhere, which is enough for ``fit="seen"``.
+        count : int
+            Samples at the edges of shadows that are kept.
+        renderer : Renderer or str, optional
+            As of `gbuffer`.
+
+        Returns
+        -------
+        Samples, or tuple of them
+            One per light where `light` is a sequence.
+
+        Raises
+        ------
+        ArgumentError
+            For sizes and counts that are none, and another word for `shadows`.
+
+        References
+        ----------
+        Chong, Gortler 2007 (scene-optimized shadow maps): samples near shadow edges.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
+        >>> samples = view.samples()
+        >>> samples.positions.shape == (len(samples), 3)
+        True
+        """
+        if shadows not in SHADOW_SOURCES:
+            raise ArgumentError(f'shadows: expected "mapped", "traced" or None, got {shown(shadows)}')
+        if isinstance(self.light, tuple):
+            return tuple(view._sampled(size, shadows, count, renderer)[0] for view in self.views)
+        return self._sampled(size, shadows, count, renderer)[0]
+
+    def samples_ms(self, renderer: RendererArgument = None) -> float:
+        """Milliseconds that making the `samples` of all lights took when they were made, G-buffer aside."""
+        return sum(view._sampled(None, "mapped", SAMPLE_COUNT, renderer)[1] for view in self.views)
+
     def truth(self) -> PerLight[TruthImage]:
         """The traced truth, made once and kept.
 
@@ -153,9 +218,36 @@ class View(Value):
         """Forgets what is kept of this picture, for all its lights."""
         KEPT_VIEWS.forget(self._seen)
 
+    def _repr_html_(self) -> str:
+        from ..reports.html.values import view_html
+
+        return view_html(self)
+
     @property
     def _seen(self) -> tuple[Hashable, ...]:
         return (self.scene.content_hash, self.camera, self.size)
+
+    def _sampled(
+        self, size: Size | None, shadows: ShadowSource | None, count: int, renderer: RendererArgument
+    ) -> tuple[_core.Samples, float]:
+        draw, light = renderer_of(renderer), light_of(self)
+        whole("count", count)
+        pixels = self.size if size is None else picture_of(size, self.camera)
+
+        def make() -> tuple[_core.Samples, float]:
+            own = size is None
+            gbuffer = self.gbuffer(draw) if own else draw.gbuffer(self.scene, self.camera, size=pixels)
+            start = time.perf_counter()
+            states = None
+            if shadows == "mapped":
+                states = _core.mapped_states(self.scene, self.camera, light, gbuffer)
+            elif shadows == "traced":
+                states = cast("NDArray[np.int8]", replace(self, size=pixels).truth())
+            made = _core.Samples.from_gbuffer(gbuffer, self.camera, light, shadows=states, count=count)
+            return made, 1e3 * (time.perf_counter() - start)
+
+        key = ("samples", self.light, pixels, shadows, count, *identity_of(draw))
+        return KEPT_VIEWS.get(self._seen, key, make, lambda made: SAMPLE_BYTES * made[0].receivers)
 
     def _traced(self) -> tuple[NDArray[np.int8], float]:
         def trace() -> tuple[NDArray[np.int8], float]:

@@ -49,6 +49,9 @@ class ReceiversBody(Value):
     sine: float
 
 
+#: Engines fit what the camera's frustum holds of the scene, without a look at what is seen.
+BODY: dict[str, Any] = {"range": "body", "fit": "exact"}
+
 #: Of a scene, camera and light the technique with an engine's numbers, and the camera with the engine's clip planes.
 Choose: TypeAlias = "Callable[[_core.Scene, _core.Camera, Light], tuple[_core.Technique, _core.Camera]]"
 
@@ -87,6 +90,11 @@ class Preset(Value):
         """Presets never look at receivers."""
         return False
 
+    @property
+    def needs_shadows(self) -> bool:
+        """Nor at shadows."""
+        return False
+
     def technique(self, scene: _core.Scene, camera: _core.Camera, light: Light) -> _core.Technique:
         """The technique with the numbers that the engine's formula gives for this view."""
         return self.choose(scene, camera, light)[0]
@@ -98,7 +106,7 @@ class Preset(Value):
         light: Light,
         *,
         resolution: int = 1024,
-        samples: _core.GBuffer | None = None,
+        samples: _core.Samples | _core.GBuffer | None = None,
     ) -> _core.Parameterization:
         """The maps for a scene, camera and light; see `Technique.parameterize`.
 
@@ -144,7 +152,7 @@ def presets() -> pd.DataFrame:
 
 def receivers_body(scene: _core.Scene, camera: _core.Camera, light: Light) -> ReceiversBody | None:
     """The body as our LiSPSM sees it; None where there is no warp (the light along the view, nothing seen)."""
-    p = _core.Technique("lispsm").parameterize(scene, camera, light, resolution=1024)
+    p = _core.Technique("lispsm", near="delta-z", **BODY).parameterize(scene, camera, light, resolution=1024)
     (only,) = p.partitions
     numbers = dict(only.values)
     if "y_min" not in numbers:
@@ -209,9 +217,9 @@ def _warped(near: Callable[[ReceiversBody], float]) -> Choose:
         body = receivers_body(scene, camera, light)
         distance = math.inf if body is None else near(body)
         if math.isinf(distance):
-            return _core.Technique("uniform"), camera
+            return _core.Technique("uniform", **BODY), camera
         # A reference point inside the body (OpenSceneGraph can have one) has no map; the least distance stands for it.
-        return _core.Technique("lispsm", near=max(0.0, distance)), camera
+        return _core.Technique("lispsm", near=max(0.0, distance), **BODY), camera
 
     return choose
 

@@ -79,7 +79,21 @@ def technique(name: Item | str, **params: object) -> Item:
         from ..conventions.files import matrix_technique
 
         return matrix_technique(text, {**given, **params})
-    return _core.Technique(name, **cast("dict[str, Any]", {**given, **params}))
+    return _core.Technique(name, **cast("dict[str, Any]", with_new_words(name, {**given, **params})))
+
+
+def with_new_words(name: str, params: Mapping[str, object]) -> dict[str, object]:
+    """The parameters; a word that was renamed is replaced, with a warning."""
+    found = dict(params)
+    for technique, param, old, new in _core.renamed_words():
+        if technique == name and found.get(param) == old:
+            found[param] = new
+            warnings.warn(
+                f"technique {name!r}: {param}={old} is called {param}={new} now; write that",
+                ShadowlabWarning,
+                stacklevel=3,
+            )
+    return found
 
 
 def without(params: Mapping[str, object], what: str, made: T) -> T:

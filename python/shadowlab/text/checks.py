@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError, UnknownNameError
-from ..types import Backend, Filter, Up
+from ..types import Backend, Filter, Up, ViewName
 from .words import shown
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 FILTERS: tuple[Filter, ...] = get_args(Filter)
 BACKENDS: tuple[Backend, ...] = get_args(Backend)
 UP_AXES: tuple[Up, ...] = get_args(Up)
+VIEWS: tuple[ViewName, ...] = get_args(ViewName)
 # Pixels of a picture whose size nobody chose.
 PICTURE_PIXELS = 1024 * 1024
 # The largest denominator of an aspect that counts as a ratio of small whole numbers (16:9, 21:9, 64:27).

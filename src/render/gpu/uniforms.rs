@@ -259,9 +259,10 @@ mod tests {
 
     #[test]
     fn records_tell_how_texels_change() {
-        for text in ["uniform", "lispsm", "tsm", "xpsm", "log", "log_psm"] {
+        for name in ["uniform", "lispsm:near=delta-z", "tsm:", "xpsm:", "log:", "log_psm:"] {
             let s = library::build("robots", 1, &[]).unwrap();
-            let mut p = technique_of(text).unwrap().parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
+            let text = if name.contains(':') { format!("{name},range=body,fit=exact") } else { name.into() };
+            let mut p = technique_of(&text).unwrap().parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
             let space = EyeSpace::new(&s.scene, &s.camera);
             for scale in [1.0, 2f64.powi(40), 3e-20] {
                 // Clip coordinates are homogeneous, but for the logarithm of w.

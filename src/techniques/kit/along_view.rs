@@ -22,7 +22,7 @@ use crate::scene::Light;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::techniques) struct AlongView<'a> {
     /// The view.
-    pub view: &'a FocusedView,
+    pub view: &'a FocusedView<'a>,
     /// Where the warp acts.
     pub space: WarpSpace,
     /// The eye's place on the warp axis.
@@ -83,7 +83,7 @@ pub(in crate::techniques) fn warped_along_view(
 
 impl<'a> AlongView<'a> {
     /// Nothing where no warp can act; the note says why.
-    fn new(view: &'a FocusedView, notes: &mut Vec<Note>) -> Option<Self> {
+    fn new(view: &'a FocusedView<'a>, notes: &mut Vec<Note>) -> Option<Self> {
         let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return None };
         let (forward, along) = (view.camera.forward(), light.direction());
         let space = WarpSpace::directional(view, along, forward, &view.casters())

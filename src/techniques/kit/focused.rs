@@ -4,12 +4,12 @@ use glam::{DMat4, DVec3, DVec4};
 
 use super::light_space::LightSpace;
 use super::maps::{Maps, Part};
-use super::settings::Settings;
+use super::settings::{Holds, Range, Settings};
 use super::spec::Spec;
-use super::technique::{Fitting, Named, Provisional, Spacing, Technique, Warp};
+use super::technique::{Fitting, Named, Needs, Provisional, Spacing, Technique, Warp};
 use crate::error::{Error, Result};
-use crate::fit::{Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
-use crate::focus::{Coverage, Focus, FocusedView};
+use crate::fit::{MapSize, Tightening, fit, fit_logarithmic, scene_depth, stable_grid};
+use crate::focus::{Coverage, Focus, FocusedView, Outline};
 use crate::geometry::Rows;
 use crate::note::{Kind, Note};
 use crate::parameterization::{Factors, Partition, PostWarp, Selection, Value};
@@ -21,6 +21,10 @@ pub(in crate::techniques) struct Focused {
     pub spec: &'static Spec,
     pub settings: Settings,
     pub tightening: Tightening,
+    pub range: Range,
+    pub holds: Holds,
+    /// Texels.
+    pub margin: f64,
     pub warp: Box<dyn Warp>,
 }
 
@@ -31,8 +35,14 @@ impl Technique for Focused {
     fn settings(&self) -> Vec<(&'static str, Value)> {
         self.settings.values().to_vec()
     }
-    fn needs_samples(&self) -> bool {
-        self.warp.needs_samples()
+    fn needs(&self) -> Needs {
+        let own = match (self.holds, self.range) {
+            (Holds::Shadow, _) => Needs::Shadows,
+            (Holds::Seen, _) | (_, Range::Seen) => Needs::Surfaces,
+            (Holds::Body, Range::Body) => Needs::Nothing,
+        };
+        // A grid that stands still does not look at what is seen.
+        if self.warp.fitting() == Fitting::StableGrid { Needs::Nothing } else { own.max(self.warp.needs()) }
     }
     fn maps(&self, part: &Part) -> Result<Maps> {
         Ok(Maps { maps: vec![self.map(part)?], selection: Selection::Depth, notes: Vec::new() })
@@ -45,7 +55,25 @@ impl Focused {
         let Part { scene, camera, light, size, region, .. } = part;
         let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
         match (self.warp.fitting(), self.warp.focus(), light) {
-            (Fitting::UnitCube, focus, _) => self.fitted(&view(focus).restricted(scene, region), part),
+            (Fitting::UnitCube, focus, _) => {
+                let seen = Seen::of(self, part)?;
+                let near_far = seen.depths.filter(|_| self.range == Range::Seen && focus != Focus::Scene);
+                let cut = match near_far {
+                    Some([near, far]) => camera.with_depths(near.min(far * (1.0 - LEAST_LENGTH)), far)?,
+                    None => *camera,
+                };
+                let view = FocusedView::new(scene, &cut, light, focus).restricted(scene, region);
+                // A map of the whole scene is made without the camera, and relative to the scene's middle.
+                let outline = seen.outline.as_ref().filter(|_| focus != Focus::Scene);
+                let mut map = self.fitted(&view.holding(outline), part, &seen.size)?;
+                if let Some([near, far]) = near_far {
+                    map.values.extend([("seen_near", near), ("seen_far", far)]);
+                    // Receivers that no sample shows are served, too.
+                    map.eye_depth = [camera.near(), camera.far()];
+                }
+                map.notes.extend(seen.notes);
+                Ok(map)
+            }
             (Fitting::StableGrid, Focus::Frustum | Focus::SceneFit, Light::Directional(directional)) => {
                 let along = directional.direction();
                 let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
@@ -57,15 +85,16 @@ impl Focused {
             }
             // Made without the camera, it stands still by itself.
             (Fitting::StableGrid, ..) => {
-                let mut map = self.fitted(&view(Focus::Scene), part)?;
+                let mut map = self.fitted(&view(Focus::Scene), part, size)?;
                 map.notes.push(Note::new(Kind::Stable, &[]));
                 Ok(map)
             }
         }
     }
-    fn fitted(&self, view: &FocusedView, part: &Part) -> Result<Partition> {
+    fn fitted(&self, view: &FocusedView, part: &Part, size: &MapSize) -> Result<Partition> {
+        let part = &Part { size: *size, ..*part };
         let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
-        let (scene, size, tightening) = (part.scene, &part.size, self.tightening);
+        let (scene, tightening) = (part.scene, self.tightening);
         let (fitted, post_warp) = match self.warp.spacing() {
             Spacing::Projective => {
                 let fitted = fit(&clip_from_local, view, scene, size, tightening);
@@ -128,6 +157,46 @@ impl Focused {
             values,
             notes,
         }
+    }
+}
+
+/// The least length of the depths that are seen, as a share of their far end: half of the digits of their difference are left.
+const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
+
+/// What samples say of a part of a view.
+struct Seen {
+    /// Near and far depth of what faces the light; nothing without samples, or where nothing does.
+    depths: Option<[f64; 2]>,
+    /// What the map must hold.
+    outline: Option<Outline>,
+    /// With the margin around it.
+    size: MapSize,
+    notes: Vec<Note>,
+}
+
+impl Seen {
+    fn of(technique: &Focused, part: &Part) -> Result<Self> {
+        let Part { camera, light, size, region, .. } = part;
+        let (by_samples, mut notes) = (technique.holds != Holds::Body, Vec::new());
+        let none = Self { depths: None, outline: None, size: *size, notes: Vec::new() };
+        let Some(samples) = part.samples.filter(|_| by_samples || technique.range == Range::Seen) else {
+            return Ok(none);
+        };
+        let Some(depths) = samples.depths(camera, light, region) else {
+            notes.push(Note::new(Kind::NoLitSample, &[]));
+            return Ok(Self { notes, ..none });
+        };
+        let seen = || samples.outline(camera, light, region);
+        let outline = match technique.holds {
+            Holds::Body => None,
+            Holds::Seen => seen(),
+            Holds::Shadow => samples.shaded_outline(camera, light, region).or_else(|| {
+                notes.push(Note::new(Kind::NoShadow, &[]));
+                seen()
+            }),
+        };
+        let size = if by_samples { size.with_margin(technique.margin)? } else { *size };
+        Ok(Self { depths: Some(depths), outline, size, notes })
     }
 }
 

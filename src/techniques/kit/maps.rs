@@ -1,7 +1,7 @@
 //! What a technique is given, a view or a part of one, and what it returns.
 
 use crate::fit::MapSize;
-use crate::focus::ReceiverSamples;
+use crate::focus::Samples;
 use crate::note::Note;
 use crate::parameterization::{Partition, Region, Selection};
 use crate::scene::{Camera, Light, Scene};
@@ -18,7 +18,7 @@ pub struct Part<'a> {
     /// Texels and border of each map.
     pub size: MapSize,
     /// What the camera sees, where the technique needs it.
-    pub samples: Option<&'a ReceiverSamples>,
+    pub samples: Option<&'a Samples>,
     /// The rays that the part is about.
     pub region: Region,
 }

@@ -201,7 +201,20 @@ impl Settings {
         }
         let (exact, receivers) = (("exact", Tightening::Exact), ("receivers", Tightening::Receivers));
         let (intersection, none) = (("intersection", Tightening::Intersection), ("none", Tightening::None));
-        self.meaning("fit", &[exact, receivers, intersection, none])
+        let samples = [("shadow", Tightening::Exact), ("seen", Tightening::Exact)];
+        self.meaning("fit", &[samples[0], samples[1], exact, receivers, intersection, none])
+    }
+    /// What a map must hold: what [`FIT`](super::spec::FIT) says.
+    pub fn holds(&self) -> Holds {
+        match self.word("fit") {
+            "seen" => Holds::Seen,
+            "shadow" => Holds::Shadow,
+            _ => Holds::Body,
+        }
+    }
+    /// The depths that place a warp: what [`RANGE`](super::spec::RANGE) says.
+    pub fn range(&self) -> Range {
+        if self.word("range") == "seen" { Range::Seen } else { Range::Body }
     }
     /// A number; nothing for a word.
     pub fn number(&self, name: &str) -> Option<f64> {
@@ -229,6 +242,26 @@ impl Settings {
             _ => "",
         }
     }
+}
+
+/// What a map must hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holds {
+    /// The receivers' body, as closely as its [`Tightening`] says.
+    Body,
+    /// The visible receivers that face the light.
+    Seen,
+    /// Those in shadow and their neighbours.
+    Shadow,
+}
+
+/// The depths that place a warp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Range {
+    /// Those of the receivers' body.
+    Body,
+    /// Those of the visible receivers that face the light.
+    Seen,
 }
 
 impl LightSupport {

@@ -76,15 +76,36 @@ pub struct ParamSpec {
     pub doc: &'static str,
 }
 
-/// How closely a map is cut to receivers and casters ([`Tightening`](crate::fit::Tightening)): the last parameter of every
+/// The depths that place a warp: a parameter of every warp, whose technique need not look at it.
+pub const RANGE: ParamSpec = ParamSpec {
+    name: "range",
+    unit: "",
+    default: Default::Choice("seen"),
+    kind: Kind::Choice(&["seen", "body"]),
+    doc: "depths that place the warp: those of the visible surfaces that face the light (seen), or of the part of the scene's \
+          box inside the camera's frustum, most of it air (body)",
+};
+
+/// What a map must hold ([`Holds`](super::settings::Holds), [`Tightening`](crate::fit::Tightening)): a parameter of every
 /// warp, whose technique need not look at it.
 pub const FIT: ParamSpec = ParamSpec {
     name: "fit",
     unit: "",
-    default: Default::Choice("exact"),
-    kind: Kind::Choice(&["exact", "receivers", "intersection", "none"]),
-    doc: "how closely the map is cut: to receivers and the casters above them (exact), to receivers and all casters' depth \
-          (receivers), to where anything is cast on anything (intersection), or not to what is in the view (none)",
+    default: Default::Choice("shadow"),
+    kind: Kind::Choice(&["shadow", "seen", "exact", "receivers", "intersection", "none"]),
+    doc: "what the map must hold: visible receivers in shadow and their neighbours, as outside a map all is lit (shadow); \
+          all visible receivers (seen); or, without samples, the boxes of all instances in the view and the casters above \
+          them (exact), the same with all casters' depth (receivers), only where anything is cast on anything \
+          (intersection), or all that the view's body holds (none)",
+};
+
+/// Room around samples: a parameter of every warp, whose technique need not look at it.
+pub const MARGIN: ParamSpec = ParamSpec {
+    name: "margin",
+    unit: "texels",
+    default: Default::Number(1.0),
+    kind: Kind::Number { min: 0.0, max: 1e6 },
+    doc: "room around the samples that fit=seen and fit=shadow keep, for receivers that no sample shows",
 };
 
 /// Which lights a technique serves.

@@ -12,7 +12,7 @@ use super::maps::{Maps, Part};
 use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::fit::MapSize;
-use crate::focus::{Focus, FocusedView, ReceiverSamples};
+use crate::focus::{Focus, FocusedView, Samples};
 use crate::geometry::Rows;
 use crate::note::{Note, gathered};
 use crate::parameterization::{Parameterization, Region, Value};
@@ -24,9 +24,9 @@ pub trait Technique: Debug + Send + Sync {
     fn spec(&self) -> &'static Spec;
     /// Every parameter with its value, in the order of the spec.
     fn settings(&self) -> Vec<(&'static str, Value)>;
-    /// Whether it looks at receivers: [`Part::samples`] must be there.
-    fn needs_samples(&self) -> bool {
-        false
+    /// What it looks at: [`Part::samples`] must have it.
+    fn needs(&self) -> Needs {
+        Needs::Nothing
     }
     /// The maps for a part of a view; the light is none that [`Technique::serves`] refuses, and no point light unless the
     /// technique makes its faces itself.
@@ -58,7 +58,7 @@ pub trait Technique: Debug + Send + Sync {
         self.parameterize_seen(scene, camera, light, resolution, None)
     }
     /// The maps for one scene, camera and light, made for `resolution` texels along each side; `samples` of what the camera
-    /// sees are used by techniques that [need them](Technique::needs_samples).
+    /// sees are used by techniques that [need them](Technique::needs).
     ///
     /// # Errors
     /// [`Error::UnsupportedLight`]; [`Error::UnsuitedView`]; [`Error::InvalidArgument`] for a resolution that leaves no texel
@@ -69,14 +69,11 @@ pub trait Technique: Debug + Send + Sync {
         camera: &Camera,
         light: &Light,
         resolution: u32,
-        samples: Option<&ReceiverSamples>,
+        samples: Option<&Samples>,
     ) -> Result<Parameterization> {
         self.serves(light)?;
         let size = MapSize::new(resolution)?;
-        if self.needs_samples() && samples.is_none() {
-            let fix = "render a small G-buffer of the view and hand over its samples";
-            return Err(Error::argument("samples", "samples of what the camera sees", "none", fix));
-        }
+        check(self.needs(), samples, light)?;
         let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL };
         let Maps { maps, selection, mut notes } = match light {
             Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
@@ -95,6 +92,45 @@ pub trait Technique: Debug + Send + Sync {
     }
 }
 
+/// What a technique looks at beside the scene's boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Needs {
+    /// No samples.
+    Nothing,
+    /// Visible surfaces.
+    Surfaces,
+    /// Visible surfaces, and which of them are in shadow.
+    Shadows,
+}
+
+/// An error unless the samples have what a technique looks at.
+fn check(needs: Needs, samples: Option<&Samples>, light: &Light) -> Result<()> {
+    let wrong = |expected: &'static str, got: &'static str, fix: &'static str| {
+        Err(Error::argument("samples", expected, got, fix))
+    };
+    match (needs, samples) {
+        (Needs::Nothing, _) => Ok(()),
+        (_, None) => {
+            let fix = "render a small G-buffer of the view and hand over its samples, or set range=body and fit=exact";
+            wrong("samples of what the camera sees", "none", fix)
+        }
+        (Needs::Surfaces, _) => Ok(()),
+        (Needs::Shadows, Some(samples)) => match &samples.shadows {
+            None => wrong(
+                "samples that say what is in shadow",
+                "samples without shadows",
+                "give them shadow states, or set fit=seen",
+            ),
+            Some(shadows) if shadows.light != *light => wrong(
+                "samples with the shadows of this light",
+                "shadows of another light",
+                "make the samples for this light",
+            ),
+            Some(_) => Ok(()),
+        },
+    }
+}
+
 /// What a warping technique's file holds beside its spec: the warp itself, with its settings read.
 pub trait Warp: Debug + Send + Sync {
     /// The provisional map of a view; the fit crops it.
@@ -102,9 +138,9 @@ pub trait Warp: Debug + Send + Sync {
     /// # Errors
     /// [`Error::UnsuitedView`] for a view that the technique cannot serve.
     fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional>;
-    /// Whether it looks at [`Part::samples`].
-    fn needs_samples(&self) -> bool {
-        false
+    /// What it looks at itself, beside what focusing and fitting do.
+    fn needs(&self) -> Needs {
+        Needs::Nothing
     }
     /// What the map is made to cover.
     fn focus(&self) -> Focus {

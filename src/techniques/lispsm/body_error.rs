@@ -31,6 +31,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use super::measure::{Measure, across_along_per_ndc};
 use crate::focus::FocusedView;
 use crate::geometry::Rows;
 use crate::rays::{LightFrame, LightRays};
@@ -75,16 +76,15 @@ pub struct BodyError {
     norm: ErrorNorm,
     /// 1 over the extent of the body along the axis; 0 for none, which has the uniform map alone.
     per_extent: f64,
-    points: [Sample; MOST_POINTS],
-    count: usize,
+    points: Vec<Sample>,
     /// Whether the worst of the body is at a point, not between.
     is_exact: bool,
     /// Means of weight |a_x × a_y| / (2 z tan)² eta^k.
     moments: [f64; 4],
 }
 
-/// Vertices, and points on edges where they can be worse, of a body.
-const MOST_POINTS: usize = 512;
+/// Points of a body for which no memory is asked again.
+const USUAL_POINTS: usize = 64;
 
 /// Points on an edge: one for each of these ratios of depth, and at least and at most so many. Chosen because the worst of
 /// 8000 random views and weights then is missed by 5 %, and by up to 55 % at vertices alone (tests/rust/techniques/lispsm/optimal.rs).
@@ -112,58 +112,44 @@ struct Sample {
     yy: f64,
 }
 
-/// q at a place along the axis.
-pub(super) fn q_at(mu: f64, eta: f64) -> f64 {
-    (1.0 + mu * eta) / (1.0 + mu)
-}
-
-/// Extents Ex and Ey in a map in which receivers span 1 of NDC x and y.
-pub(super) fn across_along_per_ndc(mu: f64) -> DVec2 {
-    // warped() has w = 1 at Pn + D / 2, q is 1 at Pn + D.
-    let (far, middle) = (1.0 + mu, 1.0 + 0.5 * mu);
-    DVec2::new(far / middle, far * far / middle)
-}
-
 impl BodyError {
     /// The measure of a space's warps over the receivers of its view.
     pub fn new(view: &FocusedView, space: &WarpSpace, measure: &ErrorMeasure) -> Self {
         let sampler = Sampler::new(view, space, measure);
-        let mut points = [Sample::default(); MOST_POINTS];
-        let mut count = 0;
-        let mut add = |p: DVec3, count: &mut usize| {
-            if let (Some((sample, _)), Some(room)) = (sampler.sample(p), points.get_mut(*count)) {
-                *room = sample;
-                *count += 1;
-            }
-        };
-        view.receivers.vertices().iter().for_each(|p| add(*p, &mut count));
+        let mut points = Vec::with_capacity(USUAL_POINTS);
+        let mut add = |p: DVec3| points.extend(sampler.sample(p).map(|(sample, _)| sample));
+        view.receivers.vertices().iter().for_each(|p| add(*p));
         let is_exact = sampler.constant.is_some() && measure.near_weight == 1.0;
         if !is_exact && measure.norm != ErrorNorm::Mean {
-            view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut |p| add(p, &mut count)));
+            view.receivers.edges().for_each(|ends| sampler.along_edge(ends, &mut |p| add(p)));
         }
         let moments = if measure.norm == ErrorNorm::Mean { sampler.moments() } else { [0.0; 4] };
-        Self { norm: measure.norm, per_extent: sampler.per_extent, points, count, is_exact, moments }
+        Self { norm: measure.norm, per_extent: sampler.per_extent, points, is_exact, moments }
     }
-    /// Whether one map's error is known to be less than another's.
-    pub fn is_less(&self, error: f64, other: f64) -> bool {
-        // A mean of both is over the same points.
-        let between = if self.is_exact || self.norm == ErrorNorm::Mean { f64::EPSILON.sqrt() } else { BETWEEN_POINTS };
-        error < other * (1.0 - between)
+    /// The measure of a space's warps over points of the local space, each a pixel.
+    pub fn over(view: &FocusedView, space: &WarpSpace, measure: &ErrorMeasure, points: &[DVec3]) -> Self {
+        let sampler = Sampler::new(view, space, measure);
+        let mut sums = Moments::default();
+        points.iter().for_each(|p| sums.add(sampler.sample(*p), 1.0));
+        let moments = sums.sums.map(|s| if sums.total > 0.0 { s / sums.total } else { 0.0 });
+        let points = points.iter().filter_map(|p| sampler.sample(*p)).map(|(sample, _)| sample).collect();
+        Self { norm: measure.norm, per_extent: sampler.per_extent, points, is_exact: true, moments }
     }
     /// The largest squares of q |a_x| and of q |a_x x k + a_y q|.
     fn largest(&self, mu: f64) -> [f64; 2] {
         let (scale, k) = (1.0 / (1.0 + mu), mu / (1.0 + mu) * self.per_extent);
         let (mut across, mut along) = (0.0_f64, 0.0_f64);
-        for p in &self.points[..self.count] {
+        for p in &self.points {
             let (q, sheared) = ((1.0 + mu * p.eta) * scale, p.x * k);
             across = across.max(q * q * p.xx);
             along = along.max(q * q * (sheared * (sheared * p.xx + 2.0 * q * p.xy) + q * q * p.yy));
         }
         [across, along]
     }
-    /// The error of a map in which receivers span `ndc`: of [`WarpSpace::warped`] at distance D / mu, or of the space itself
-    /// for mu = 0.
-    pub(super) fn error(&self, mu: f64, ndc: DVec2) -> f64 {
+}
+
+impl Measure for BodyError {
+    fn error(&self, mu: f64, ndc: DVec2) -> f64 {
         let across_along = ndc * across_along_per_ndc(mu);
         match self.norm {
             ErrorNorm::Storage => {
@@ -178,11 +164,16 @@ impl BodyError {
             }
         }
     }
+    fn is_less(&self, error: f64, other: f64) -> bool {
+        // A mean of both is over the same points.
+        let between = if self.is_exact || self.norm == ErrorNorm::Mean { f64::EPSILON.sqrt() } else { BETWEEN_POINTS };
+        error < other * (1.0 - between)
+    }
 }
 
 /// What a point of the body says about the error, before any warp.
 struct Sampler<'a> {
-    view: &'a FocusedView,
+    view: &'a FocusedView<'a>,
     space: &'a WarpSpace,
     norm: ErrorNorm,
     weight_exponent: f64,
@@ -192,7 +183,7 @@ struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    fn new(view: &'a FocusedView, space: &'a WarpSpace, measure: &ErrorMeasure) -> Self {
+    fn new(view: &'a FocusedView<'a>, space: &'a WarpSpace, measure: &ErrorMeasure) -> Self {
         let [near, far] = view.eye_depth;
         let octaves = (far / near).ln();
         let weight_exponent = if octaves > 0.0 { -measure.near_weight.ln() / octaves } else { 0.0 };

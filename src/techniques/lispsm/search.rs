@@ -15,12 +15,11 @@
 
 use glam::DVec2;
 
-use super::body_error::{BodyError, across_along_per_ndc, q_at};
-use super::receivers_outline::ReceiversOutline;
+use super::measure::{Measure, across_along_per_ndc, q_at};
 use crate::fit::{MapSize, Room};
 use crate::focus::FocusedView;
 use crate::geometry::{Aabb, Rows};
-use crate::techniques::kit::{LEAST_LAMBDA, WarpSpace};
+use crate::techniques::kit::{LEAST_LAMBDA, ReceiversOutline, WarpSpace};
 
 /// Smallest strength of a warp that is tried. Chosen because the error changes by at most the cube of 1 + mu.
 const LEAST_MU: f64 = 1e-3;
@@ -72,7 +71,7 @@ impl Outline<'_> {
 impl Strength {
     /// A strength with the error that its map will have. `extent` tells what receivers span in the NDC of a provisional map, as
     /// the fit will have it.
-    pub fn of(mu: f64, space: &WarpSpace, error: &BodyError, extent: impl Fn(&Rows) -> Aabb) -> Self {
+    pub fn of(mu: f64, space: &WarpSpace, error: &impl Measure, extent: impl Fn(&Rows) -> Aabb) -> Self {
         let ndc = extent(&provisional(space, mu)).extent().truncate();
         Self { mu, error: error.error(mu, ndc) }
     }
@@ -82,7 +81,7 @@ impl Strength {
 /// those of the space's own map.
 pub fn best_strength(
     space: &WarpSpace,
-    error: &BodyError,
+    error: &impl Measure,
     receivers: ReceiversOutline,
     view: &FocusedView,
     size: &MapSize,
@@ -97,7 +96,7 @@ pub fn best_strength(
         eta = [eta[0].min(p.x), eta[1].max(p.x)];
     }
     let outline = Outline { space, corners: &corners, eta, room: Room::new(view, size) };
-    let found = least(|mu| error.error(mu, outline.extent(mu)));
+    let found = least(|mu| error.rough(mu, outline.extent(mu)), |mu| error.error(mu, outline.extent(mu)));
     let mut best = look(found.mu);
     if !receivers.is_fit {
         best = LOOKS.into_iter().map(look).fold(best, |a, b| if b.error < a.error { b } else { a });
@@ -111,13 +110,13 @@ pub fn best_strength(
 }
 
 /// The least value over all strengths but 0: a scan, then golden sections around its lowest minima.
-fn least(error: impl Fn(f64) -> f64) -> Strength {
+fn least(rough: impl Fn(f64) -> f64, error: impl Fn(f64) -> f64) -> Strength {
     const COUNT: usize = 76;
     let mut scan = [0.0; COUNT];
     let mu_at = |i: f64| (LEAST_MU * STEP.powf(i)).min(1.0 / LEAST_LAMBDA);
     let mut mu = LEAST_MU;
     for value in &mut scan {
-        *value = error(mu);
+        *value = rough(mu);
         mu = (mu * STEP).min(1.0 / LEAST_LAMBDA);
     }
     let mut minima = [(f64::INFINITY, 0); MINIMA];
@@ -129,7 +128,7 @@ fn least(error: impl Fn(f64) -> f64) -> Strength {
             minima.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
     }
-    let mut best = Strength { mu: LEAST_MU, error: scan[0] };
+    let mut best = Strength { mu: LEAST_MU, error: error(LEAST_MU) };
     for (value, i) in minima {
         if value == f64::INFINITY {
             continue;

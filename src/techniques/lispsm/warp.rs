@@ -12,9 +12,13 @@
 //! ```
 
 use super::body_error::{BodyError, ErrorMeasure, ErrorNorm};
-use super::receivers_outline::receivers_outline;
+use super::measure::Measure;
 use super::search::{Strength, best_strength};
-use crate::error::Result;
+use super::seen_error::SeenError;
+use super::seen_flips::SeenFlips;
+use crate::error::{Error, Result};
+use glam::DVec3;
+
 use crate::fit::{Tightening, receivers_room};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
@@ -22,7 +26,8 @@ use crate::note::{Detail, Note};
 use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec, Warp, WarpSpace,
+    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+    WarpSpace, receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -35,11 +40,11 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "near",
             unit: "world units",
-            default: Default::Choice("delta-z"),
-            kind: Kind::ChoiceOrNumber { words: &["delta-z", "basic", "optimal"], min: 0.0, max: f64::MAX },
-            doc: "warp distance, from the reference point to the near end of the receivers: by formula over the depth the \
-                  body spans (delta-z), by formula over the view's depth range (basic), by a search for the least error over \
-                  the body, the uniform map included (optimal), or a length",
+            default: Default::Choice("optimal"),
+            kind: Kind::ChoiceOrNumber { words: &["optimal", "delta-z", "basic"], min: 0.0, max: f64::MAX },
+            doc: "warp distance, from the reference point to the near end of the receivers: by a search for the least error, \
+                  the uniform map included (optimal), by formula over the depth that the receivers' body spans (delta-z), by \
+                  formula over the view's depth range (basic), or a length",
         },
         ParamSpec {
             name: "near_factor",
@@ -56,14 +61,23 @@ pub static SPEC: Spec = Spec {
             doc: "warp along the view direction, or along the middle of the casters' body as the eye sees it",
         },
         ParamSpec {
+            name: "over",
+            unit: "",
+            default: Default::Choice("seen"),
+            kind: Kind::Choice(&["seen", "body"]),
+            doc: "where near=optimal measures the error: at visible surfaces (seen), or over the receivers' body with the air in \
+                  it (body)",
+        },
+        ParamSpec {
             name: "norm",
             unit: "",
-            default: Default::Choice("linf"),
-            kind: Kind::Choice(&["linf", "storage", "mean"]),
-            doc: "what near=optimal makes small, in the image, over the receivers' body: a texel's largest length along the \
-                  warp axis (linf), that times its largest length across (storage), or its mean area over the pixels, every \
-                  octave of depth as likely (mean); the body has the air before the eye, too, so the least of storage and \
-                  mean can be a stronger warp than the picture wants",
+            default: Default::Choice("auto"),
+            kind: Kind::Choice(&["auto", "edge", "flips", "linf", "storage", "mean"]),
+            doc: "quantity that near=optimal minimises, in the image: mean width of a texel across the edges of visible \
+                  shadows (edge) or share of pixels near them whose state changes within their texel (flips), both only \
+                  over=seen, longest texel along the warp (linf), longest along times longest across \
+                  (storage), or mean area, of a body with every octave of depth as likely (mean); auto: edge over what is \
+                  seen, linf over the body",
         },
         ParamSpec {
             name: "near_weight",
@@ -73,7 +87,9 @@ pub static SPEC: Spec = Spec {
             doc: "for near=optimal: how many times an error at the near end of the receivers counts as one at their far end, \
                   a power of eye depth between",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
 
@@ -82,7 +98,20 @@ enum Distance {
     DeltaZ,
     Basic,
     Length(f64),
-    Optimal(ErrorMeasure),
+    Optimal(Objective),
+}
+
+/// What a search makes small, and where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Objective {
+    /// The width of texels across visible shadows' edges.
+    Edge,
+    /// Changes of state within a texel.
+    Flips,
+    /// A norm over visible surfaces.
+    Seen(ErrorMeasure),
+    /// A norm over the receivers' body.
+    Body(ErrorMeasure),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,10 +130,24 @@ struct Lispsm {
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let norms = [("linf", ErrorNorm::Linf), ("storage", ErrorNorm::Storage), ("mean", ErrorNorm::Mean)];
-    let measure =
-        ErrorMeasure { norm: settings.meaning("norm", &norms)?, near_weight: settings.declared_number("near_weight")? };
-    let formulas = [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(measure))];
+    let over_seen = settings.meaning("over", &[("seen", true), ("body", false)])?;
+    let by_norm = |norm: ErrorNorm| {
+        let measure = ErrorMeasure { norm, near_weight: settings.declared_number("near_weight")? };
+        Ok(if over_seen { Objective::Seen(measure) } else { Objective::Body(measure) })
+    };
+    let objective = match (settings.word("norm"), over_seen) {
+        ("edge" | "auto", true) => Objective::Edge,
+        ("flips", true) => Objective::Flips,
+        (norm @ ("edge" | "flips"), false) => {
+            let fix = "set over=seen, or take linf, storage or mean";
+            return Err(Error::argument("norm", "a norm over the body, with over=body", norm, fix));
+        }
+        ("storage", _) => by_norm(ErrorNorm::Storage)?,
+        ("mean", _) => by_norm(ErrorNorm::Mean)?,
+        _ => by_norm(ErrorNorm::Linf)?,
+    };
+    let formulas =
+        [("delta-z", Distance::DeltaZ), ("basic", Distance::Basic), ("optimal", Distance::Optimal(objective))];
     let distance = match settings.number("near") {
         Some(length) => Distance::Length(length),
         None => settings.meaning("near", &formulas)?,
@@ -116,6 +159,13 @@ pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
 }
 
 impl Warp for Lispsm {
+    fn needs(&self) -> Needs {
+        match self.distance {
+            Distance::Optimal(Objective::Edge | Objective::Flips) => Needs::Shadows,
+            Distance::Optimal(Objective::Seen(_)) => Needs::Surfaces,
+            _ => Needs::Nothing,
+        }
+    }
     fn warp(&self, view: &FocusedView, part: &Part) -> Result<Provisional> {
         let scene = part.scene;
         let mut values = Vec::with_capacity(8);
@@ -123,7 +173,7 @@ impl Warp for Lispsm {
         let clip_from_local = match self.warp_space(view, scene, &mut notes) {
             Some(Ok(space)) => {
                 let (distance, rows) = match &self.distance {
-                    Distance::Optimal(measure) => self.optimum(measure, &space, view, part, &mut values),
+                    Distance::Optimal(objective) => self.optimum(objective, &space, view, part, &mut values),
                     formula => {
                         let distance = self.warp_distance(formula, &space, view, &mut notes);
                         (Some(distance), space.warped(distance))
@@ -155,6 +205,12 @@ impl Warp for Lispsm {
         Ok(Provisional { clip_from_local, values, notes })
     }
 }
+
+/// Samples of a search, at the most.
+const MOST_EDGES: usize = 2048;
+
+/// Receivers of a search for the fewest changes of state.
+const MOST_FLIPS: usize = 2048;
 
 impl Lispsm {
     /// Where the warp acts; nothing where nothing is seen.
@@ -196,24 +252,73 @@ impl Lispsm {
     /// The warp distance with the least error and its map; the uniform map alone where none has less.
     fn optimum(
         &self,
-        measure: &ErrorMeasure,
+        objective: &Objective,
+        space: &WarpSpace,
+        view: &FocusedView,
+        part: &Part,
+        values: &mut Vec<Named>,
+    ) -> (Option<f64>, Rows) {
+        let at_edges = || {
+            let samples = part.samples?;
+            let (rays, edges) = samples.ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES)?;
+            (!edges.is_empty()).then_some((rays, edges))
+        };
+        match objective {
+            Objective::Edge => match at_edges() {
+                Some((rays, edges)) => {
+                    let measure = |space: &WarpSpace| SeenError::new(space, &rays, &edges, &part.size);
+                    self.optimum_of(measure, space, view, part, values)
+                }
+                // Nothing is seen that a map could be wrong at.
+                None => {
+                    let linf = ErrorMeasure { norm: ErrorNorm::Linf, near_weight: 1.0 };
+                    self.optimum_of(|space: &WarpSpace| BodyError::new(view, space, &linf), space, view, part, values)
+                }
+            },
+            Objective::Flips => {
+                let found = part.samples.and_then(|samples| {
+                    let (picture, shadows) = (samples.picture.as_ref()?, samples.shadows.as_ref()?);
+                    let (rays, flips) = samples.ray_flips(&part.camera, &part.light, &part.region, MOST_FLIPS)?;
+                    (!flips.is_empty()).then_some((rays, flips, picture, shadows))
+                });
+                match found {
+                    Some((rays, flips, picture, shadows)) => {
+                        let measure =
+                            |space: &WarpSpace| SeenFlips::new(space, &rays, &flips, &part.size, picture, shadows);
+                        self.optimum_of(measure, space, view, part, values)
+                    }
+                    None => self.optimum(&Objective::Edge, space, view, part, values),
+                }
+            }
+            Objective::Body(measure) => {
+                self.optimum_of(|space: &WarpSpace| BodyError::new(view, space, measure), space, view, part, values)
+            }
+            Objective::Seen(measure) => {
+                let points: Vec<DVec3> = part.samples.map_or_else(Vec::new, |samples| {
+                    samples.spread(&part.camera, &part.light, &part.region, MOST_EDGES)
+                });
+                let over = |space: &WarpSpace| BodyError::over(view, space, measure, &points);
+                self.optimum_of(over, space, view, part, values)
+            }
+        }
+    }
+    fn optimum_of<M: Measure>(
+        &self,
+        measure: impl Fn(&WarpSpace) -> M,
         space: &WarpSpace,
         view: &FocusedView,
         part: &Part,
         values: &mut Vec<Named>,
     ) -> (Option<f64>, Rows) {
         let extent = |rows: &Rows| receivers_room(rows, view, part.scene, &part.size, self.tightening);
-        let error = BodyError::new(view, space, measure);
+        let error = measure(space);
         let receivers = receivers_outline(&space.rows, view, part.scene, self.tightening);
         let [best, unwarped] = best_strength(space, &error, receivers, view, &part.size, extent);
         // The uniform technique's own map: a spot's is not turned, nor is one along the view where the axis is another.
         let upright = uniform_rows(view, part.scene, &mut Vec::new());
         let turned = space.unwarped(&upright, view);
-        let uniform = if turned.rows == space.rows {
-            unwarped
-        } else {
-            Strength::of(0.0, &turned, &BodyError::new(view, &turned, measure), extent)
-        };
+        let uniform =
+            if turned.rows == space.rows { unwarped } else { Strength::of(0.0, &turned, &measure(&turned), extent) };
         if best.mu > 0.0 && error.is_less(best.error, uniform.error) {
             let distance = space.limited(self.factor * space.extent() / best.mu, &mut Vec::new());
             let is_best = self.factor == 1.0;

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use crate::focus::{FocusedView, ReceiverSamples};
+use crate::focus::{FocusedView, Samples};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
 
@@ -38,6 +38,9 @@ const CANDIDATES: usize = 4;
 
 /// Samples that vote. Derived from counting: shares are known to 1 / sqrt of that, one part in 64.
 const VOTERS: usize = 1 << 12;
+
+/// With fewer samples at edges all samples vote.
+const FEWEST_EDGES: usize = 16;
 
 /// The plane `normal · p + offset = 0`, local to the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,20 +87,32 @@ impl Candidate {
 }
 
 /// The samples of a part of the view that the light can reach and that face it.
-fn facing<'a>(
-    view: &'a FocusedView,
-    region: &'a Region,
-    samples: &'a ReceiverSamples,
-) -> impl Iterator<Item = Seen> + 'a {
+fn facing<'a>(view: &'a FocusedView, region: &'a Region, samples: &'a Samples) -> impl Iterator<Item = Seen> + 'a {
     samples.lit(&view.camera, &view.light, region).filter_map(|(point, normal)| {
         let p = point - view.camera.eye();
         Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.forward().dot(p) })
     })
 }
 
-/// The plane that most samples of this part of the view lie on; nothing where no sample faces the light.
-pub fn dominant_plane(view: &FocusedView, region: &Region, samples: &ReceiverSamples) -> Option<DominantPlane> {
-    let all: Vec<Seen> = facing(view, region, samples).collect();
+/// The same of those at the edges of shadows, where a map can be wrong.
+fn at_edges<'a>(
+    view: &'a FocusedView<'a>,
+    region: &'a Region,
+    samples: &'a Samples,
+) -> impl Iterator<Item = Seen> + 'a {
+    let edges = samples.shadows.iter().flat_map(|shadows| &shadows.edges);
+    edges.filter_map(move |edge| {
+        let (point, normal) = samples.sample(edge.sample as usize);
+        let p = point - view.camera.eye();
+        samples.counts(&view.camera, &view.light, region, point, normal).then_some(())?;
+        Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.forward().dot(p) })
+    })
+}
+
+/// The plane that most samples of this part of the view lie on, those at the edges of shadows where there are some; nothing where no sample faces the light.
+pub fn dominant_plane(view: &FocusedView, region: &Region, samples: &Samples) -> Option<DominantPlane> {
+    let edges: Vec<Seen> = at_edges(view, region, samples).collect();
+    let all = if edges.len() < FEWEST_EDGES { facing(view, region, samples).collect() } else { edges };
     let voters = spread(&all);
     let mut best: Option<(usize, Candidate)> = None;
     for normal in normals(&voters) {

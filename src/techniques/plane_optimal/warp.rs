@@ -6,8 +6,9 @@
 //! - Viewer and light on opposite sides of the plane mirror the image. Every map here keeps the winding that the light sees:
 //!   x is negated then (the value `mirrored` says so), where a renderer could switch the cull mode.
 //! - The plane may be found from what is seen ([`dominant_plane`]).
-//! - One map is made, so light rays that meet the plane behind the eye cannot be covered: the paper splits, here it is an
-//!   error that tells how much is lost, or on demand a uniform map.
+//! - One map is made, so light rays that meet the plane behind the eye cannot be covered by the plane's own w: the paper
+//!   splits. A map for samples leans its w towards a constant until it serves them; a map for the body is an error that
+//!   tells how much is lost, or on demand a uniform map.
 //!
 //! ```text
 //!        eye x         . light ray
@@ -19,14 +20,15 @@
 use glam::{DVec3, DVec4};
 
 use super::dominant::dominant_plane;
+use super::lean::{LEAST_SHARE, leaned};
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, Named, ParamSpec, Part, Provisional, Settings, Spec,
-    Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional,
+    RANGE, Settings, Spec, Warp,
 };
 
 /// What the technique says of itself.
@@ -41,8 +43,8 @@ pub static SPEC: Spec = Spec {
             unit: "",
             default: Default::Choice("dominant"),
             kind: Kind::Numbers { words: &["dominant"], count: [4, 4], min: f64::MIN, max: f64::MAX },
-            doc: "the plane n·p + d = 0 in world space as (nx, ny, nz, d), or the one that most visible receivers that face \
-                  the light lie on (dominant)",
+            doc: "the plane n·p + d = 0 in world space as (nx, ny, nz, d), or the one that most samples at the edges of visible \
+                  shadows lie on, or where no shadow is known most visible receivers that face the light (dominant)",
         },
         ParamSpec {
             name: "fallback",
@@ -52,9 +54,14 @@ pub static SPEC: Spec = Spec {
             doc: "for a view that the plane cannot serve: an error that says why (none), or a uniform map with a note that \
                   does (uniform); a point light has such views among its six in nearly every scene",
         },
+        RANGE,
         FIT,
+        MARGIN,
     ],
 };
+
+/// Samples of a search, at the most.
+const MOST_EDGES: usize = 4096;
 
 /// A plane `normal · p + offset = 0` with a unit normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,8 +165,8 @@ impl Warp for PlaneOptimal {
             }
         }
     }
-    fn needs_samples(&self) -> bool {
-        self.plane == Choice::Dominant
+    fn needs(&self) -> Needs {
+        if self.plane == Choice::Dominant { Needs::Surfaces } else { Needs::Nothing }
     }
 }
 
@@ -231,18 +238,38 @@ fn through_plane(
         }
     };
     let (x, y, w) = (row(view.camera.right() / tx), row(view.camera.up() / ty), row(view.camera.forward()));
-    let (w_min, w_max) = view.receivers.range(w);
-    if w_min <= LEAST_LAMBDA * w_max {
+    let served = match view.outline {
+        Some(outline) => {
+            let w_row = outline.rays.homography(&Rows { x, y, z: DVec4::W, w }).row(2);
+            let corners = outline.corners.iter().map(|p| w_row.dot(p.extend(1.0)));
+            let (w_min, w_max) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), w| (a.min(w), b.max(w)));
+            let floor = view.eye_depth[0] / view.eye_depth[1];
+            if w_min < LEAST_SHARE.min(floor) * w_max || w_max <= 0.0 {
+                let edges = part.samples.and_then(|s| s.ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES));
+                let edges = edges.map_or_else(Vec::new, |(_, edges)| edges);
+                let found = leaned(outline, w_row, view.eye_depth, &edges, &part.size);
+                let (rows, lean) = found.ok_or_else(|| uncovered(view, part, plane, w))?;
+                values.push(("lean", lean));
+                return Ok(rows);
+            }
+            true
+        }
+        None => {
+            let (w_min, w_max) = view.receivers.range(w);
+            w_min > LEAST_LAMBDA * w_max
+        }
+    };
+    if !served {
         return Err(uncovered(view, part, plane, w));
     }
     let z = match light.w {
         // ε of theory.md 9, from the middle of the receivers.
-        0.0 => (-light.truncate()).extend(light.truncate().dot(view.receivers.vertex_mean())),
+        0.0 => (-light.truncate()).extend(light.truncate().dot(view.middle())),
         // z / w = -1 / w grows away from the light, at which w vanishes.
         _ => DVec4::NEG_W,
     };
     let rows = Rows { x, y, z, w };
-    let orientation = view.rays.orientation(&rows, view.receivers.vertex_mean());
+    let orientation = view.rays.orientation(&rows, view.middle());
     if orientation == 0.0 {
         return Err(light_in_plane());
     }
@@ -263,11 +290,11 @@ fn uncovered(view: &FocusedView, part: &Part, plane: &Plane, w: DVec4) -> Unsuit
     values.extend([("behind", behind as f64), ("corners", vertices.len() as f64)]);
     if let Some(samples) = part.samples {
         let [near, far] = [part.camera.near(), part.camera.far()];
-        let here = |p: &&DVec3| (near..=far).contains(&part.camera.depth_of(**p)) && part.region.contains(**p);
+        let here = |p: &DVec3| (near..=far).contains(&part.camera.depth_of(*p)) && part.region.contains(*p);
         let (mut lost, mut all) = (0, 0);
-        for p in samples.points.iter().filter(here) {
+        for p in samples.positions().filter(here) {
             all += 1;
-            lost += usize::from(w.dot((*p - view.origin).extend(1.0)) <= 0.0);
+            lost += usize::from(w.dot((p - view.origin).extend(1.0)) <= 0.0);
         }
         why.push(Detail::SamplesLost);
         values.extend([("samples", all as f64), ("lost", lost as f64)]);

@@ -20,7 +20,7 @@ use crate::focus::{Focus, FocusedView};
 use crate::note::{self, Note};
 use crate::parameterization::{Selection, Value};
 use crate::scene::Light;
-use crate::techniques::kit::{Default, Kind, LightSupport, Maps, ParamSpec, Part, Settings, Spec, Technique};
+use crate::techniques::kit::{Default, Kind, LightSupport, Maps, Needs, ParamSpec, Part, Settings, Spec, Technique};
 use crate::techniques::{technique, techniques_of};
 
 /// What the technique says of itself.
@@ -64,9 +64,10 @@ pub static SPEC: Spec = Spec {
             name: "range",
             unit: "",
             default: Default::Choice("auto"),
-            kind: Kind::Choice(&["auto", "camera", "receivers"]),
-            doc: "what is split: the depths of what the camera can see of the scene (receivers), or those between its near and \
-                  far planes (camera); auto: receivers, unless stable is on",
+            kind: Kind::Choice(&["auto", "seen", "body", "camera"]),
+            doc: "depths that are split: those of the visible surfaces that face the light (seen), of the part of the scene's \
+                  box inside the camera's frustum, most of it air (body), or those between its near and far planes (camera); \
+                  auto: body, or camera where stable is on",
         },
         ParamSpec {
             name: "cover",
@@ -121,7 +122,8 @@ enum Rule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Range {
     Camera,
-    Receivers,
+    Body,
+    Seen,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,9 +179,9 @@ pub fn make(mut settings: Settings) -> Result<Box<dyn Technique>> {
         return Err(Error::argument("inner", "no more techniques than splits", got, "name fewer, or split into more"));
     }
     let stable = settings.flag("stable");
-    let auto = if stable { Range::Camera } else { Range::Receivers };
-    let range =
-        settings.meaning("range", &[("auto", auto), ("camera", Range::Camera), ("receivers", Range::Receivers)])?;
+    let auto = if stable { Range::Camera } else { Range::Body };
+    let words = [("auto", auto), ("seen", Range::Seen), ("body", Range::Body), ("camera", Range::Camera)];
+    let range = settings.meaning("range", &words)?;
     let inner = if stable { stable_ones(&rule, range, inner)? } else { inner };
     let cover = settings.meaning("cover", &[("receivers", Cover::Receivers), ("samples", Cover::Samples)])?;
     let overlap = settings.declared_number("overlap")?;
@@ -192,9 +194,9 @@ fn stable_ones(rule: &Rule, range: Range, inner: Vec<Box<dyn Technique>>) -> Res
         let fix = "choose another scheme for splits, or leave stable off";
         return Err(Error::argument("splits", "depths that stand still", "depths from samples, with stable on", fix));
     }
-    if range == Range::Receivers {
+    if range != Range::Camera {
         let fix = "set range to camera, or leave stable off";
-        return Err(Error::argument("range", "camera, where stable is on", "receivers, which move", fix));
+        return Err(Error::argument("range", "camera, where stable is on", "depths that move with the camera", fix));
     }
     let held = |t: Box<dyn Technique>| {
         if t.spec().name != "uniform" {
@@ -218,8 +220,10 @@ impl Technique for ZPartition {
     fn settings(&self) -> Vec<(&'static str, Value)> {
         self.settings.values().to_vec()
     }
-    fn needs_samples(&self) -> bool {
-        matches!(self.rule, Rule::MinMax | Rule::EqualLog) || self.inner.iter().any(|t| t.needs_samples())
+    fn needs(&self) -> Needs {
+        let sampled = matches!(self.rule, Rule::MinMax | Rule::EqualLog) || self.range == Range::Seen;
+        let own = if sampled { Needs::Surfaces } else { Needs::Nothing };
+        self.inner.iter().map(|t| t.needs()).fold(own, Needs::max)
     }
     /// As far as all inner techniques do.
     fn serves(&self, light: &Light) -> Result<()> {
@@ -257,15 +261,18 @@ impl ZPartition {
     /// The splits, nearest first, each beginning where the one before ends or behind.
     fn splits(&self, part: &Part, notes: &mut Vec<Note>) -> Vec<Split> {
         let camera = &part.camera;
+        let body = || {
+            let view = FocusedView::new(part.scene, camera, &part.light, Focus::SceneFit);
+            view.restricted(part.scene, &part.region).eye_depth
+        };
         let planes = [camera.near(), camera.far()];
+        let seen = || part.samples.and_then(|samples| samples.depths(camera, &part.light, &part.region));
         let whole = match self.range {
             Range::Camera => planes,
-            Range::Receivers => {
-                let view = FocusedView::new(part.scene, camera, &part.light, Focus::SceneFit);
-                view.restricted(part.scene, &part.region).eye_depth
-            }
+            Range::Body => body(),
+            Range::Seen => seen().unwrap_or_else(body),
         };
-        let served = match &self.rule {
+        let mut served = match &self.rule {
             Rule::Blended(blend) => between(&blended(whole[0], whole[1], self.count, *blend)),
             Rule::Distances(distances) => between(&borders(distances, whole, planes, notes)),
             Rule::MinMax | Rule::EqualLog => self.sampled(part, whole, notes),
@@ -276,6 +283,10 @@ impl ZPartition {
         }
         let cover = if sampled { self.cover } else { Cover::Receivers };
         let last = served.len() - 1;
+        if self.range == Range::Seen && cover == Cover::Receivers {
+            // Receivers that no sample shows are served, too.
+            (served[0][0], served[last][1]) = (camera.near(), camera.far());
+        }
         let covered = |i: usize, [begin, end]: [f64; 2]| {
             let reach = (end + self.overlap * (end - begin)).min(camera.far());
             match cover {

@@ -16,11 +16,12 @@ use glam::DVec3;
 use serde_json::Value as Json;
 use shadowlab::image::Footprint;
 use shadowlab::scene::Light;
-use shadowlab::techniques::{Technique, specs, technique, technique_of};
+use shadowlab::techniques::{Technique, specs, technique};
 use shadowlab::{Error, Parameterization, Partition};
 
+use crate::support::by_body::by_body;
 use crate::support::tables::{self, camera, number, tables, vector};
-use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, samples_of, spots};
+use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, spots};
 use measured::{
     DIFFERENCES, EXACT, Sizes, assert_close, at, facing, from_differences, gbuffer, matrix, one, shown, ways,
 };
@@ -142,7 +143,7 @@ fn receivers(v: &View, seed: u64, most: usize) -> Vec<(DVec3, DVec3)> {
     seen.into_iter().chain(turned).collect()
 }
 
-/// Every technique with its defaults, and some whose maps are several, snapped, logarithmic or nearly singular.
+/// Every technique with its defaults, and some for the body whose maps are several, snapped, logarithmic or nearly singular.
 fn techniques() -> Vec<(String, Box<dyn Technique>)> {
     let defaults = specs().map(|s| (s.name.to_string(), technique(s.name, &[]).expect("made")));
     let more = [
@@ -155,11 +156,11 @@ fn techniques() -> Vec<(String, Box<dyn Technique>)> {
         "z_partition:splits=equal-log,cover=samples,inner=lispsm",
         "face_partition:inner=(z_partition:count=2)/uniform",
     ];
-    defaults.chain(more.map(|text| (text.into(), technique_of(text).expect(text)))).collect()
+    defaults.chain(more.map(|text| (text.into(), by_body(text)))).collect()
 }
 
 fn check_all(v: &View, made: &[(String, Box<dyn Technique>)], most: usize, tally: &mut Tally) {
-    let samples = samples_of(&v.scene, &v.camera);
+    let samples = v.samples();
     let on = receivers(v, 9, most);
     for (name, t) in made.iter().filter(|(_, t)| t.serves(&v.light).is_ok()) {
         match t.parameterize_seen(&v.scene, &v.camera, &v.light, RESOLUTION, Some(&samples)) {
@@ -215,7 +216,7 @@ fn on_the_plane_across_h_there_is_perspective_alone() {
     let mut met = 0;
     for v in from_library() {
         for text in ["uniform", "lispsm", "log_psm", "z_partition:count=3"] {
-            let t = technique_of(text).expect(text);
+            let t = by_body(text);
             let served = t.serves(&v.light).is_ok();
             let Some(p) = served.then(|| t.parameterize(&v.scene, &v.camera, &v.light, RESOLUTION).expect(text)) else {
                 continue;

@@ -2,7 +2,6 @@
 
 use glam::{DMat4, DVec2, DVec3};
 use shadowlab::fit::BORDER_TEXELS;
-use shadowlab::focus::ReceiverSamples;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Filter, Renderer};
@@ -10,7 +9,9 @@ use shadowlab::scene::{DirectionalLight, SpotLight};
 use shadowlab::techniques::{specs, technique};
 use shadowlab::{Camera, Light, Progress, Scene};
 
+use crate::support::by_body::by_body;
 use crate::support::cpu::triangle_mesh;
+use crate::support::views::{picture_of, shaded_samples};
 
 const RESOLUTION: u32 = 32;
 /// Of the casters, far above all that the camera sees.
@@ -58,41 +59,47 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
     let inset = 1.0 - f64::from(BORDER_TEXELS) * step;
     // Through the middle of a texel, as `edge`.
     let along = 1.5 * step;
-    // What the camera sees is the ground.
-    let points = vec![DVec3::ZERO, DVec3::new(0.5, 0.0, 0.5), DVec3::new(-0.5, 0.0, -0.7)];
-    let samples = ReceiverSamples { normals: vec![DVec3::Y; points.len()], points };
     for spec in specs() {
         for light in [sun, Light::Spot(lamp)] {
             if !spec.lights.serves(&light) {
                 continue;
             }
-            let t = technique(spec.name, &[]).expect("a technique");
-            let map =
-                |scene: &Scene| t.parameterize_seen(scene, &camera, &light, RESOLUTION, Some(&samples)).expect("a map");
-            let before = map(&ground);
-            let middles = [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from);
-            for (k, middle) in (0..before.partitions.len()).flat_map(|k| middles.map(|middle| (k, middle))) {
-                let what = format!("{} {} map {k} at {middle}", spec.name, light.kind());
-                // A quarter of a texel to either side of the texel's middle.
-                let corner = |x: f64, y: f64| at_height(&before.partitions[k], middle + DVec2::new(x, y) * 0.25 * step);
-                let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                let caster = quad(corners);
-                let scene = ground.joined(&caster).expect("a scene");
-                let p = map(&scene);
-                for q in corners {
-                    let (ndc, w) = p.partitions[k].project(q);
-                    let across = ndc.truncate().abs().max_element();
-                    assert!(w > 0.0 && (inset..1.0).contains(&across), "{what}: the corner at {ndc} is in the border");
+            // What the camera sees is the ground.
+            let samples = shaded_samples(&ground, &camera, &light, &picture_of(&ground, &camera));
+            for t in [technique(spec.name, &[]).expect("a technique"), by_body(spec.name)] {
+                let map = |scene: &Scene| {
+                    t.parameterize_seen(scene, &camera, &light, RESOLUTION, Some(&samples)).expect("a map")
+                };
+                let before = map(&ground);
+                let middles = [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from);
+                for (k, middle) in (0..before.partitions.len()).flat_map(|k| middles.map(|middle| (k, middle))) {
+                    let what = format!("{} {} map {k} at {middle}", spec.name, light.kind());
+                    // A quarter of a texel to either side of the texel's middle.
+                    let corner =
+                        |x: f64, y: f64| at_height(&before.partitions[k], middle + DVec2::new(x, y) * 0.25 * step);
+                    let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                    let caster = quad(corners);
+                    let scene = ground.joined(&caster).expect("a scene");
+                    let p = map(&scene);
+                    for q in corners {
+                        let (ndc, w) = p.partitions[k].project(q);
+                        let across = ndc.truncate().abs().max_element();
+                        assert!(
+                            w > 0.0 && (inset..1.0).contains(&across),
+                            "{what}: the corner at {ndc} is in the border"
+                        );
+                    }
+                    let maps =
+                        CpuRenderer::new().depth_maps(&scene, &p, [RESOLUTION; 2], &Progress::new()).expect("maps");
+                    let (expected, _) = p.partitions[k].project(at_height(&before.partitions[k], middle));
+                    let texel = (DVec2::new(expected.x, -expected.y) * 0.5 + 0.5) * f64::from(RESOLUTION);
+                    let n = RESOLUTION as usize;
+                    let depth = maps.data[(k * n + texel.y as usize) * n + texel.x as usize];
+                    // Rounding of a renderer in f32.
+                    let rounding = 64.0 * f64::from(f32::EPSILON);
+                    assert!((f64::from(depth) - expected.z).abs() < rounding, "{what}: {depth} and {expected}");
+                    assert!((0.0..0.5).contains(&depth), "{what}: {depth}");
                 }
-                let maps = CpuRenderer::new().depth_maps(&scene, &p, [RESOLUTION; 2], &Progress::new()).expect("maps");
-                let (expected, _) = p.partitions[k].project(at_height(&before.partitions[k], middle));
-                let texel = (DVec2::new(expected.x, -expected.y) * 0.5 + 0.5) * f64::from(RESOLUTION);
-                let n = RESOLUTION as usize;
-                let depth = maps.data[(k * n + texel.y as usize) * n + texel.x as usize];
-                // Rounding of a renderer in f32.
-                let rounding = 64.0 * f64::from(f32::EPSILON);
-                assert!((f64::from(depth) - expected.z).abs() < rounding, "{what}: {depth} and {expected}");
-                assert!((0.0..0.5).contains(&depth), "{what}: {depth}");
             }
         }
     }

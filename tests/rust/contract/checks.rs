@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
-use shadowlab::focus::{Coverage, Focus, FocusedView, ReceiverSamples, SpotFrustum};
+use shadowlab::fit::BORDER_TEXELS;
+use shadowlab::focus::{Coverage, Focus, FocusedView, Samples, SpotFrustum};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note::{Kind, Note};
 use shadowlab::parameterization::{Factors, Held, Partition, PostWarp, Region};
 use shadowlab::rays::LightRays;
 use shadowlab::scene::{Light, SpotLight};
-use shadowlab::techniques::{Technique, Value};
+use shadowlab::techniques::{Technique, Value, techniques_of};
 use shadowlab::{Error, Parameterization, Result};
 
 use super::TOLERANCE;
@@ -32,18 +33,87 @@ impl Answers {
     }
 }
 
+/// What a technique's maps promise to hold; every promise holds what those after it do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Promise {
+    /// All of the instances' boxes that can be seen and lit.
+    Body,
+    /// That, within the depths of the samples that face the light.
+    Depths,
+    /// The samples that face the light.
+    Seen,
+    /// Those in shadow and their neighbours.
+    Shadow,
+}
+
+impl Promise {
+    pub fn of(p: &Parameterization) -> Self {
+        let promise = Self::of_settings(&p.settings);
+        let says = |kind: Kind| p.notes.iter().any(|note| note.kind() == kind);
+        match promise {
+            // This promises no more than its samples.
+            _ if says(Kind::CoversSamples) => promise.max(Self::Seen),
+            // Without samples there is the body, without shadows all samples.
+            _ if p.partitions.len() == 1 && says(Kind::NoLitSample) => Self::Body,
+            Self::Shadow if p.partitions.len() == 1 && says(Kind::NoShadow) => Self::Seen,
+            _ => promise,
+        }
+    }
+    fn of_settings(settings: &[(&str, Value)]) -> Self {
+        let is = |name: &str, word: &str| {
+            settings.iter().any(|(n, value)| *n == name && matches!(value, Value::Choice(w) if w == word))
+        };
+        if let Some((_, Value::Choice(inner))) = settings.iter().find(|(name, _)| *name == "inner") {
+            let inner = techniques_of(inner).expect("a technique made it");
+            return inner.iter().map(|t| Self::of_settings(&t.settings())).max().expect("one");
+        }
+        if settings.contains(&("stable", Value::Flag(true))) {
+            Self::Body
+        } else if is("fit", "shadow") {
+            Self::Shadow
+        } else if is("fit", "seen") {
+            Self::Seen
+        } else if is("range", "seen") {
+            Self::Depths
+        } else {
+            Self::Body
+        }
+    }
+    /// Positions, world, and normals of samples that it holds.
+    pub fn held(self, v: &View, samples: &Samples) -> Vec<(DVec3, DVec3)> {
+        match (self, &samples.shadows) {
+            (Self::Shadow, Some(shadows)) => {
+                let shaded = shadows.shaded.iter().map(|&i| samples.sample(i as usize));
+                let in_depth =
+                    |(p, _): &(DVec3, DVec3)| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
+                shaded.filter(in_depth).collect()
+            }
+            _ => samples.lit(&v.camera, &v.light, &Region::ALL).collect(),
+        }
+    }
+}
+
 /// The maps; nothing where the view does not suit the technique.
-pub fn answer(
-    t: &dyn Technique,
-    v: &View,
-    resolution: u32,
-    samples: &ReceiverSamples,
-) -> Result<Option<Parameterization>> {
+pub fn answer(t: &dyn Technique, v: &View, resolution: u32, samples: &Samples) -> Result<Option<Parameterization>> {
     match t.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(samples)) {
         Ok(p) => Ok(Some(p)),
         Err(Error::UnsuitedView { reason, fix, .. }) if !reason.is_empty() && !fix.is_empty() => Ok(None),
+        Err(Error::InvalidArgument { name, .. }) if name == "margin" && margin_is_too_wide(t, resolution) => Ok(None),
         Err(error) => Err(error),
     }
+}
+
+/// Whether a margin, of the technique or one inside, leaves less than half of the texels between the borders of a map.
+pub fn margin_is_too_wide(t: &dyn Technique, resolution: u32) -> bool {
+    let between = f64::from(resolution - 2 * BORDER_TEXELS);
+    t.settings().iter().any(|(name, value)| match (*name, value) {
+        ("margin", Value::Number(margin)) => *margin > 0.25 * between,
+        ("inner", Value::Choice(text)) => {
+            let inner = techniques_of(text).expect("a technique made it");
+            inner.iter().any(|t| margin_is_too_wide(t.as_ref(), resolution))
+        }
+        _ => false,
+    })
 }
 
 /// What a map of this view has to show: points of instances' boxes that the camera can see and the light reaches.
@@ -51,7 +121,7 @@ pub struct Receivers {
     pub boxes: Vec<OrientedBox>,
     /// To coordinates in which the box is [-1, 1]³; not finite for a flat box.
     inverses: Vec<DMat3>,
-    pub view: FocusedView,
+    pub view: FocusedView<'static>,
     /// The pyramids of a placed light: one of a spot, six around a point.
     pyramids: Vec<SpotFrustum>,
 }
@@ -87,11 +157,26 @@ impl Receivers {
         };
         std::iter::repeat_with(&mut one).take(100).collect()
     }
-    /// Some of the samples that a map has to answer for.
-    fn some_of(&self, v: &View, samples: &ReceiverSamples) -> Vec<DVec3> {
-        let lit: Vec<DVec3> =
-            samples.lit(&v.camera, &v.light, &Region::ALL).map(|(p, _)| p - self.view.origin).collect();
-        lit.iter().step_by(1 + lit.len() / 100).copied().collect()
+    /// Some of what a map promises to hold.
+    fn some_held(&self, v: &View, p: &Parameterization, samples: &Samples) -> Vec<DVec3> {
+        let promise = Promise::of(p);
+        let seen = || {
+            let held = promise.held(v, samples);
+            held.iter().step_by(1 + held.len() / 100).map(|(q, _)| *q - self.view.origin).collect::<Vec<_>>()
+        };
+        let body = || self.some().into_iter().filter(|q| self.counts(*q));
+        match (promise, &p.partitions[..]) {
+            (Promise::Body, _) => body().collect(),
+            (Promise::Depths, [map]) => {
+                let depths = own_depths(map);
+                let within = |q: &DVec3| {
+                    let depth = v.camera.depth_of(*q + self.view.origin);
+                    (depths[0]..=depths[1]).contains(&depth)
+                };
+                body().filter(within).chain(seen()).collect()
+            }
+            _ => seen(),
+        }
     }
     /// Whether a local point can be seen and lit and is in the scene's box.
     pub fn counts(&self, p: DVec3) -> bool {
@@ -164,14 +249,20 @@ impl Local {
 }
 
 /// What a map of several has to show, where a directional or spot light's view tells: the depths and rays that it serves.
-pub fn own_view(v: &View, partition: &Partition) -> FocusedView {
-    let [near, far] = partition.eye_depth;
+pub fn own_view(v: &View, partition: &Partition) -> FocusedView<'static> {
+    let [near, far] = own_depths(partition);
     let camera = v.camera.with_depths(near, far).unwrap_or(v.camera);
     FocusedView::new(&v.scene, &camera, &v.light, Focus::SceneFit).restricted(&v.scene, &partition.region)
 }
 
+/// The depths that a map is made for: those of what is seen, where it is made for that.
+fn own_depths(partition: &Partition) -> [f64; 2] {
+    let [near, far] = partition.eye_depth;
+    [partition.value("seen_near").unwrap_or(near), partition.value("seen_far").unwrap_or(far)]
+}
+
 /// All of the contract that a result can show by itself.
-pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &ReceiverSamples) {
+pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &Samples) {
     assert!(!p.partitions.is_empty(), "{what}: no map");
     let seen = r.view.coverage == Coverage::AsAsked;
     for (k, partition) in p.partitions.iter().enumerate() {
@@ -191,7 +282,7 @@ pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization
             assert!(row.dot(light).abs() <= 1e-12 * terms, "{what}: {row} on {light}");
         }
         assert!(rows.z.dot(light) != 0.0, "{what}: depth does not see the light");
-        if seen && !matches!(v.light, Light::Point(_)) {
+        if seen && !matches!(v.light, Light::Point(_)) && Promise::of(p) <= Promise::Depths {
             assert_own_view(&what, v, r, partition, p.partitions.len());
         }
     }
@@ -233,7 +324,8 @@ fn rows_of(m: &DMat4) -> [DVec4; 4] {
 
 /// w and orientation over all that the map serves.
 fn assert_own_view(what: &str, v: &View, r: &Receivers, partition: &Partition, count: usize) {
-    let own = if count == 1 { r.view } else { own_view(v, partition) };
+    let whole = count == 1 && partition.value("seen_near").is_none();
+    let own = if whole { r.view } else { own_view(v, partition) };
     if own.coverage == Coverage::NothingSeen {
         return;
     }
@@ -247,7 +339,7 @@ fn assert_own_view(what: &str, v: &View, r: &Receivers, partition: &Partition, c
 
 /// Random receivers lie inside the border of a map that is made for them, and find a map that holds them; there, whatever box
 /// a ray from them to the light meets shares x and y, lies in [0, 1] and before them.
-fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &ReceiverSamples) {
+fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, samples: &Samples) {
     let fit = |word: &str| p.settings.contains(&("fit", Value::Choice(word.into())));
     if fit("published") {
         // Loses casters and is offered as that; tests/rust/techniques/xpsm.rs shows it.
@@ -255,8 +347,8 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
     }
     // This fit leaves out receivers that nothing casts on.
     let only_cast_on = fit("intersection");
-    // This promises no more than its samples.
-    let covers_samples = p.notes.iter().any(|note| note.kind() == Kind::CoversSamples);
+    // Samples may be served by a map that is made for others.
+    let by_samples = Promise::of(p) >= Promise::Seen;
     let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
     let locals: Vec<Local> = p.partitions.iter().map(|partition| Local::new(partition, r.view.origin)).collect();
     let rays = LightRays::new(&v.light, r.view.origin);
@@ -267,12 +359,12 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
         p.partitions[k].region.contains(q + r.view.origin) && locals[k].w(q) > 0.0 && inside
     };
     let seen = r.view.coverage == Coverage::AsAsked;
-    let receivers = if covers_samples { r.some_of(v, samples) } else { r.some() };
+    let receivers = r.some_held(v, p, samples);
     // Maps of a placed light among its casters begin at a distance, and say so.
     let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + TOLERANCE);
     let shown = |q: DVec3| v.light.to_light(q + r.view.origin).length() > begins;
     let shown: &dyn Fn(DVec3) -> bool = if matches!(v.light, Light::Directional(_)) { &|_| true } else { &shown };
-    for q in receivers.into_iter().filter(|q| r.counts(*q) && shown(*q)) {
+    for q in receivers.into_iter().filter(|q| shown(*q)) {
         let q_world = q + r.view.origin;
         let depth = v.camera.depth_of(q_world);
         let within = |[near, far]: [f64; 2]| (near..=far).contains(&depth);
@@ -283,7 +375,7 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
         };
         let made_for = (0..locals.len()).find(|&k| served(k) && holds(k, q));
         assert!(
-            made_for.is_some() || only_cast_on || covers_samples,
+            made_for.is_some() || only_cast_on || by_samples && p.partitions.len() > 1,
             "{what}: receiver {q} at depth {depth} in no map"
         );
         if let Some(k) = made_for {

@@ -7,10 +7,11 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note;
 use shadowlab::scene::{Camera, Light, Scene, SpotLight};
-use shadowlab::techniques::{FIT, Kind, Make, TECHNIQUES, Value, technique};
+use shadowlab::techniques::{FIT, Kind, Make, Needs, TECHNIQUES, Value};
 use shadowlab::{Error, Parameterization};
 
 use crate::support::boxes::Boxes;
+use crate::support::by_body::by_body_with;
 use crate::support::views::{Random, cube, directional, look, placed, square};
 
 const RESOLUTION: u32 = 512;
@@ -25,9 +26,11 @@ const MARGIN: f64 = {
     margin / (1.0 + 2.0 * margin)
 };
 
+/// How closely maps of the body are cut.
 fn words() -> &'static [&'static str] {
     let Kind::Choice(words) = FIT.kind else { panic!("words") };
-    words
+    let by_body = words.iter().position(|word| *word == "exact").expect("exact");
+    &words[by_body..]
 }
 
 fn warps() -> impl Iterator<Item = &'static str> {
@@ -60,11 +63,11 @@ fn town(seed: u64) -> (Scene, Camera, Light) {
 
 /// The map of a technique, or nothing where it does not serve the light or the view.
 fn map_of(name: &str, fit: &str, at: &(Scene, Camera, Light), b: &Boxes) -> Option<Parameterization> {
-    let t = technique(name, &[("fit".into(), Value::Choice(fit.into()))]).expect("a technique");
+    let t = by_body_with(name, &[("fit", Value::Choice(fit.into()))]);
     if !t.spec().lights.serves(&at.2) {
         return None;
     }
-    let samples = t.needs_samples().then(|| b.samples(&mut Random(3), 64));
+    let samples = (t.needs() != Needs::Nothing).then(|| b.samples(&mut Random(3), 64));
     match t.parameterize_seen(&at.0, &at.1, &at.2, RESOLUTION, samples.as_ref()) {
         Ok(p) => Some(p),
         Err(Error::UnsuitedView { .. }) => None,

@@ -1,3 +1,5 @@
 //! What a map must cover.
 
 mod bodies;
+mod edges;
+mod samples;

@@ -14,7 +14,9 @@ use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::trace::Tracer;
-use shadowlab::{Camera, Light, Mesh, Progress, Scene, techniques};
+use shadowlab::{Camera, Light, Mesh, Progress, Scene};
+
+use crate::support::by_body::by_body;
 
 const SIZE: [u32; 2] = [320, 180];
 /// Pixels, each way: an edge between two pixel centres is seen by both, and an edge thinner than a pixel by their neighbours.
@@ -229,7 +231,7 @@ fn wrong_pixels_are_few_and_lie_at_edges() {
         for (technique, filters) in
             [("uniform", &Filter::NAMES[..1]), ("lispsm", &Filter::NAMES[..]), ("log_psm", &Filter::NAMES[..1])]
         {
-            let technique = techniques::technique(technique, &[]).unwrap();
+            let technique = by_body(technique);
             if !technique.spec().lights.serves(light) {
                 continue;
             }
@@ -254,7 +256,7 @@ fn wrong_pixels_are_few_and_lie_at_edges() {
 #[test]
 fn the_check_sees_acne_and_lost_casters() {
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = techniques::technique("lispsm", &[]).unwrap();
+    let p = by_body("lispsm");
     let p = p.parameterize(&s.scene, &s.camera, &s.light, 2048).unwrap();
     let (scene, camera, light) = (&s.scene, &s.camera, &s.light);
     let case = |bias| Case { scene, camera, light, p: &p, resolution: 2048, bias, filter: Filter::Nearest };
@@ -300,7 +302,7 @@ fn a_grazing_wall_under_a_roof_is_in_shadow() {
     for cosine in [1e-1, 1e-2, 1e-3, 1e-6] {
         let light = Light::Directional(DirectionalLight::new(DVec3::new(0.0, -1.0, -cosine)).unwrap());
         for technique in ["uniform", "lispsm"] {
-            let technique = techniques::technique(technique, &[]).unwrap();
+            let technique = by_body(technique);
             for (filter_name, filter) in Filter::NAMES {
                 let p = technique.parameterize(&scene, &camera, &light, 512).unwrap();
                 let case =

@@ -10,7 +10,9 @@ use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
-use shadowlab::{Camera, Error, Light, Progress, Scene, techniques};
+use shadowlab::{Camera, Error, Light, Progress, Scene};
+
+use crate::support::by_body::by_body;
 
 use maps::{alone, nowhere, repeated, views};
 
@@ -55,7 +57,7 @@ fn each_pixel_asks_the_map_that_holds_it() {
 #[test]
 fn maps_that_are_the_same_give_the_same_mask() {
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = techniques::technique("lispsm", &[]).unwrap();
+    let p = by_body("lispsm");
     let p = p.parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
     let one = mask(&s.scene, &s.camera, &s.light, &p);
     assert!(one.partition.iter().all(|k| [-1, 0].contains(k)) && one.partition.contains(&0));
@@ -88,7 +90,7 @@ fn where_no_map_holds_it_a_pixel_is_lit_and_says_so() {
 #[test]
 fn maps_that_nobody_asks_may_be_wrong_but_not_infinite() {
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = techniques::technique("uniform", &[]).unwrap();
+    let p = by_body("uniform");
     let p = p.parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
     let with = |matrix| Parameterization {
         partitions: vec![p.partitions[0].clone(), Partition::of_matrix(matrix)],

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use shadowlab::fit::MapSize;
-use shadowlab::focus::{Coverage, Focus, FocusedView, ReceiverSamples};
+use shadowlab::focus::{Coverage, Focus, FocusedView, Samples};
 use shadowlab::geometry::{ConvexBody, OrientedBox};
 use shadowlab::scene::{Camera, Light, Scene, SpotLight};
 
@@ -11,7 +11,7 @@ use crate::support::views::Random;
 
 /// The part of the view that one light with a frustum or a direction reaches: all of it, or a point light's face.
 pub struct Lit {
-    pub view: FocusedView,
+    pub view: FocusedView<'static>,
     /// Of each instance, what can be seen and lit; empty for most.
     pub seen: Vec<ConvexBody>,
 }
@@ -102,12 +102,10 @@ impl Boxes {
         within.then_some(Receiver { p, normal })
     }
     /// Points as a renderer would hand over, with the normals of their boxes' sides.
-    pub fn samples(&self, random: &mut Random, count: usize) -> ReceiverSamples {
+    pub fn samples(&self, random: &mut Random, count: usize) -> Samples {
         let seen: Vec<Receiver> = (0..count).filter_map(|_| self.receiver(random)).collect();
-        ReceiverSamples {
-            points: seen.iter().map(|r| r.p + self.origin).collect(),
-            normals: seen.iter().map(|r| r.normal).collect(),
-        }
+        let (points, normals): (Vec<DVec3>, Vec<DVec3>) = seen.iter().map(|r| (r.p + self.origin, r.normal)).unzip();
+        Samples::of_points(&points, &normals)
     }
     /// Casters above a local point, local: the far end of each box on its ray to the light, or a point between the ends.
     pub fn casters(&self, p: DVec3, random: &mut Random) -> Vec<DVec3> {

@@ -16,8 +16,8 @@ use shadowlab::geometry::Rows;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{Camera, DirectionalLight, Light, Scene};
-use shadowlab::techniques::technique_of;
 
+use crate::support::by_body::by_body;
 use crate::support::views::{cube, placed};
 
 const RESOLUTION: u32 = 1024;
@@ -104,10 +104,10 @@ pub fn frustum(gamma_deg: f64, azimuth_deg: f64, far: f64) -> (Scene, Camera, Li
 }
 
 pub fn made(text: &str, (scene, camera, light): &(Scene, Camera, Light)) -> Parameterization {
-    technique_of(text).expect(text).parameterize(scene, camera, light, RESOLUTION).expect("a map")
+    by_body(text).parameterize(scene, camera, light, RESOLUTION).expect("a map")
 }
 
-pub fn view_of((scene, camera, light): &(Scene, Camera, Light)) -> FocusedView {
+pub fn view_of((scene, camera, light): &(Scene, Camera, Light)) -> FocusedView<'static> {
     FocusedView::new(scene, camera, light, Focus::SceneFit)
 }
 

@@ -1,6 +1,7 @@
 //! What tests share.
 
 pub mod boxes;
+pub mod by_body;
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;

@@ -4,11 +4,11 @@ use glam::{DMat4, DVec3};
 use serde_json::Value as Json;
 use shadowlab::Parameterization;
 use shadowlab::fit::crop;
-use shadowlab::focus::{Focus, FocusedView, ReceiverSamples};
+use shadowlab::focus::{Focus, FocusedView, Samples};
 use shadowlab::geometry::Rows;
 use shadowlab::scene::{Camera, Light, Scene};
-use shadowlab::techniques::technique_of;
 
+use crate::support::by_body::by_body;
 use crate::support::tables::{box_scene, camera, matrix, sun, tables, vector};
 
 /// Of f64 through a dozen operations on numbers of size 100.
@@ -36,11 +36,11 @@ impl View {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, fov, aspect, 1.0, 100.0).expect("a camera");
         Self { scene: box_scene(DVec3::splat(-300.0), DVec3::splat(300.0)), camera, light: sun(along) }
     }
-    pub fn focused(&self) -> FocusedView {
+    pub fn focused(&self) -> FocusedView<'static> {
         FocusedView::new(&self.scene, &self.camera, &self.light, Focus::SceneFit)
     }
-    pub fn try_map(&self, technique: &str, samples: Option<&ReceiverSamples>) -> shadowlab::Result<Parameterization> {
-        let t = technique_of(technique).expect(technique);
+    pub fn try_map(&self, technique: &str, samples: Option<&Samples>) -> shadowlab::Result<Parameterization> {
+        let t = by_body(technique);
         t.parameterize_seen(&self.scene, &self.camera, &self.light, 1024, samples)
     }
     pub fn map(&self, technique: &str) -> Parameterization {

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use shadowlab::focus::ReceiverSamples;
+use shadowlab::focus::Samples;
 use shadowlab::geometry::Aabb;
+use shadowlab::image::GBuffer;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, PointLight, Scene, SpotLight, library};
-use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
-use shadowlab::{Error, Progress};
+use shadowlab::techniques::{self, Kind, Needs, Technique, Value, technique_of};
+use shadowlab::{Error, Progress, survey};
 
 /// Uniform random numbers from a seed (SplitMix64).
 pub struct Random(pub u64);
@@ -241,11 +242,29 @@ pub fn points(scene: &Scene, camera: &Camera) -> Vec<(String, Light)> {
         .collect()
 }
 
-/// What a small image of the view shows.
-pub fn samples_of(scene: &Scene, camera: &Camera) -> ReceiverSamples {
+/// A small image of a view.
+pub fn picture_of(scene: &Scene, camera: &Camera) -> GBuffer {
     let size = [64, (64.0 / camera.aspect()).round().clamp(1.0, 64.0) as u32];
-    let gbuffer = CpuRenderer::new().gbuffer(scene, camera, size, &Progress::new()).expect("a G-buffer");
-    ReceiverSamples::from_gbuffer(&gbuffer)
+    CpuRenderer::new().gbuffer(scene, camera, size, &Progress::new()).expect("a G-buffer")
+}
+
+/// What a small image of the view shows.
+pub fn samples_of(scene: &Scene, camera: &Camera) -> Samples {
+    Samples::of_surfaces(&picture_of(scene, camera).surfaces(), camera)
+}
+
+/// The same, with what of it is in shadow under a light.
+pub fn shaded_samples(scene: &Scene, camera: &Camera, light: &Light, picture: &GBuffer) -> Samples {
+    let samples =
+        survey::samples_of_surfaces(scene, camera, light, picture.surfaces(), Needs::Shadows, &Progress::new());
+    samples.expect("samples")
+}
+
+impl View {
+    /// Samples with shadow states under the view's light.
+    pub fn samples(&self) -> Samples {
+        shaded_samples(&self.scene, &self.camera, &self.light, &picture_of(&self.scene, &self.camera))
+    }
 }
 
 /// The library's scenes with their own cameras and lights; few trees, for time.
@@ -267,9 +286,16 @@ pub fn from_library() -> Vec<View> {
 }
 
 /// Settings that depend on each other.
-const TOGETHER: [&str; 13] = [
+const TOGETHER: [&str; 20] = [
     "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",
     "lispsm:near=optimal,norm=linf,axis=middle,near_weight=1e-6,fit=intersection",
+    "lispsm:near=optimal,over=body,norm=storage,range=body,fit=exact",
+    "lispsm:near=optimal,norm=edge,range=body,fit=exact,near_factor=0.5",
+    "lispsm:near=delta-z,range=body,fit=shadow,margin=0",
+    "lispsm:near=basic,range=seen,fit=exact",
+    "tsm:range=body,fit=seen,margin=16",
+    "uniform:focus=frustum,range=seen,fit=shadow",
+    "z_partition:count=3,range=seen,inner=(uniform:range=seen,fit=seen)/lispsm",
     "z_partition:count=3,inner=(lispsm:near=optimal)",
     "z_partition:splits=min-max,cover=samples",
     "z_partition:splits=equal-log,cover=samples,inner=lispsm",

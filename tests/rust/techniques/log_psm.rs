@@ -7,10 +7,10 @@ use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
-use shadowlab::techniques::technique_of;
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Scene};
 
+use crate::support::by_body::by_body;
 use crate::support::tables::{box_scene, number, numbers, sun, tables, vector};
 
 const RESOLUTION: u32 = 512;
@@ -35,7 +35,7 @@ fn full() -> Scene {
 }
 
 fn made(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameterization {
-    let t = technique_of(text).expect(text);
+    let t = by_body(text);
     t.parameterize(scene, camera, light, RESOLUTION).unwrap_or_else(|e| panic!("{text}: {e}"))
 }
 
@@ -187,7 +187,7 @@ fn x_is_the_perspective_ones_and_receivers_fill_both_axes() {
 #[test]
 fn a_light_near_the_view_has_no_ideal_map_and_is_told_of_the_other() {
     let (scene, camera) = (full(), camera());
-    let log = technique_of("log").expect("log");
+    let log = by_body("log");
     for degrees in [0.0, 1e-7, 5.0, 29.9, 150.1, 180.0_f64] {
         let light = sun_at(degrees.to_radians());
         match log.parameterize(&scene, &camera, &light, RESOLUTION) {
@@ -207,7 +207,7 @@ fn a_light_near_the_view_has_no_ideal_map_and_is_told_of_the_other() {
     }
     let lamp = shadowlab::scene::PointLight::new(DVec3::Y * 9.0, 50.0).expect("a light");
     for text in ["log", "log_psm"] {
-        let result = technique_of(text).expect(text).parameterize(&scene, &camera, &Light::Point(lamp), RESOLUTION);
+        let result = by_body(text).parameterize(&scene, &camera, &Light::Point(lamp), RESOLUTION);
         assert!(matches!(result, Err(Error::UnsupportedLight { .. })));
     }
 }
@@ -263,7 +263,7 @@ fn a_floor_is_free_of_acne_under_the_slope_and_not_under_less() {
         for text in ["log_psm", "log_psm:warp=gmnpr"] {
             for (name, filter) in Filter::NAMES {
                 let resolution = 24;
-                let t = technique_of(text).expect(text);
+                let t = by_body(text);
                 let mut p = t.parameterize(&scene, &camera, &light, resolution).expect("a map");
                 let PostWarp::Log { scale, offset } = p.partitions[0].post_warp else { panic!("{text}: a logarithm") };
                 // Depth on the floor falls with w. A share of 1/w, constant along rays, makes it rise.
@@ -304,7 +304,7 @@ fn shadows_are_nearer_to_the_truth_than_through_a_uniform_map() {
             let light = sun(forward * degrees.to_radians().cos() - across * degrees.to_radians().sin());
             let truth = tracer.shadow_mask(&s.camera, &light, size, &Progress::new()).expect("truth").data;
             let wrong = |text: &str| {
-                let t = technique_of(text).expect(text);
+                let t = by_body(text);
                 let p = t.parameterize(&s.scene, &s.camera, &light, resolution).expect(text);
                 let (bias, filter) = (Bias::default(), Filter::Nearest);
                 let settings = MaskSettings { resolution: [resolution; 2], size, bias, filter };

@@ -10,6 +10,7 @@ mod plane_optimal;
 mod point_light;
 mod psm;
 mod registry;
+mod samples;
 mod storage_factors;
 mod tsm;
 mod xpsm;

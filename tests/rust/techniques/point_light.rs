@@ -9,11 +9,11 @@ use shadowlab::parameterization::Selection;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{Instance, Light, PointLight, SpotLight};
-use shadowlab::techniques::technique_of;
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Mesh, Progress, Scene};
 
 use super::z_partition::maps;
+use crate::support::by_body::by_body;
 use crate::support::views::{Random, cube, look, placed, samples_of, square};
 
 /// A closed room with columns in it, seen from a corner: walls one by one, so that a light in it is in no mesh's box, or as
@@ -60,7 +60,7 @@ const UNEXPLAINED_SHARE: f64 = 2e-4;
 fn compare(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Compared {
     const SIZE: [u32; 2] = [280, 200];
     let (renderer, progress) = (CpuRenderer::new(), Progress::new());
-    let t = technique_of(text).expect(text);
+    let t = by_body(text);
     let p = t.parameterize_seen(scene, camera, light, 1024, Some(&samples_of(scene, camera))).expect(text);
     let bias = Bias::default();
     let settings = MaskSettings { resolution: [1024; 2], size: SIZE, bias, filter: Filter::Nearest };

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use shadowlab::techniques::{self, FIT, Kind, Make, TECHNIQUES, Value};
+use shadowlab::techniques::{self, FIT, Kind, MARGIN, Make, ParamSpec, RANGE, TECHNIQUES, Value};
 
 /// What `src/techniques` holds beside techniques: the list, how names and texts find its entries, what all are made with.
 const NO_TECHNIQUE: [&str; 4] = ["kit", "mod.rs", "registry.rs", "text.rs"];
@@ -49,13 +49,21 @@ fn defaults_are_valid_and_every_technique_can_be_made_from_its_own_settings() {
 }
 
 #[test]
-fn every_warp_lets_choose_how_closely_its_map_is_cut() {
+fn every_warp_lets_choose_what_places_it_and_what_its_map_holds() {
     for entry in TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))) {
-        let last = entry.spec.params.last().expect("a parameter");
-        assert_eq!((last.name, last.default), (FIT.name, FIT.default), "{}: the last parameter", entry.spec.name);
-        let Kind::Choice(words) = last.kind else { panic!("{}: words", entry.spec.name) };
-        let Kind::Choice(shared) = FIT.kind else { panic!("words") };
-        assert!(shared.iter().all(|word| words.contains(word)), "{}: {words:?}", entry.spec.name);
+        let spec = entry.spec;
+        let Some([range, fit, margin]) = spec.params.last_chunk() else { panic!("{}: three parameters", spec.name) };
+        assert_eq!(*margin, MARGIN, "{}", spec.name);
+        for (ours, shared) in [(range, &RANGE), (fit, &FIT)] {
+            assert_eq!(ours.name, shared.name, "{}: the last parameters", spec.name);
+            let words = |p: &ParamSpec| match p.kind {
+                Kind::Choice(words) => words,
+                _ => panic!("{}.{}: words", spec.name, p.name),
+            };
+            assert!(words(shared).iter().all(|word| words(ours).contains(word)), "{}: {ours:?}", spec.name);
+            // What others are measured against looks at nothing.
+            assert_eq!(ours.default == shared.default, spec.name != "uniform", "{}: {ours:?}", spec.name);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! XPSM against its table, against the techniques it is one of, and its published unit-cube clipping against what it loses.
 
 use crate::support::boxes::Boxes;
+use crate::support::by_body::by_body;
 #[allow(dead_code, reason = "shared with the contract tests")]
 use crate::support::tables::{box_scene, camera, matrix, number, tables, vector};
 use crate::support::views::{Random, cube, directional, look, placed, square};
@@ -11,7 +12,6 @@ use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::Rows;
 use shadowlab::note::{Detail, Kind};
 use shadowlab::scene::{Camera, Light, Scene};
-use shadowlab::techniques::technique_of;
 
 /// Of f64 through a dozen operations on numbers of size 100.
 const EXACT: f64 = 1e-9;
@@ -19,7 +19,7 @@ const EXACT: f64 = 1e-9;
 const JOGGLED: f64 = 1e-6;
 
 fn made(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameterization {
-    technique_of(text).expect(text).parameterize(scene, camera, light, 512).expect("a map")
+    by_body(text).parameterize(scene, camera, light, 512).expect("a map")
 }
 
 /// Largest difference of two matrices of one map over their largest entries, after undoing a mirrored x.

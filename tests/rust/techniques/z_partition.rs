@@ -8,6 +8,7 @@ use shadowlab::scene::Light;
 use shadowlab::techniques::technique_of;
 use shadowlab::{Camera, Error, Parameterization, Scene};
 
+use crate::support::by_body::by_body;
 use crate::support::tables::{numbers, tables};
 use crate::support::views::{self, Random, cube, directional, look, placed, samples_of};
 
@@ -26,7 +27,7 @@ pub fn filled(near: f64, far: f64, fov: f64) -> (Scene, Camera) {
 
 /// The maps of a technique, with samples of what the camera sees.
 pub fn maps(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameterization {
-    let t = technique_of(text).expect(text);
+    let t = by_body(text);
     t.parameterize_seen(scene, camera, light, RESOLUTION, Some(&samples_of(scene, camera))).expect(text)
 }
 
@@ -165,7 +166,7 @@ fn what_cannot_be_is_refused_and_says_why() {
     }
     // Faces within faces.
     let (scene, camera) = filled(1.0, 100.0, 1.0);
-    let nested = technique_of("face_partition:inner=(face_partition:inner=face_partition)").expect("made");
+    let nested = by_body("face_partition:inner=(face_partition:inner=face_partition)");
     let answer = nested.parameterize(&scene, &camera, &directional(DVec3::new(0.3, -0.2, 0.9)), RESOLUTION);
     assert!(matches!(answer, Err(Error::UnsuitedView { .. })), "{answer:?}");
 }

@@ -20,7 +20,7 @@ from ...experiments.run import done
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
-from ..terminal import STUDY_HEADS, study_cells
+from ..terminal import STUDY_HEADS, noise_text, study_cells
 from ..words import rows_of
 from .chart import error_chart
 from .errors import error_figures, section_errors
@@ -265,7 +265,8 @@ def numbers_line(run: Run) -> str:
     parts = []
     if run.errors is not None:
         e = run.errors
-        parts.append(f"<b>{int(e.count):,}</b> wrong of {int(e.compared):,} pixels ({share_text(e.fraction)})")
+        noise = noise_text(run.numbers)
+        parts.append(f"<b>{int(e.count):,}</b>{noise} wrong of {int(e.compared):,} pixels ({share_text(e.fraction)})")
         parts.append(f"{int(e.undecided):,} undecided")
         if e.unmatched:
             parts.append(f"{int(e.unmatched):,} on silhouettes seen by one alone")

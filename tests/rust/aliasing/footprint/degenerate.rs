@@ -5,11 +5,11 @@ use proptest::prelude::*;
 use shadowlab::aliasing::footprint::{footprint, footprint_at};
 use shadowlab::image::{Footprint, GBuffer};
 use shadowlab::parameterization::PostWarp;
-use shadowlab::techniques::technique_of;
 use shadowlab::{Error, Parameterization, Partition, Progress};
 
 use super::images::{image, views};
 use super::measured::{MAJOR, Picture, Sizes, at, gbuffer};
+use crate::support::by_body::by_body;
 use crate::support::views::{View, by_hand, directional};
 
 pub const SIZE: [u32; 2] = [70, 50];
@@ -22,7 +22,7 @@ pub fn floor(along: DVec3) -> View {
 }
 
 pub fn maps_of(v: &View, text: &str) -> Parameterization {
-    technique_of(text).expect(text).parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map")
+    by_body(text).parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map")
 }
 
 pub fn of_matrix(m: DMat4) -> Parameterization {

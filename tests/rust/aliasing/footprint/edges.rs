@@ -4,12 +4,12 @@ use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use shadowlab::aliasing::footprint::{footprint, footprint_at};
 use shadowlab::image::Footprint;
-use shadowlab::techniques::technique_of;
 use shadowlab::{Parameterization, Progress};
 
 use super::degenerate::{SIZE, SIZES, assert_finite, assert_sound, floor, maps_of, number, of_matrix, refused, vector};
 use super::images::{image, views};
 use super::measured::{PROJECTION, Picture, at, gbuffer};
+use crate::support::by_body::by_body;
 use crate::support::views::{View, by_hand, directional};
 
 #[test]
@@ -88,7 +88,7 @@ fn a_wall_along_the_light_is_edge_on() {
     let known = 1.0 / f64::from(f32::EPSILON);
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "town").expect("the town");
     let v = View { name: "noon".into(), scene, camera, light: directional(DVec3::NEG_Y) };
-    let p = technique_of("uniform").expect("one").parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map");
+    let p = by_body("uniform").parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map");
     let g = gbuffer(&v, [193, 140]);
     let f = image(&v, &g, &p);
     let walls = (0..f.map.len()).filter(|&i| g.triangle[i] >= 0 && g.normal[i][1].abs() < 0.5);

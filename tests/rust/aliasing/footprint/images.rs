@@ -6,12 +6,12 @@ use shadowlab::aliasing::texel::Texel;
 use shadowlab::image::{Footprint, GBuffer, ShadowMask};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
-use shadowlab::techniques::technique_of;
 use shadowlab::{Error, Parameterization, Progress};
 
 use super::measured::{
     DEPTH, MAJOR, PERSPECTIVE, PERSPECTIVE_TS, PROJECTION, Picture, SINGLE, Sizes, at, differing, gbuffer,
 };
+use crate::support::by_body::by_body;
 use crate::support::views::{View, by_hand, directional, points, spots};
 
 pub const MAP: [u32; 2] = [512, 384];
@@ -50,7 +50,7 @@ pub const TECHNIQUES: [&str; 6] = [
 pub fn each(mut visit: impl FnMut(&str, &View, &Parameterization)) {
     for v in views() {
         for text in TECHNIQUES {
-            let t = technique_of(text).expect(text);
+            let t = by_body(text);
             if t.serves(&v.light).is_ok() {
                 match t.parameterize(&v.scene, &v.camera, &v.light, 512) {
                     Ok(mut p) => {
@@ -146,7 +146,7 @@ fn the_map_is_the_one_that_the_mask_consults() {
 #[test]
 fn one_changed_pixel_is_seen() {
     let v = views().swap_remove(0);
-    let p = technique_of("lispsm").expect("one").parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map");
+    let p = by_body("lispsm").parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map");
     let f = image(&v, &gbuffer(&v, [65, 40]), &p);
     let i = f.map.iter().rposition(|k| *k >= 0).expect("a texel");
     let nothing = f.map.iter().position(|k| *k < 0).expect("a pixel without one");

@@ -1,9 +1,9 @@
 //! Light that runs against the view, exactly and nearly: the plane across h stands along the rays there.
 
 use glam::{DMat2, DVec3};
-use shadowlab::techniques::technique_of;
 
 use super::measured::{EXACT, Sizes, assert_close, at, matrix, one, speed, step, texel};
+use crate::support::by_body::by_body;
 use crate::support::views::{View, by_hand, directional};
 
 /// Square pixels.
@@ -27,7 +27,7 @@ fn perspective_on_the_axis_is_the_cross_section_over_depth() {
                 let along = (-camera.forward() - sideways * tilt).normalize();
                 let (scene, light) = (scene.clone(), directional(along));
                 let v = View { name: format!("{text}, {tilt:e} off"), scene, camera, light };
-                let t = technique_of(text).expect(text);
+                let t = by_body(text);
                 let p = t.parameterize(&v.scene, &v.camera, &v.light, 512).expect("a map");
                 // Light that runs against the view lights no side that the eye sees, but for nearly edge-on ones: any normal
                 // on the light's side will do here.
@@ -56,7 +56,7 @@ fn a_texel_is_finite_wherever_light_runs_against_the_view() {
     for tilt in TILTS {
         let light = directional(-camera.forward() - camera.up() * tilt);
         let v = View { name: format!("{tilt:e} off"), scene: scene.clone(), camera, light };
-        let p = technique_of("lispsm").expect("one").parameterize(&v.scene, &camera, &light, 512).expect("a map");
+        let p = by_body("lispsm").parameterize(&v.scene, &camera, &light, 512).expect("a map");
         // Along the very ray that runs against the light, and beside it by less and less.
         let exact = camera.eye() - v.light.to_light(DVec3::ZERO) * -20.0;
         let places: Vec<DVec3> = (0..14).map(|i| exact + camera.right() * 10_f64.powi(-i)).chain([exact]).collect();

@@ -4,9 +4,10 @@ use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
-use shadowlab::{Camera, Light, Mesh, Progress, Scene, techniques};
+use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
 use super::agreement::{DEPTH_TOLERANCE, DIFFERING_SHARE, Difference, compare};
+use crate::support::by_body::by_body;
 use crate::support::gpu::{renderer, single_map};
 
 #[test]
@@ -16,7 +17,7 @@ fn depth_maps_agree_on_every_library_scene() {
     for name in library::names() {
         let s = library::build(name, 1, &[]).unwrap();
         for technique in ["uniform", "lispsm"] {
-            let technique = techniques::technique(technique, &[]).unwrap();
+            let technique = by_body(technique);
             for n in [512, 2048] {
                 let p = technique.parameterize(&s.scene, &s.camera, &s.light, n).unwrap();
                 let a = gpu.depth_maps(&s.scene, &p, [n; 2], &progress).unwrap();
@@ -127,7 +128,7 @@ fn masks_agree_on_every_library_scene() {
     for name in library::names() {
         let s = library::build(name, 1, &[]).unwrap();
         for technique in ["uniform", "lispsm"] {
-            let technique = techniques::technique(technique, &[]).unwrap();
+            let technique = by_body(technique);
             let p = technique.parameterize(&s.scene, &s.camera, &s.light, 1024).unwrap();
             for (filter_name, filter) in Filter::NAMES {
                 let settings = MaskSettings { resolution: [1024; 2], size: [512, 384], bias: Bias::default(), filter };

@@ -7,11 +7,11 @@ use shadowlab::rays::LightFrame;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{DirectionalLight, PointLight, SpotLight, library};
-use shadowlab::techniques::technique_of;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Result, Scene};
 
 use super::footprints::{Agreement, NAMES, compare};
 use crate::render::selection::maps::{self, View, faces, lamp};
+use crate::support::by_body::by_body;
 use crate::support::gpu::{camera_above, renderer, single_map};
 
 const SIZE: [u32; 2] = [320, 240];
@@ -26,7 +26,7 @@ const GRAZING_SHARE: f64 = 1e-2;
 /// A view of a library scene with the maps of a technique.
 fn view_of(scene: &str, params: &[(String, f64)], technique: &str) -> View {
     let library::LibraryScene { scene: built, camera, light, .. } = library::build(scene, 1, params).unwrap();
-    let p = technique_of(technique).unwrap().parameterize(&built, &camera, &light, RESOLUTION[0]).unwrap();
+    let p = by_body(technique).parameterize(&built, &camera, &light, RESOLUTION[0]).unwrap();
     View { name: format!("{scene}, {technique}"), scene: built, camera, light, p, whole: None }
 }
 
@@ -75,7 +75,7 @@ fn views() -> Vec<View> {
         let range = point.range();
         (v.p, v.light) = (faces(&point, 1e-3 * range, range), Light::Point(point));
         v.name = format!("{scene}, six faces");
-        let p = technique_of("lispsm").unwrap().parameterize(&v.scene, &v.camera, &v.light, RESOLUTION[0]).unwrap();
+        let p = by_body("lispsm").parameterize(&v.scene, &v.camera, &v.light, RESOLUTION[0]).unwrap();
         let name = format!("{scene}, lispsm of a point light");
         all.push(View { name, scene: v.scene.clone(), camera: v.camera, light: v.light, p, whole: None });
         all.push(v);

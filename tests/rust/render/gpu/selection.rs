@@ -5,10 +5,11 @@ use shadowlab::parameterization::{Parameterization, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
-use shadowlab::{Error, Progress, techniques};
+use shadowlab::{Error, Progress};
 
 use crate::render::selection::maps::{View, alone, repeated, views};
 use crate::render::selection::seams;
+use crate::support::by_body::by_body;
 use crate::support::gpu::{camera_above, renderer, single_map};
 
 const SIZE: [u32; 2] = [300, 200];
@@ -78,7 +79,7 @@ fn both_renderers_ask_the_same_maps() {
 fn more_maps_than_are_drawn_at_once_give_the_same_mask() {
     let Some(gpu) = renderer() else { return };
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = techniques::technique("lispsm", &[]).unwrap();
+    let p = by_body("lispsm");
     let p = p.parameterize(&s.scene, &s.camera, &s.light, 2048).unwrap();
     let mask = |p: &Parameterization| {
         gpu.shadow_mask(&s.scene, &s.camera, &s.light, p, &settings(2048), &Progress::new()).unwrap()

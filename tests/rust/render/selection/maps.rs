@@ -4,7 +4,9 @@ use glam::{DMat4, DVec3, DVec4};
 use shadowlab::parameterization::{Parameterization, Partition, Region, Selection};
 use shadowlab::rays::LightFrame;
 use shadowlab::scene::{PointLight, library};
-use shadowlab::{Camera, Light, Scene, techniques};
+use shadowlab::{Camera, Light, Scene};
+
+use crate::support::by_body::by_body;
 
 /// Many maps that are one.
 pub const SAME: &str = "the same map eight times";
@@ -22,7 +24,7 @@ pub struct View {
 
 /// Maps of parts of the view by depth: `count` of them, as wide in the logarithm of depth as each other.
 pub fn cascades(scene: &Scene, camera: &Camera, light: &Light, count: usize, inner: &str) -> Parameterization {
-    let technique = techniques::technique(inner, &[]).unwrap();
+    let technique = by_body(inner);
     let split = |i: usize| camera.near() * (camera.far() / camera.near()).powf(i as f64 / count as f64);
     let mut whole: Option<Parameterization> = None;
     for i in 0..count {
@@ -93,7 +95,7 @@ pub fn views() -> Vec<View> {
     let mut all = vec![];
     for name in ["robots", "courtyard", "dueling"] {
         let library::LibraryScene { scene, camera, light, .. } = library::build(name, 1, &[]).unwrap();
-        let whole = techniques::technique("lispsm", &[]).unwrap().parameterize(&scene, &camera, &light, 1024).unwrap();
+        let whole = by_body("lispsm").parameterize(&scene, &camera, &light, 1024).unwrap();
         let mut push = |kind: &str, light: Light, p: Parameterization| {
             let (scene, name) = (scene.clone(), format!("{name}, {kind}"));
             let whole = (!matches!(light, Light::Point(_))).then(|| whole.clone());
@@ -118,10 +120,10 @@ pub fn views() -> Vec<View> {
         push("six faces", Light::Point(point), faces(&point, 1e-3 * range, range));
         // What schemes make of it.
         for text in ["z_partition:count=3,inner=lispsm", "face_partition:inner=uniform"] {
-            let p = techniques::technique_of(text).unwrap().parameterize(&scene, &camera, &light, 1024).unwrap();
+            let p = by_body(text).parameterize(&scene, &camera, &light, 1024).unwrap();
             push(text, light, p);
         }
-        let p = techniques::technique_of("lispsm").unwrap();
+        let p = by_body("lispsm");
         let p = p.parameterize(&scene, &camera, &Light::Point(point), 1024).unwrap();
         push("lispsm of a point light", Light::Point(point), p);
     }

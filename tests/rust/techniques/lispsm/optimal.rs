@@ -129,7 +129,7 @@ fn ratios_to_uniform_at_an_angle_are_the_published_ones() {
 }
 
 /// A random scene of turned boxes, camera and light, and whether anything is seen.
-fn random_view(random: &mut Random) -> Option<((Scene, Camera, Light), FocusedView)> {
+fn random_view(random: &mut Random) -> Option<((Scene, Camera, Light), FocusedView<'static>)> {
     let scale = 10.0_f64.powf(random.between(-3.0, 3.0));
     let count = 1 + random.below(6);
     let mut parts = Vec::new();

@@ -35,7 +35,7 @@ fn setup(t: &Json) -> Setup {
 }
 
 /// A camera whose whole frustum is the body: the scene's box lies around it.
-fn frustum_setup(camera: Camera, along: DVec3) -> FocusedView {
+fn frustum_setup(camera: Camera, along: DVec3) -> FocusedView<'static> {
     let light = Light::Directional(DirectionalLight::new(along).expect("a light"));
     FocusedView::new(&box_scene(DVec3::splat(-300.0), DVec3::splat(300.0)), &camera, &light, Focus::SceneFit)
 }
@@ -214,7 +214,7 @@ fn lispsm_over_a_whole_frustum_at_each_light_angle() {
 }
 
 /// The overhead view of theory.md E.1 and our cropped LiSPSM or uniform map of it.
-fn overhead(t: &Json, warp: bool) -> (FocusedView, Rows) {
+fn overhead(t: &Json, warp: bool) -> (FocusedView<'static>, Rows) {
     let along = DVec3::NEG_Y;
     let view = frustum_setup(camera(&t["theta_config"]["camera"]), along);
     let k = view.receivers;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use shadowlab::Error;
-use shadowlab::focus::ReceiverSamples;
+use shadowlab::focus::Samples;
 use shadowlab::parameterization::Region;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
@@ -25,28 +25,28 @@ impl Random {
     }
 }
 
+/// Positions are f32 relative to their mean, up to 64 units away here: half of their step.
+const SINGLE: f64 = 64.0 * f32::EPSILON as f64 / 4.0;
+
+/// Points with their normals.
+type Patch = Vec<(DVec3, DVec3)>;
+
 /// Points of the plane through `foot` with a normal, off it by up to `noise`, before the camera of [`View::of_frustum`].
-fn patch(random: &mut Random, count: usize, foot: DVec3, normal: DVec3, size: f64, noise: f64) -> ReceiverSamples {
+fn patch(random: &mut Random, count: usize, foot: DVec3, normal: DVec3, size: f64, noise: f64) -> Patch {
     let (a, b) = normal.any_orthonormal_pair();
-    let mut samples = ReceiverSamples::default();
-    for _ in 0..count {
+    let point = |_| {
         let across = a * random.between(-size, size) + b * random.between(-size, size);
-        samples.points.push(foot + across + normal * random.between(-noise, noise));
-        samples.normals.push(normal);
-    }
-    samples
+        (foot + across + normal * random.between(-noise, noise), normal)
+    };
+    (0..count).map(point).collect()
 }
 
-fn joined(parts: Vec<ReceiverSamples>) -> ReceiverSamples {
-    let mut all = ReceiverSamples::default();
-    for part in parts {
-        all.points.extend(part.points);
-        all.normals.extend(part.normals);
-    }
-    all
+fn joined(parts: Vec<Patch>) -> Samples {
+    let (points, normals): (Vec<DVec3>, Vec<DVec3>) = parts.into_iter().flatten().unzip();
+    Samples::of_points(&points, &normals)
 }
 
-fn found(v: &View, samples: &ReceiverSamples) -> Option<DominantPlane> {
+fn found(v: &View, samples: &Samples) -> Option<DominantPlane> {
     dominant_plane(&v.focused(), &Region::ALL, samples)
 }
 
@@ -75,7 +75,7 @@ fn the_larger_of_two_planes_that_face_the_light() {
         ]);
         let plane = found(&v, &samples).expect("a plane");
         let (normal, point) = if on_floor > on_wall { (DVec3::Y, floor) } else { (DVec3::NEG_X, wall) };
-        assert_plane("exact", &v, &plane, normal, point, 1e-9);
+        assert_plane("exact", &v, &plane, normal, point, SINGLE);
         assert!((plane.share - 0.7).abs() < 1e-12, "{plane:?}");
     }
 }
@@ -87,9 +87,9 @@ fn tilted_and_rough_ground_with_things_on_it() {
     for tilt in [0.0, 0.07, 0.125, 0.3, 0.5] {
         let normal = DVec3::new(tilt, 1.0, 0.5 * tilt).normalize();
         let foot = DVec3::new(0.0, -3.0, -25.0);
-        for (noise, tolerance) in [(0.0, 1e-9), (0.05, 0.02)] {
+        for (noise, tolerance) in [(0.0, SINGLE), (0.05, 0.02)] {
             let mut ground = patch(&mut random, 3000, foot, normal, 10.0, noise);
-            for n in &mut ground.normals {
+            for (_, n) in &mut ground {
                 let bump = DVec3::new(random.unit() - 0.5, 0.0, random.unit() - 0.5) * noise * 4.0;
                 *n = (*n + bump).normalize();
             }
@@ -115,9 +115,9 @@ fn only_samples_of_the_part_count() {
         patch(&mut random, 400, near, DVec3::Y, 5.0, 0.0),
         patch(&mut random, 4000, far, DVec3::Y, 9.0, 0.0),
     ]);
-    assert_plane("all", &v, &found(&v, &samples).expect("a plane"), DVec3::Y, far, 1e-9);
+    assert_plane("all", &v, &found(&v, &samples).expect("a plane"), DVec3::Y, far, SINGLE);
     v.camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1.0, 1.0, 1.0, 40.0).expect("a camera");
-    assert_plane("near split", &v, &found(&v, &samples).expect("a plane"), DVec3::Y, near, 1e-9);
+    assert_plane("near split", &v, &found(&v, &samples).expect("a plane"), DVec3::Y, near, SINGLE);
     let v = view();
     let left = Region::new(&[DVec3::NEG_X.extend(-20.0)]);
     assert_eq!(dominant_plane(&v.focused(), &left, &samples), None);
@@ -126,7 +126,7 @@ fn only_samples_of_the_part_count() {
 #[test]
 fn few_equal_and_broken_samples_have_an_answer() {
     let v = view();
-    let one = |p: DVec3, n: DVec3, count: usize| ReceiverSamples { points: vec![p; count], normals: vec![n; count] };
+    let one = |p: DVec3, n: DVec3, count: usize| Samples::of_points(&vec![p; count], &vec![n; count]);
     let p = DVec3::new(0.0, -2.0, -9.0);
     for count in [1, 2, 3, 1000] {
         let plane = found(&v, &one(p, DVec3::Y, count)).expect("a plane");
@@ -134,12 +134,12 @@ fn few_equal_and_broken_samples_have_an_answer() {
         assert_eq!(plane.share, 1.0);
     }
     let line: Vec<DVec3> = (0..50).map(|i| p - DVec3::Z * f64::from(i)).collect();
-    let plane = found(&v, &ReceiverSamples { normals: vec![DVec3::Y; 50], points: line }).expect("a plane");
+    let plane = found(&v, &Samples::of_points(&line, &[DVec3::Y; 50])).expect("a plane");
     assert_plane("a line", &v, &plane, DVec3::Y, p, 1e-9);
     for (p, n) in [(DVec3::NAN, DVec3::Y), (p, DVec3::NAN), (p, DVec3::ZERO), (DVec3::INFINITY, DVec3::Y)] {
         assert_eq!(found(&v, &one(p, n, 5)), None, "{p} {n}");
     }
-    assert_eq!(found(&v, &ReceiverSamples::default()), None);
+    assert_eq!(found(&v, &Samples::default()), None);
 }
 
 #[test]
@@ -147,13 +147,13 @@ fn the_technique_uses_what_is_seen_and_says_what_it_found() {
     let v = view();
     let missing = v.try_map("plane_optimal", None).unwrap_err();
     assert!(matches!(&missing, Error::InvalidArgument { name, .. } if name == "samples"), "{missing}");
-    let none = v.try_map("plane_optimal", Some(&ReceiverSamples::default())).unwrap_err();
+    let none = v.try_map("plane_optimal", Some(&Samples::default())).unwrap_err();
     assert!(matches!(&none, Error::UnsuitedView { reason, .. } if reason.contains("none of the 0 samples")), "{none}");
     // The ground of a scene, as the renderer sees it; the same map as for the plane that it names.
     let built = library::build("courtyard", 1, &[]).expect("courtyard");
     let gbuffer =
         CpuRenderer::new().gbuffer(&built.scene, &built.camera, [160, 90], &Default::default()).expect("seen");
-    let samples = ReceiverSamples::from_gbuffer(&gbuffer);
+    let samples = Samples::of_surfaces(&gbuffer.surfaces(), &built.camera);
     let v = View { scene: built.scene, camera: built.camera, light: sun(DVec3::new(0.3, -1.0, -0.2)) };
     let p = v.try_map("plane_optimal", Some(&samples)).expect("a map");
     let plane = ["plane_x", "plane_y", "plane_z", "plane_d"].map(|name| p.value(name).expect(name));

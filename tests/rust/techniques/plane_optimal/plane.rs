@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 use shadowlab::Error;
-use shadowlab::focus::ReceiverSamples;
+use shadowlab::focus::Samples;
 use shadowlab::geometry::Rows;
 use shadowlab::note::Kind;
 use shadowlab::rays::LightRays;
@@ -143,7 +143,7 @@ fn planes_that_are_none_are_refused_when_they_are_given() {
 }
 
 /// What a view is refused for; with fallback=uniform it gets exactly the uniform map, and a note with the same reason.
-fn refusal(v: &View, technique: &str, samples: Option<&ReceiverSamples>) -> String {
+fn refusal(v: &View, technique: &str, samples: Option<&Samples>) -> String {
     let Err(Error::UnsuitedView { technique: name, reason, .. }) = v.try_map(technique, samples) else {
         panic!("{technique} serves the view")
     };
@@ -180,8 +180,8 @@ fn rays_that_meet_the_plane_behind_the_eye_are_refused_and_counted() {
     assert!(reason.contains(&format!("{lost} of {} corners", corners.len())), "{reason}");
     assert!(!reason.contains("samples"), "{reason}");
     // Of what is seen: two on the ground are served, one high up near the eye is not.
-    let points = vec![DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, -1.0, -9.0), DVec3::new(0.8, 1.5, 6.0)];
-    let samples = ReceiverSamples { normals: vec![DVec3::Y; points.len()], points };
+    let points = [DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, -1.0, -9.0), DVec3::new(0.8, 1.5, 6.0)];
+    let samples = Samples::of_points(&points, &[DVec3::Y; 3]);
     let reason = refusal(&v, GROUND, Some(&samples));
     assert!(reason.contains("of 3 visible samples 1 are lost"), "{reason}");
 }

@@ -2,7 +2,7 @@
 //!
 //! A warp maps lines across the light to lines and keeps w > 0, so whatever the warp, its map's extents are those of this
 //! hull's corners: one pass serves a search over all warps. Receivers are the instances' boxes inside the view's body, as the
-//! fit has them. The hull is rebuilt by Andrew's monotone chain `[andrew1979]` when a box adds to it; whether one can
+//! fit has them. The hull is rebuilt when a box adds to it; whether one can
 //! is asked with support functions of the hull's sides, and not at all of sides that it has in common with the body's
 //! own hull.
 //!
@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use crate::fit::Tightening;
 use crate::focus::{FocusedView, is_tightened, receivers_in};
-use crate::geometry::{OrientedBox, Rows};
+use crate::geometry::{OrientedBox, Rows, convex_hull};
 use crate::scene::Scene;
 
 /// A side this close to the body's hull, as a share of the hull's extent, is the body's: rounding of the two ways to cut.
@@ -40,6 +40,11 @@ pub struct ReceiversOutline {
 
 /// The outline of the receivers that the fit of a map without a warp, w > 0 on the body, would find.
 pub fn receivers_outline(rows: &Rows, view: &FocusedView, scene: &Scene, tightening: Tightening) -> ReceiversOutline {
+    if let Some(outline) = view.outline {
+        let mut corners = Vec::with_capacity(outline.corners.len());
+        outline.images(&outline.rays.homography(rows), 0.0, |p| corners.push(p));
+        return ReceiversOutline { corners, is_fit: true };
+    }
     let is_fit = !matches!(tightening, Tightening::Intersection | Tightening::Ignoring { .. });
     let body = view.receivers.vertices();
     let mut hull = Hull::new(rows);
@@ -90,17 +95,7 @@ impl<'a> Hull<'a> {
             return false;
         }
         self.corners.extend(points.iter().map(|p| self.rows.project(*p).truncate()));
-        self.corners.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        self.corners.dedup();
-        if self.corners.len() > 2 {
-            self.lower.clear();
-            chain(self.corners.iter().copied(), &mut self.lower);
-            self.lower.pop();
-            let upper = self.lower.len();
-            chain_from(self.corners.iter().rev().copied(), &mut self.lower, upper);
-            self.lower.pop();
-            std::mem::swap(&mut self.corners, &mut self.lower);
-        }
+        convex_hull(&mut self.corners, &mut self.lower);
         true
     }
     /// Finds the sides that may still move, as the body reaches beyond them. Beside the hull's own, those of the rectangle
@@ -124,25 +119,6 @@ impl<'a> Hull<'a> {
                 self.open.push(functional);
             }
         }
-    }
-}
-
-/// One half of a hull of sorted points.
-fn chain(points: impl Iterator<Item = DVec2>, hull: &mut Vec<DVec2>) {
-    chain_from(points, hull, 0);
-}
-
-/// The same behind the first `kept` of those that are there.
-fn chain_from(points: impl Iterator<Item = DVec2>, hull: &mut Vec<DVec2>, kept: usize) {
-    for p in points {
-        while hull.len() >= kept + 2 {
-            let (a, b) = (hull[hull.len() - 2], hull[hull.len() - 1]);
-            if (b - a).perp_dot(p - b) > 0.0 {
-                break;
-            }
-            hull.pop();
-        }
-        hull.push(p);
     }
 }
 

@@ -1,0 +1,147 @@
+"""Samples of `_core`, which exports them."""
+
+from typing import TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core_maps import Parameterization
+from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, SpotLight
+from ._core_types import Matrices
+
+_Float: TypeAlias = npt.NDArray[np.float64]
+_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
+_Size: TypeAlias = "int | tuple[int, int]"
+_States: TypeAlias = "npt.NDArray[np.int8] | npt.NDArray[np.float32]"
+
+@final
+class Samples:
+    """What a camera sees, as points: what techniques make maps for."""
+    @staticmethod
+    def from_gbuffer(
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: _Light | None = None,
+        *,
+        shadows: _States | None = None,
+        count: int = 4096,
+    ) -> Samples:
+        """The pixels of a picture as samples.
+
+        Parameters
+        ----------
+        gbuffer : GBuffer
+            What the camera sees.
+        camera : Camera
+            The camera that sees it.
+        light : DirectionalLight, SpotLight or PointLight, optional
+            The light of `shadows`.
+        shadows : (H, W) int8 or float32, optional
+            States as `trace.Truth` has them, or a shadow mask (1 lit, 0 in shadow). Without them only `range=seen` and
+            `fit=seen` can use the samples.
+        count : int
+            Samples at the shadows' edges that are kept, evenly chosen.
+
+        Raises
+        ------
+        ArgumentError
+            An argument of another type or shape; shadows without a light.
+        """
+    @staticmethod
+    def from_arrays(
+        positions: npt.ArrayLike,
+        normals: npt.ArrayLike,
+        camera: Camera,
+        light: _Light | None = None,
+        *,
+        size: _Size | None = None,
+        shadows: npt.ArrayLike | None = None,
+        edge_normals: npt.ArrayLike | None = None,
+        weights: npt.ArrayLike | None = None,
+        count: int = 4096,
+    ) -> Samples:
+        """Samples of an engine's own.
+
+        Parameters
+        ----------
+        positions : (N, 3) float
+            Visible surface points, world units; kept as float32 relative to their mean.
+        normals : (N, 3) float
+            Unit normals on the side of the eye.
+        camera : Camera
+            The camera that sees them.
+        light : DirectionalLight, SpotLight or PointLight, optional
+            The light of `shadows`.
+        size : int or (int, int), optional
+            Width and height, pixels, of the picture that they were taken from: each stands for a pixel of it. 128 where
+            none is given.
+        shadows : (N,) int8 or float32, optional
+            States of the samples, as of `from_gbuffer`.
+        edge_normals : (N, 2) float, optional
+            Unit normals, x to the right and y down, of the shadows' edges in the picture; zero for a sample at no edge.
+        weights : (N,) float, optional
+            Pixels at edges that a sample stands for; 1 where none are given.
+        count : int
+            Samples at the shadows' edges that are kept, evenly chosen.
+
+        Raises
+        ------
+        ArgumentError
+            An argument of another type or shape, or not finite; shadows or edges without a light, edges without shadows.
+        """
+    def __len__(self) -> int: ...
+    @property
+    def receivers(self) -> int:
+        """Visible surface points that the hulls of maps are made of: all pixels that show something, or all given points."""
+    @property
+    def light(self) -> _Light | None:
+        """The light of the shadow states; None without any."""
+    @property
+    def camera(self) -> Camera | None:
+        """The camera that sees them."""
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """(width, height) of the picture that they come from, pixels."""
+    @property
+    def positions(self) -> _Float:
+        """(N, 3) float64: world positions."""
+    @property
+    def normals(self) -> _Float:
+        """(N, 3) float64: unit normals on the side of the eye."""
+    @property
+    def eye_depth(self) -> _Float:
+        """(N,) float64: depths along the view, world units."""
+    @property
+    def jacobian(self) -> _Float:
+        """(N, 2, 3) float64: the eye's Jacobian, pixels (x to the right, y down) per world unit (E.5)."""
+    @property
+    def weights(self) -> npt.NDArray[np.float32]:
+        """(N,) float32: pixels that a sample stands for."""
+    @property
+    def shadow(self) -> npt.NDArray[np.int8]:
+        """(N,) int8: states as `trace.Truth` has them; -1 where they are not known."""
+    @property
+    def edge_normals(self) -> npt.NDArray[np.float32]:
+        """(N, 2) float32: unit normals of the shadows' edges in the picture, x to the right and y down, from shadow to light; zero
+        for a sample at no edge.
+        """
+    def outside(self, parameterization: Parameterization | Matrices) -> tuple[int, int]:
+        """Visible points that face the light and that no map holds, where all is lit.
+
+        Parameters
+        ----------
+        parameterization : Parameterization
+            The maps.
+
+        Returns
+        -------
+        (int, int)
+            All of them, and those in shadow.
+
+        Raises
+        ------
+        ArgumentError
+            Samples without shadow states.
+        """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...

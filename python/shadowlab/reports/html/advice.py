@@ -1,0 +1,265 @@
+"""The page of an advice: one file that stands alone, with its pictures inside, and the tables and data beside it.
+
+The pictures are of the best candidate and of uniform, or of the best warp or split where uniform is the best: in the
+view where the best has its largest error, and in some others.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ... import pictures
+from ...errors import ArgumentError, ShadowlabError
+from ...experiments.counts import WrongPixels
+from ...experiments.memory import memory_text
+from ...experiments.run import done
+from ...text import listed, plain
+from .. import study_record as record
+from ..advice_record import advice_data, figure_png
+from ..reproduce_advice import snippet_of, whole_advice
+from ..terminal import ADVICE_HEADS, advice_cells
+from ..words import wrong_text
+from .page import SHOWN_PX
+from .parts import (
+    BAR_HEAD,
+    FALSE_LIGHT,
+    FALSE_SHADOW,
+    bar,
+    data_uri,
+    document,
+    figure,
+    head_cell,
+    picture,
+    slug,
+    swatch,
+    symbol,
+    table_html,
+    use,
+)
+
+if TYPE_CHECKING:
+    from ...experiments.advise import Advice
+    from ...experiments.candidates import Outcome
+    from ...experiments.ranking import Standing
+    from ...experiments.tried import Untried
+    from ...types import TruthImage
+
+# Views whose pictures the page shows; the tables have all of them.
+MOST_VIEWS = 3
+# The column of candidates in a row of the ranking.
+CANDIDATE = ADVICE_HEADS.index("candidate")
+
+
+def save_advice(advice: Advice, directory: Path) -> Path:
+    """Writes report.html, the tables, the data and the figure into a directory, which is made; the report's path.
+
+    Raises
+    ------
+    ArgumentError
+        Where it cannot be made or written.
+    """
+    data = json.dumps(plain(advice_data(advice)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    path = directory / "report.html"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, table in (("advice", advice.table), ("runs", advice.runs), ("switches", advice.switches)):
+            table.to_csv(directory / f"{name}.csv", index=False)
+        drawn = figure_png(advice)
+        (directory / "advice.png").write_bytes(drawn)
+        (directory / "advice.json").write_text(data, encoding="utf-8")
+        path.write_text(advice_page(advice, drawn), encoding="utf-8")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
+    return path
+
+
+def advice_page(advice: Advice, drawn: bytes) -> str:
+    """The page; `drawn` is the figure of the advice as a PNG."""
+    ranking = advice.standings
+    shown = pictured(advice, ranking)
+    shared: list[str] = []
+    body = [
+        advice_head(advice),
+        section_ranking(advice, ranking, shown),
+        section_figure(advice, drawn),
+        section_pictures(advice, shown, shared),
+        section_untried(advice, ranking),
+        section_again(advice, shown),
+    ]
+    return document(f"Shadow advice: {advice.source.name}", "".join(shared), "".join(body))
+
+
+def pictured(advice: Advice, ranking: Sequence[Standing]) -> list[Standing]:
+    """The best of all and uniform with as much memory; the best warp or split where uniform is the best."""
+    valid = [one for one in ranking if one.ranked]
+    if not valid:
+        return []
+    best = min(valid, key=lambda one: (float(one.error or 0.0), one.memory))
+    beside = [one for gain in advice.gains if gain.memory == best.memory for one in (gain.baseline, gain.best)]
+    return [best, *[one for one in beside if one.candidate != best.candidate][:1]]
+
+
+def advice_head(advice: Advice) -> str:
+    """Title, facts and verdict."""
+    many = len(advice.views)
+    sizes = listed([f"{w} × {h}" for w, h in dict.fromkeys(view.size for view in advice.views)])
+    facts = [
+        f"{advice.scene.triangle_count:,} triangles", f"{many} view{'s' * (many > 1)}", f"{sizes} pixels",
+        listed([memory_text(one) for one in advice.budgets]), f"by {advice.measure.title}", f"{advice.filter} lookup",
+        f"{advice.backend} renderer",
+    ]  # fmt: skip
+    first, *others = advice.sentences
+    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
+    return (
+        f'<header class="top"><p class="eyebrow">shadowlab · shadow advice</p><h1>{escape(advice.source.name)}</h1>'
+        f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
+        f'<div class="verdict" role="note" aria-label="Verdict">{paragraphs}</div></header>\n<main>'
+    )
+
+
+def section_ranking(advice: Advice, ranking: Sequence[Standing], shown: Sequence[Standing]) -> str:
+    """The table of the ranking, with a bar of the wrong pixels over all views."""
+    kinds = [both_kinds_of(advice, one) for one in ranking]
+    most = max((sum(count for count, _ in of) for of in kinds), default=0)
+    lines = []
+    for one, of in zip(ranking, kinds, strict=True):
+        cells = [escape(cell) for cell in advice_cells(one, advice.measure)]
+        if one in shown:
+            cells[CANDIDATE] = f'<a href="#{anchor(one)}">{cells[CANDIDATE]}</a>'
+        if one.failure:
+            cells[-1] = "failed"  # why is told below
+        row = "".join(f"<td{' class=text' * (i == CANDIDATE)}>{cell}</td>" for i, cell in enumerate(cells))
+        lines.append(f"<tr{' class=best' * (one.rank == 1)}>{row}{bar(of, most)}</tr>")
+    heads = [head_cell(text, "text" if text == "candidate" else "") for text in ADVICE_HEADS]
+    key = f"{swatch(FALSE_SHADOW)}<span>false shadow</span>{swatch(FALSE_LIGHT)}<span>false light</span>"
+    noise = (
+        " The noise behind ± is the standard deviation where the texels of the maps shift by parts of a texel; it was "
+        "counted for those candidates that it can decide between."
+        if any(one.sd is not None for one in ranking)
+        else ""
+    )
+    return (
+        '<section><h2>The ranking</h2><p class="lede">Every candidate has the largest square maps that fit into the '
+        f"memory. It is ranked by the {escape(advice.measure.title)} ({escape(advice.measure.doc)}), the {advice.over} "
+        f"of the views.{noise} Bars are the wrong pixels of all views.</p>"
+        f'<div class="scroll">{table_html([*heads, BAR_HEAD], lines)}</div><p class="key">{key}</p></section>\n'
+    )
+
+
+def both_kinds_of(advice: Advice, one: Standing) -> list[tuple[int, str]]:
+    """The wrong pixels of a candidate with a budget over all views, by kind with their colours."""
+    of = [o.numbers for o in advice.outcomes if (o.candidate, o.memory) == (one.candidate, one.memory)]
+    of = [numbers for numbers in of if numbers.get("misclassified") is not None]
+    names = (("false_shadow", FALSE_SHADOW), ("false_light", FALSE_LIGHT))
+    return [(sum(int(numbers[name] or 0) for numbers in of), colour) for name, colour in names] if of else []
+
+
+def section_figure(advice: Advice, drawn: bytes) -> str:
+    """The figure over views and memory; nothing of one view with one budget, which the table has."""
+    if len(advice.counted) < 2 and len(advice.budgets) < 2:
+        return ""
+    text = escape(f"{advice.measure.title} of every candidate over the views and the memory", quote=True)
+    image = f'<img alt="{text}" style="width:100%;background:#fff;border-radius:4px" src="{data_uri(drawn)}">'
+    return f"<section><h2>Over views and memory</h2><figure>{image}</figure></section>\n"
+
+
+def section_pictures(advice: Advice, shown: Sequence[Standing], shared: list[str]) -> str:
+    """The best and uniform beside the truth in some views; adds the truths to the shared pictures."""
+    if not shown:
+        return ""
+    views = sorted(advice.counted, key=lambda view: view.label != shown[0].worst_view)
+    parts = []
+    for i, view in enumerate(views[:MOST_VIEWS]):
+        truth: TruthImage = view.view.truth()
+        lit = pictures.shade(advice.gbuffer(view.label), view.light, pictures.truth_mask(truth))
+        shared.append(symbol(f"truth-{i}", pictures.png(lit), view.camera.aspect))
+        rows = []
+        for one in shown:
+            keys = (one.candidate, one.memory, view.label)
+            found = next(o for o in advice.outcomes if (o.candidate, o.memory, o.view.label) == keys)
+            place = f' id="{anchor(one)}"' * (i == 0)
+            rows.append(f'<div class="pictures"{place}>{row_of_pictures(advice, found, truth, f"truth-{i}")}</div>')
+        parts.append(f'<article class="run"><h3>{escape(view.label)}</h3><br>{"".join(rows)}</article>')
+    more = len(views) - MOST_VIEWS
+    rest = f" {more} more view{'s have' if more > 1 else ' has'} numbers alone, in runs.csv." if more > 0 else ""
+    who = listed([f"<b>{escape(one.candidate)}</b>" for one in shown])
+    return (
+        f'<section><h2>In the picture</h2><p class="lede">{who} at {memory_text(shown[0].memory)}, beside the traced '
+        f"truth.{rest}</p>{''.join(parts)}</section>\n"
+    )
+
+
+def row_of_pictures(advice: Advice, one: Outcome, truth: TruthImage, shared: str) -> str:
+    """The eye view of an outcome, the truth by its shared name, and the pixels in which they differ."""
+    run, view = done(one.run), one.view
+    gbuffer, aspect = advice.gbuffer(view.label), view.camera.aspect
+    width = max(1, round(max(view.size) / SHOWN_PX))
+    name = f"{one.candidate} at {one.resolution}²"
+    shaded = pictures.shade(gbuffer, view.light, done(run.mask))
+    differs = pictures.difference(gbuffer, view.light, truth, done(run.errors).image, width=width)
+    fitted = [int(one.numbers[kind] or 0) for kind in ("false_shadow", "false_light")]
+    drawn = f", each drawn {width} pixels wide" if width > 1 else ""
+    caption = (
+        f"<b>{wrong_text(WrongPixels.of(one.numbers))}</b>{drawn}. As fitted {fitted[0]:,} of false shadow, "
+        f"{fitted[1]:,} of false light."
+    )
+    return (
+        figure(picture(shaded, f"Eye view with the shadows of {name}", aspect), f"<b>{escape(name)}</b>", aspect)
+        + figure(use(shared, aspect, "Eye view with traced shadows"), "<b>Truth</b>, traced ray by ray", aspect)
+        + figure(picture(differs, f"Wrong pixels of {name}", aspect), caption, aspect)
+    )
+
+
+def section_untried(advice: Advice, ranking: Sequence[Standing]) -> str:
+    """What failed and what was not drawn, each with its cause."""
+    failed = dict.fromkeys((one.candidate, one.failure) for one in ranking if one.failure)
+    rows = [f'<tr><td>{escape(name)}</td><td class="text">failed: {escape(text)}</td></tr>' for name, text in failed]
+    rows += [f'<tr><td>{escape(one.technique)}</td><td class="text">{cause(one)}</td></tr>' for one in advice.untried]
+    if not rows:
+        return '<section><h2>What was not drawn</h2><p class="lede">Every technique was drawn.</p></section>\n'
+    heads = [head_cell("technique"), head_cell("cause", "text")]
+    return (
+        '<section><h2>What was not drawn</h2><p class="lede">Nothing is said of the techniques and candidates here.</p>'
+        f'<div class="scroll">{table_html(heads, rows)}</div></section>\n'
+    )
+
+
+def cause(one: Untried) -> str:
+    """Why a technique was not drawn."""
+    if one.cause == "light":
+        return f"does not serve {escape(listed(list(one.lights)))} lights"
+    if one.cause == "not_asked":
+        return "not asked for"
+    at = "" if one.memory is None else f" at {memory_text(one.memory)}"
+    wrong = "" if one.predicted is None else f": about {one.predicted:,.0f} wrong pixels over all views"
+    return f"predicted to be worse{at}{wrong}"
+
+
+def section_again(advice: Advice, shown: Sequence[Standing]) -> str:
+    """How to compute all of it again, and what is shown in pictures; when and with which versions it was made."""
+    scripts = [("Run all of it again", whole_advice(advice))]
+    for one in shown:
+        try:
+            script = snippet_of(advice, {"candidate": one.candidate, "memory": one.memory})
+        except ShadowlabError:
+            continue  # of several views one may have no number
+        scripts.append((f"The error of {one.candidate} at {memory_text(one.memory)}", script))
+    details = "".join(
+        f"<details><summary>{escape(title)}</summary><pre>{escape(text)}</pre></details>" for title, text in scripts
+    )
+    versions = ", ".join(f"{k} {v}" for k, v in record.versions().items())
+    return (
+        '<section><h2>How to reproduce it</h2><p class="lede">Python with every number and setting; advice.json has '
+        f"as much for every row.</p>{details}</section></main>\n"
+        f"<footer>Made {escape(record.now())} with {escape(versions)}, on {escape(advice.adapter)}.</footer>\n"
+    )
+
+
+def anchor(one: Standing) -> str:
+    """The place of a candidate's pictures in the page."""
+    return f"pictures-{slug(one.candidate)}"

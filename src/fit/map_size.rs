@@ -1,0 +1,50 @@
+//! The texels of a map: how many, how many at its edges stay free, and the share that is left for receivers.
+
+use crate::error::{Error, Result};
+
+/// Texels along each edge of a map that no receiver maps to. Derived from the filters: a lookup compares texel centres up to
+/// one texel from the point, so none of them lies off the map. Border texels are as complete as any other ([`fit`](super::fit())); nothing
+/// is clamped to them, so they need not stay empty as the article has them.
+pub const BORDER_TEXELS: u32 = 1;
+
+/// The texels of a map and those at its edge that no receiver maps to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapSize {
+    /// Texels along each side.
+    pub resolution: u32,
+    /// Texels along each edge that no receiver maps to.
+    pub border: u32,
+    /// Texels between border and samples.
+    pub margin: f64,
+}
+
+impl MapSize {
+    /// A map with [`BORDER_TEXELS`] along each edge.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a resolution that leaves no texel between the borders.
+    pub fn new(resolution: u32) -> Result<Self> {
+        let (border, least) = (BORDER_TEXELS, 2 * BORDER_TEXELS + 1);
+        if resolution < least {
+            let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
+            return Err(Error::argument("resolution", expected, resolution, "choose a larger map"));
+        }
+        Ok(Self { resolution, border, margin: 0.0 })
+    }
+    /// The share of [-1, 1] that receivers fill.
+    pub fn inset(&self) -> f64 {
+        (f64::from(self.resolution - 2 * self.border) - 2.0 * self.margin) / f64::from(self.resolution)
+    }
+    /// The same with so many texels between the border and the samples that the map must hold.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels between the borders.
+    pub fn with_margin(self, margin: f64) -> Result<Self> {
+        let between = self.resolution - 2 * self.border;
+        if !(margin <= 0.25 * f64::from(between)) {
+            let expected = format!("at most a quarter of the {between} texels between the map's borders");
+            return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
+        }
+        Ok(Self { margin, ..self })
+    }
+}

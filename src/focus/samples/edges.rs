@@ -1,0 +1,193 @@
+//! Where shadows end in the picture: samples beside an edge, with the edge's direction.
+//!
+//! Source: Chong, Gortler 2007 `[chong2007]` (samples near shadow boundaries, none at discontinuities of depth); theory.md
+//! 10.3 (the edge's normal from the states of the 5 x 5 pixels around). Thinning is ours: along Morton's curve `[morton1966]`
+//! with an even step, handed out in bit-reversed order, so that every beginning of the list is spread evenly.
+//!
+//! ```text
+//!      . . # # #        the normal n points from the shadow to the light; a sample on either
+//!      . . . # #        side counts, where both neighbours are on one surface
+//!      . . . . #   n ↙
+//! ```
+
+use glam::DVec3;
+
+use super::picture::Picture;
+use crate::image::TruthMask;
+
+/// Neighbours lie on one surface where the depth that the plane of one foretells of the other is right to this share. Chosen
+/// because neighbours on curved surfaces in pictures of 128 pixels a side stay below it, and casters off a wall above.
+const SAME_SURFACE: f64 = 0.05;
+
+/// A sample at the edge of a shadow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeSample {
+    /// Index of the sample.
+    pub sample: u32,
+    /// Unit normal of the edge in the picture, x to the right and y down, from shadow to light.
+    pub normal: [f32; 2],
+    /// Pixels at edges that it stands for.
+    pub weight: f32,
+}
+
+/// In place of a sample's index.
+pub(super) const NO_SAMPLE: u32 = u32::MAX;
+
+/// At most `count` samples at edges, and the samples in shadow with their neighbours. `facing` has the index of the sample of
+/// each pixel that faces the light, else [`NO_SAMPLE`]; `sample` gives world position and normal.
+pub(super) fn edges_of(
+    sample: impl Fn(usize) -> (DVec3, DVec3),
+    picture: &Picture,
+    image: &[i8],
+    facing: &[u32],
+    count: usize,
+) -> (Vec<EdgeSample>, Vec<u32>) {
+    let [width, height] = picture.size.map(|n| n as i64);
+    let at = |x: i64, y: i64| ((0..width).contains(&x) && (0..height).contains(&y)).then(|| (y * width + x) as usize);
+    let state = |pixel: usize| match image[pixel] {
+        TruthMask::LIT => Some(false),
+        TruthMask::SHADOW => Some(true),
+        _ => None,
+    };
+    let eye = picture.camera.eye();
+    let seen = |pixel: usize| {
+        let (p, n) = sample(facing[pixel] as usize);
+        (p - eye, n)
+    };
+    let mut found: Vec<(u32, usize)> = Vec::new();
+    let (w, mut is_found) = (width as usize, vec![false; image.len()]);
+    for pixel in 0..image.len() {
+        let mut meet = |other: usize| {
+            // One state is lit, 1, and one is in shadow, 0.
+            let differ = image[pixel] | image[other] == 1 && image[pixel] & image[other] == 0;
+            if differ && is_one_surface(picture, seen(pixel), seen(other)) {
+                for one in [pixel, other] {
+                    if !is_found[one] {
+                        is_found[one] = true;
+                        found.push((morton((one % w) as u32, (one / w) as u32), one));
+                    }
+                }
+            }
+        };
+        if (pixel + 1) % w != 0 {
+            meet(pixel + 1);
+        }
+        if pixel + w < image.len() {
+            meet(pixel + w);
+        }
+    }
+    let shaded = shaded(image, facing, w);
+    found.sort_unstable();
+    let normal = |pixel: usize| {
+        let (x, y) = (pixel as i64 % width, pixel as i64 / width);
+        let (mut sum, mut mean, mut first, mut known) = ([0.0_f64; 2], 0.0, [0.0_f64; 2], 0.0);
+        for dy in -2..=2 {
+            for dx in -2..=2 {
+                let Some(shadow) = at(x + dx, y + dy).and_then(state) else { continue };
+                let lit = f64::from(u8::from(!shadow));
+                sum = [sum[0] + lit * dx as f64, sum[1] + lit * dy as f64];
+                first = [first[0] + dx as f64, first[1] + dy as f64];
+                (mean, known) = (mean + lit, known + 1.0);
+            }
+        }
+        mean /= known;
+        let gradient = [sum[0] - mean * first[0], sum[1] - mean * first[1]];
+        let length = gradient[0].hypot(gradient[1]);
+        // A thin line in the middle of the window has no side: its nearest border's.
+        if length > 1e-9 {
+            return gradient.map(|g| (g / length) as f32);
+        }
+        let own = state(pixel);
+        let beside = NEIGHBOURS
+            .iter()
+            .find(|(dx, dy)| at(x + dx, y + dy).is_some_and(|q| state(q).is_some() && state(q) != own));
+        let sign = if own == Some(true) { 1.0 } else { -1.0 };
+        beside.map_or([1.0, 0.0], |(dx, dy)| [sign * *dx as f32, sign * *dy as f32])
+    };
+    let kept = found.len().min(count);
+    let weight = if kept > 0 { found.len() as f32 / kept as f32 } else { 0.0 };
+    let edges = bit_reversed(kept).map(|i| {
+        let pixel = found[(2 * i + 1) * found.len() / (2 * kept)].1;
+        EdgeSample { sample: facing[pixel], normal: normal(pixel), weight }
+    });
+    (edges.collect(), shaded)
+}
+
+/// At most `count` of some edges, evenly, each with the weight of those it stands for.
+pub(super) fn thinned(edges: &[EdgeSample], count: usize) -> Vec<EdgeSample> {
+    let kept = edges.len().min(count);
+    let share = if kept > 0 { edges.len() as f32 / kept as f32 } else { 0.0 };
+    let at = |i: usize| edges[(2 * i + 1) * edges.len() / (2 * kept)];
+    bit_reversed(kept).map(|i| EdgeSample { weight: at(i).weight * share, ..at(i) }).collect()
+}
+
+/// The four beside a pixel.
+const NEIGHBOURS: [(i64, i64); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// The samples of pixels that face the light and are in shadow, or whose state is not known, or that are beside one in shadow.
+fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
+    let dark = |i: usize| u8::from(facing[i] != NO_SAMPLE && image[i] == TruthMask::SHADOW);
+    let height = image.len() / width;
+    // Dark pixels of a row with the ones beside them, for the row above, this one and the one below.
+    let spread = |y: usize, into: &mut Vec<u8>| {
+        into.clear();
+        into.extend((0..width).map(|x| dark(y * width + x)));
+        let mut before = 0;
+        for x in 0..width {
+            let own = into[x];
+            let after = if x + 1 < width { into[x + 1] } else { 0 };
+            into[x] = before | own | after;
+            before = own;
+        }
+    };
+    let [mut above, mut here, mut below] = [vec![0; width], Vec::with_capacity(width), Vec::with_capacity(width)];
+    spread(0, &mut here);
+    let mut found = Vec::new();
+    for y in 0..height {
+        if y + 1 < height {
+            spread(y + 1, &mut below);
+        } else {
+            below.fill(0);
+        }
+        for x in 0..width {
+            let i = y * width + x;
+            if facing[i] != NO_SAMPLE && (above[x] | here[x] | below[x] != 0 || image[i] != TruthMask::LIT) {
+                found.push(facing[i]);
+            }
+        }
+        std::mem::swap(&mut above, &mut here);
+        std::mem::swap(&mut here, &mut below);
+    }
+    found
+}
+
+/// Whether two samples of neighbouring pixels are of one surface, curved or not.
+fn is_one_surface(picture: &Picture, (p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)) -> bool {
+    let forward = picture.camera.forward();
+    let foretold = |p: DVec3, n: DVec3, q: DVec3| {
+        let depth = forward.dot(q);
+        let share = n.dot(p) / n.dot(q / depth) / depth;
+        (share - 1.0).abs() <= SAME_SURFACE
+    };
+    foretold(p, n, q) || foretold(q, m, p)
+}
+
+/// The place of a pixel on Morton's curve.
+fn morton(x: u32, y: u32) -> u32 {
+    let spread = |v: u32| {
+        let v = (v | v << 8) & 0x00ff_00ff;
+        let v = (v | v << 4) & 0x0f0f_0f0f;
+        let v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(x & 0xffff) | spread(y & 0xffff) << 1
+}
+
+/// The numbers below `count` in the order of their reversed bits.
+fn bit_reversed(count: usize) -> impl Iterator<Item = usize> {
+    let bits = usize::BITS - count.saturating_sub(1).leading_zeros();
+    let room = if count == 0 { 0 } else { 1_usize << bits };
+    (0..room)
+        .map(move |i| if bits == 0 { i } else { i.reverse_bits() >> (usize::BITS - bits) })
+        .filter(move |&i| i < count)
+}

@@ -1,0 +1,148 @@
+//! Wrong pixels foretold without a map: how often a texel's reach in the picture changes the shadow state.
+//!
+//! Source: theory.md (10.9). A pixel reads the texel that it falls into, whose depth was sampled anywhere in it; with
+//! G = d(pixel) / d(texel), what the pixel gets is the state at `pixel + G δ` for a δ in the texel, as likely any as another.
+//!
+//! ```text
+//!        . . . .         δ on a 4 x 4 grid over the texel; a flip where
+//!     ##. . . . .        the picture's state there is not the pixel's own
+//!     ####. . . .
+//! ```
+
+use glam::{DMat2, DVec2};
+
+use super::outline::RayFrame;
+use super::part::pixel_per_ray;
+use super::picture::Picture;
+use super::samples::{Samples, Shadows, counts};
+use crate::image::TruthMask;
+use crate::parameterization::Region;
+use crate::scene::{Camera, Light};
+
+/// Points of a texel along each of its sides.
+const GRID: usize = 4;
+
+/// Receivers within this share of the picture's longer side of an edge are asked. Chosen because texels of useful maps do not
+/// reach farther (theory.md 10.3: 20 of 512 pixels).
+const REACH_SHARE: f64 = 20.0 / 512.0;
+
+/// A receiver near the edge of a shadow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearEdge {
+    /// Index of the sample.
+    pub sample: u32,
+    /// Where it is in the picture, pixels.
+    pub place: DVec2,
+    /// Whether it is in shadow.
+    pub in_shadow: bool,
+}
+
+/// A receiver near the edge of a shadow, in the coordinates of the light's rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayFlip {
+    /// Its ray.
+    pub ray: DVec2,
+    /// d(pixel) / d(ray), along the surface.
+    pub pixel: DMat2,
+    /// The receiver.
+    pub near: NearEdge,
+}
+
+impl Samples {
+    /// Up to `count` receivers near the edges of shadows, evenly chosen, and how many pixels each stands for; none without a
+    /// picture of the states.
+    pub fn near_edges(&self, count: usize) -> (Vec<NearEdge>, f64) {
+        let (Some(shadows), Some(picture)) = (&self.shadows, &self.picture) else { return (Vec::new(), 0.0) };
+        if shadows.image.is_empty() {
+            return (Vec::new(), 0.0);
+        }
+        let reach = (REACH_SHARE * f64::from(picture.size[0].max(picture.size[1]))).ceil() as u16;
+        let distance = shadows.distance(picture.size);
+        let eye = picture.camera.eye();
+        let width = picture.size[0] as usize;
+        let all: Vec<NearEdge> = (0..self.len())
+            .filter_map(|i| {
+                let place = picture.place(self.sample(i).0 - eye);
+                let pixel = picture.pixel(place)?;
+                let state = shadows.image[pixel[1] * width + pixel[0]];
+                let known = state == TruthMask::LIT || state == TruthMask::SHADOW;
+                let near = NearEdge { sample: i as u32, place, in_shadow: state == TruthMask::SHADOW };
+                (known && distance[pixel[1] * width + pixel[0]] <= reach).then_some(near)
+            })
+            .collect();
+        let kept = all.len().min(count);
+        let chosen: Vec<NearEdge> = (0..kept).map(|i| all[(2 * i + 1) * all.len() / (2 * kept)]).collect();
+        let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
+        (chosen, each)
+    }
+    /// The same for a part of a view, in the coordinates of the light's rays.
+    pub fn ray_flips(
+        &self,
+        camera: &Camera,
+        light: &Light,
+        region: &Region,
+        count: usize,
+    ) -> Option<(RayFrame, Vec<RayFlip>)> {
+        let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
+        let rays = RayFrame::new(light, eye)?;
+        let flip = |near: NearEdge| {
+            let (p, n) = self.sample(near.sample as usize);
+            if !counts(camera, light, region, p, n) {
+                return None;
+            }
+            Some(RayFlip { ray: rays.ray(p - eye), pixel: pixel_per_ray(picture, &rays, p - eye, n)?, near })
+        };
+        Some((rays, self.near_edges(count).0.into_iter().filter_map(flip).collect()))
+    }
+}
+
+impl Shadows {
+    /// The share of a texel's points whose state is not the receiver's own; `texel` is d(pixel) / d(texel).
+    pub fn flips(&self, picture: &Picture, near: &NearEdge, texel: &DMat2) -> f64 {
+        let width = picture.size[0] as usize;
+        let own = if near.in_shadow { TruthMask::SHADOW } else { TruthMask::LIT };
+        let mut flips = 0;
+        for i in 0..GRID * GRID {
+            let share = |k: usize| (k as f64 + 0.5) / GRID as f64 - 0.5;
+            let at = near.place + *texel * DVec2::new(share(i % GRID), share(i / GRID));
+            let Some([x, y]) = picture.pixel(at) else { continue };
+            let state = self.image[y * width + x];
+            flips += usize::from(state != own && (state == TruthMask::LIT || state == TruthMask::SHADOW));
+        }
+        flips as f64 / (GRID * GRID) as f64
+    }
+    /// Pixels to the nearest edge, the larger of both axes' counts.
+    fn distance(&self, size: [u32; 2]) -> Vec<u16> {
+        let [w, h] = size.map(|n| n as usize);
+        let known = |i: usize| self.image[i] == TruthMask::LIT || self.image[i] == TruthMask::SHADOW;
+        let differ = |i: usize, j: usize| known(i) && known(j) && self.image[i] != self.image[j];
+        let mut distance = vec![u16::MAX; w * h];
+        for y in 0..h {
+            for x in 0..w {
+                let i = y * w + x;
+                if x + 1 < w && differ(i, i + 1) {
+                    (distance[i], distance[i + 1]) = (0, 0);
+                }
+                if y + 1 < h && differ(i, i + w) {
+                    (distance[i], distance[i + w]) = (0, 0);
+                }
+            }
+        }
+        // Two passes, each over the half of the neighbours that come before.
+        let mut pass = |order: &mut dyn Iterator<Item = usize>, back: isize| {
+            for i in order {
+                let (x, y) = ((i % w) as isize, (i / w) as isize);
+                for (dx, dy) in [(1, 0), (-1, 1), (0, 1), (1, 1)] {
+                    let (nx, ny) = (x - back * dx, y - back * dy);
+                    if (0..w as isize).contains(&nx) && (0..h as isize).contains(&ny) {
+                        let other = distance[(ny * w as isize + nx) as usize];
+                        distance[i] = distance[i].min(other.saturating_add(1));
+                    }
+                }
+            }
+        };
+        pass(&mut (0..w * h), 1);
+        pass(&mut (0..w * h).rev(), -1);
+        distance
+    }
+}

@@ -1,0 +1,298 @@
+//! Samples of what a camera sees: points with normals, whether they are in shadow, and where the shadows' edges are.
+//!
+//! Plain data made by whoever has a renderer, so that techniques stay pure functions. Source: Chong, Gortler 2007
+//! `[chong2007]` (scene-optimized shadow maps: samples near shadow edges); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]`
+//! (sample distribution shadow maps); theory.md 9, 10.1 to 10.3 and 12.1.
+
+use glam::DVec3;
+
+use super::edges::{EdgeSample, NO_SAMPLE, edges_of, thinned};
+use super::outline::{Outline, RayFrame};
+use super::picture::Picture;
+use crate::image::{Surfaces, TruthMask};
+use crate::parameterization::Region;
+use crate::rays::LightFrame;
+use crate::scene::{Camera, Light};
+
+/// Visible surface points with their normals, in the order of the pixels they were seen in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// The world point that positions are relative to.
+    pub origin: DVec3,
+    /// World positions minus the origin.
+    pub points: Vec<[f32; 3]>,
+    /// Unit normals, on the side of the eye.
+    pub normals: Vec<[f32; 3]>,
+    /// The picture they were seen in, where there is one.
+    pub picture: Option<Picture>,
+    /// Which of them are in shadow, where that is known.
+    pub shadows: Option<Shadows>,
+    /// Of all samples under the light of `shadows`: found once.
+    outlines: Option<Outlines>,
+}
+
+/// Which samples are in shadow under one light, and where in the picture the shadows end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shadows {
+    /// The light.
+    pub light: Light,
+    /// [`TruthMask::LIT`] or [`TruthMask::SHADOW`]; other values for a sample whose state is not known.
+    pub states: Vec<i8>,
+    /// Samples at the edges of shadows, in an order of which every beginning is spread over the picture.
+    pub edges: Vec<EdgeSample>,
+    /// Samples in shadow, and their neighbours in the picture.
+    pub shaded: Vec<u32>,
+    /// The same states as a picture, rows from the top; empty without one.
+    pub image: Vec<i8>,
+}
+
+/// Outlines of the samples that face a light, for the whole picture.
+#[derive(Debug, Clone, PartialEq)]
+struct Outlines {
+    camera: Camera,
+    depths: Option<[f64; 2]>,
+    seen: Option<Outline>,
+    shaded: Option<Outline>,
+}
+
+fn vector(v: [f32; 3]) -> DVec3 {
+    DVec3::from_array(v.map(f64::from))
+}
+
+impl Samples {
+    /// Samples at points of the world, unit normals beside.
+    pub fn of_points(points: &[DVec3], normals: &[DVec3]) -> Self {
+        let origin = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
+        let single = |v: DVec3| v.as_vec3().to_array();
+        Self {
+            origin,
+            points: points.iter().map(|p| single(*p - origin)).collect(),
+            normals: normals.iter().map(|n| single(*n)).collect(),
+            ..Self::default()
+        }
+    }
+    /// One sample for each pixel of the camera's picture that shows anything.
+    pub fn of_surfaces(surfaces: &Surfaces, camera: &Camera) -> Self {
+        let seen: Vec<usize> = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0).collect();
+        Self {
+            origin: surfaces.origin,
+            points: seen.iter().map(|&i| surfaces.position[i]).collect(),
+            normals: seen.iter().map(|&i| surfaces.normal[i]).collect(),
+            picture: Some(Picture::new(camera, surfaces.size)),
+            ..Self::default()
+        }
+    }
+    /// The same with what is in shadow under a light: `image` has a state for each pixel of the picture, as
+    /// [`TruthMask`] has them. At most `count` samples at the shadows' edges are kept.
+    pub fn with_shadows(mut self, light: &Light, mut image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
+        let Some(picture) = self.picture else { return self };
+        let visible = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0);
+        let states = visible.clone().map(|i| image[i]).collect();
+        // Of what the light can reach alone: the others are dark without a look at a map.
+        let facing = self.facing(&picture.camera, light, &Region::ALL);
+        let mut sample_at = vec![NO_SAMPLE; image.len()];
+        let mut next = facing.iter().copied().peekable();
+        for (sample, pixel) in visible.enumerate() {
+            if next.next_if_eq(&(sample as u32)).is_some() {
+                sample_at[pixel] = sample as u32;
+            }
+        }
+        // Rays may see a surface where the picture has none.
+        for (state, sample) in image.iter_mut().zip(&sample_at) {
+            if *sample == NO_SAMPLE {
+                *state = TruthMask::NOTHING;
+            }
+        }
+        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);
+        self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
+        self.outlined_from(&facing)
+    }
+    /// Samples of an engine's own: world positions and unit normals as they are seen in a picture of a camera, and, under a
+    /// light, their states and the normals of shadows' edges in the picture (zero for a sample at no edge) with weights.
+    pub fn of_arrays(points: &[DVec3], normals: &[DVec3], picture: Picture) -> Self {
+        Self { picture: Some(picture), ..Self::of_points(points, normals) }
+    }
+    /// The same with shadow states under a light and samples at shadows' edges, thinned to `count`.
+    pub fn with_states(mut self, light: &Light, states: Vec<i8>, edges: &[EdgeSample], count: usize) -> Self {
+        let shaded = (0..states.len()).filter(|&i| states[i] != TruthMask::LIT).map(|i| i as u32).collect();
+        let edges = thinned(edges, count);
+        self.shadows = Some(Shadows { light: *light, states, edges, shaded, image: Vec::new() });
+        self.outlined()
+    }
+    /// Finds the outlines of all samples.
+    pub fn outlined(self) -> Self {
+        let facing = match (&self.picture, &self.shadows) {
+            (Some(picture), Some(shadows)) => self.facing(&picture.camera, &shadows.light, &Region::ALL),
+            _ => Vec::new(),
+        };
+        self.outlined_from(&facing)
+    }
+    /// The same of those that face the light of the shadows.
+    fn outlined_from(mut self, facing: &[u32]) -> Self {
+        if let (Some(picture), Some(shadows)) = (&self.picture, &self.shadows) {
+            let (camera, light) = (picture.camera, shadows.light);
+            let depths = self.depths_of(&camera, facing);
+            let seen = self.outline_of(&camera, &light, facing);
+            let shaded = self.outline_of(&camera, &light, &self.shaded_of(&camera, &light, &Region::ALL));
+            self.outlines = Some(Outlines { camera, depths, seen, shaded });
+        }
+        self
+    }
+    /// The samples at shadows' edges; where none is known, some of all samples, evenly chosen, with zero normals.
+    pub fn chosen(&self) -> Vec<EdgeSample> {
+        match self.shadows.as_ref().map(|shadows| &shadows.edges).filter(|edges| !edges.is_empty()) {
+            Some(edges) => edges.clone(),
+            None => {
+                let all = |i: usize| EdgeSample { sample: i as u32, normal: [0.0; 2], weight: 1.0 };
+                thinned(&(0..self.len()).map(all).collect::<Vec<_>>(), MOST_CHOSEN)
+            }
+        }
+    }
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+    /// Whether nothing is seen.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+    /// World position and normal of a sample.
+    pub fn sample(&self, i: usize) -> (DVec3, DVec3) {
+        (self.origin + vector(self.points[i]), vector(self.normals[i]))
+    }
+    /// World positions.
+    pub fn positions(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        self.points.iter().map(|p| self.origin + vector(*p))
+    }
+    /// Position and normal of the samples that a map for a part of a view has to answer for: between the camera's near and
+    /// far planes, on the rays of `region`, facing the light and within its reach (of a spot: the pyramid around its cone, as a
+    /// face of a point light shines there too). The others are dark without a look.
+    pub fn lit<'a>(
+        &'a self,
+        camera: &'a Camera,
+        light: &'a Light,
+        region: &'a Region,
+    ) -> impl Iterator<Item = (DVec3, DVec3)> + Clone + 'a {
+        let all = self.points.iter().zip(&self.normals).map(|(p, n)| (self.origin + vector(*p), vector(*n)));
+        all.filter(move |(p, n)| counts(camera, light, region, *p, *n))
+    }
+    /// Whether a point is one that a map for a part of a view has to answer for.
+    pub fn counts(&self, camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
+        counts(camera, light, region, p, normal)
+    }
+    /// Indices of the samples that a map for a part of a view has to answer for.
+    fn facing(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
+        let all = 0..self.points.len() as u32;
+        match light {
+            // The common case without a test that is always true.
+            Light::Directional(l) if region.functionals().is_empty() => {
+                let to_light = (-l.direction()).as_vec3();
+                let (forward, at) = (camera.forward(), camera.depth_of(self.origin));
+                let depths = camera.near()..=camera.far();
+                let faces = |&i: &u32| {
+                    let n = self.normals[i as usize];
+                    // In f32 as the normal is; what is undecided there is decided in f64.
+                    let cosine = n[0] * to_light.x + n[1] * to_light.y + n[2] * to_light.z;
+                    let faces = match cosine {
+                        c if c > 1e-5 => true,
+                        c if c < -1e-5 => false,
+                        _ => vector(n).dot(light.to_light(DVec3::ZERO)) > 0.0,
+                    };
+                    faces && depths.contains(&(at + forward.dot(vector(self.points[i as usize]))))
+                };
+                all.filter(faces).collect()
+            }
+            _ => all.filter(|&i| self.counts_at(i, camera, light, region)).collect(),
+        }
+    }
+    /// Of the samples in shadow and their neighbours those that a map for a part of a view has to answer for.
+    fn shaded_of(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
+        let shaded = self.shadows.iter().flat_map(|shadows| shadows.shaded.iter().copied());
+        shaded.filter(|&i| self.counts_at(i, camera, light, region)).collect()
+    }
+    fn counts_at(&self, i: u32, camera: &Camera, light: &Light, region: &Region) -> bool {
+        let (p, n) = self.sample(i as usize);
+        counts(camera, light, region, p, n)
+    }
+    /// The outline of the samples that a map for a part of a view has to answer for; nothing where there is none.
+    pub fn outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        match self.known(camera, light, region) {
+            Some(known) => known.seen.clone(),
+            None => self.outline_of(camera, light, &self.facing(camera, light, region)),
+        }
+    }
+    /// The same of those in shadow and their neighbours in the picture.
+    pub fn shaded_outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
+        match self.known(camera, light, region) {
+            Some(known) => known.shaded.clone(),
+            None => self.outline_of(camera, light, &self.shaded_of(camera, light, region)),
+        }
+    }
+    fn known(&self, camera: &Camera, light: &Light, region: &Region) -> Option<&Outlines> {
+        let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
+        self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
+    }
+    fn outline_of(&self, camera: &Camera, light: &Light, samples: &[u32]) -> Option<Outline> {
+        let (rays, moved) = (RayFrame::new(light, camera.eye())?, self.origin - camera.eye());
+        let of = |i: usize| {
+            let i = samples[i] as usize;
+            (moved + vector(self.points[i]), vector(self.normals[i]))
+        };
+        Outline::of(rays, self.picture.as_ref(), samples.len(), of)
+    }
+    /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
+    /// planes; nothing where none does.
+    pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
+        match self.known(camera, light, region) {
+            Some(known) => known.depths,
+            None => self.depths_of(camera, &self.facing(camera, light, region)),
+        }
+    }
+    fn depths_of(&self, camera: &Camera, samples: &[u32]) -> Option<[f64; 2]> {
+        let (moved, forward) = (self.origin - camera.eye(), camera.forward());
+        let at = forward.dot(moved);
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let room = self.picture.as_ref().map_or(0.0, Picture::most_depth_share);
+        let mut farthest = 0.0_f64;
+        for &i in samples {
+            let from_origin = vector(self.points[i as usize]);
+            farthest = farthest.max(from_origin.length_squared());
+            let depth = at + forward.dot(from_origin);
+            if depth * (1.0 - room) >= range[0] && depth * (1.0 + room) <= range[1] {
+                continue;
+            }
+            let mut add = |depth: f64| range = [range[0].min(depth), range[1].max(depth)];
+            add(depth);
+            if let Some(picture) = &self.picture {
+                let (p, n) = (moved + from_origin, vector(self.normals[i as usize]));
+                picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c)));
+            }
+        }
+        // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
+        let step = f64::from(f32::EPSILON) * farthest.sqrt();
+        let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
+        (range[0] <= range[1]).then_some(ends)
+    }
+}
+
+/// Samples that are shown where none lies at an edge.
+const MOST_CHOSEN: usize = 4096;
+
+/// Whether a point is one that a map for a part of a view has to answer for.
+pub(super) fn counts(camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
+    (camera.near()..=camera.far()).contains(&camera.depth_of(p))
+        && normal.dot(light.to_light(p)) > 0.0
+        && can_reach(light, p)
+        && region.contains(p)
+}
+
+/// Whether a point is where a map of the light can be.
+fn can_reach(light: &Light, p: DVec3) -> bool {
+    let Light::Spot(spot) = light else { return light.reaches(p) };
+    let frame = LightFrame::any(spot.direction());
+    let from_light = p - spot.position();
+    let depth = from_light.dot(frame.along);
+    // Two faces of a point light meet: the tangent of the half angle is rounded, and a point on the seam is in one of them.
+    let half = depth * (0.5 * spot.cone_angle()).tan() * (1.0 + 4.0 * f64::EPSILON);
+    depth <= spot.range() && from_light.dot(frame.right).abs() <= half && from_light.dot(frame.up).abs() <= half
+}

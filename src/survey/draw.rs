@@ -1,0 +1,103 @@
+//! Samples of a view, drawn: what the camera sees, and what of it is in shadow by an ordinary map.
+//!
+//! Source: theory.md 10.5: the states of one uniform map, which every engine has, place a warp as well as traced ones do.
+
+use crate::error::Result;
+use crate::focus::Samples;
+use crate::image::{GBuffer, Surfaces, TruthMask};
+use crate::progress::Progress;
+use crate::render::cpu::{CpuRenderer, look_up};
+use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer};
+use crate::scene::{Camera, Light, Scene};
+use crate::techniques::{Needs, Value, technique};
+
+/// Texels along each side of the map that says what is in shadow. Chosen because it is what an engine has.
+pub const SURVEY_MAP: u32 = 1024;
+
+/// Samples at shadows' edges that are kept where no count is given.
+pub const SURVEY_COUNT: usize = 4096;
+
+/// Pixels along each side of a square picture that a technique draws for itself: a share of receivers is then known to 1 / 128 of
+/// the view along each side. Chosen by leaving scenes out (docs/defaults.md).
+pub const SURVEY_SIDE: f64 = 128.0;
+
+/// Width and height of a picture of so many pixels along each side of a square, with square pixels.
+pub fn survey_size(camera: &Camera, side: f64) -> [u32; 2] {
+    let root = camera.aspect().sqrt();
+    let pixels = |n: f64| n.round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
+    [pixels(side * root), pixels(side / root)]
+}
+
+/// The samples that a technique needs, from a picture of its own.
+///
+/// # Errors
+/// As the renderer's.
+pub fn samples_of_view(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    needs: Needs,
+    progress: &Progress,
+) -> Result<Option<Samples>> {
+    if needs == Needs::Nothing {
+        return Ok(None);
+    }
+    let gbuffer = CpuRenderer::new().gbuffer(scene, camera, survey_size(camera, SURVEY_SIDE), progress)?;
+    samples_of_gbuffer(scene, camera, light, &gbuffer, needs, progress).map(Some)
+}
+
+fn samples_of_gbuffer(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    gbuffer: &GBuffer,
+    needs: Needs,
+    progress: &Progress,
+) -> Result<Samples> {
+    samples_of_surfaces(scene, camera, light, gbuffer.surfaces(), needs, progress)
+}
+
+/// The samples that a technique needs, of a picture that is there.
+///
+/// # Errors
+/// As the renderer's.
+pub fn samples_of_surfaces(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    surfaces: Surfaces,
+    needs: Needs,
+    progress: &Progress,
+) -> Result<Samples> {
+    let samples = Samples::of_surfaces(&surfaces, camera);
+    if needs < Needs::Shadows {
+        return Ok(samples);
+    }
+    let states = mapped_states(scene, camera, light, surfaces, progress)?;
+    Ok(samples.with_shadows(light, states, &surfaces, SURVEY_COUNT))
+}
+
+/// What of a picture is in shadow by one uniform map of [`SURVEY_MAP`]² texels over the body: a state per pixel.
+///
+/// # Errors
+/// As the renderer's.
+pub fn mapped_states(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    surfaces: Surfaces,
+    progress: &Progress,
+) -> Result<Vec<i8>> {
+    let body = [("range", "body"), ("fit", "exact")].map(|(name, word)| (name.to_string(), Value::Choice(word.into())));
+    let p = technique("uniform", &body)?.parameterize(scene, camera, light, SURVEY_MAP)?;
+    let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], progress)?;
+    let settings =
+        MaskSettings { resolution: maps.size, size: surfaces.size, bias: Bias::default(), filter: Filter::Nearest };
+    let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
+    let state = |light: &f32| match light {
+        light if light.is_nan() => TruthMask::NOTHING,
+        light if *light >= 0.5 => TruthMask::LIT,
+        _ => TruthMask::SHADOW,
+    };
+    Ok(mask.data.iter().map(state).collect())
+}

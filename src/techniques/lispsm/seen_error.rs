@@ -1,0 +1,107 @@
+//! The error of a warp at the shadows' edges that are seen: how wide texels are across them, in pixels.
+//!
+//! Source: theory.md 10.2, (10.7) and (10.8), for the family of warps along one axis (10.10). With x and eta of
+//! [`BodyError`](super::BodyError), q = (1 + mu eta) / (1 + mu), k = mu / ((1 + mu) D) and `e` the pixels across the edge per unit
+//! of the unwarped x and y,
+//!
+//! ```text
+//! edge = (|e_x| q Ex + |e_x x k + e_y q| q Ey) / N      pixels, two terms for a texel's two sides
+//! error = Σ weight c (1 - exp(-edge / c)) / Σ weight      c = 32 px: no single sample can rule the sum
+//! ```
+
+use glam::{DMat2, DMat3, DVec2};
+
+use super::measure::{Measure, across_along_per_ndc};
+use crate::fit::MapSize;
+use crate::focus::{RayEdge, RayFrame};
+use crate::techniques::kit::{CAP_PX, WarpSpace};
+
+/// Samples of the first look at a strength.
+const FEW: usize = 384;
+
+/// The measure over the edges of shadows for every warp distance of a warp space.
+#[derive(Debug, Clone)]
+pub struct SeenError {
+    points: Vec<Point>,
+    /// 1 over the extent of the body along the axis.
+    per_extent: f64,
+    /// Texels along the receivers.
+    texels: f64,
+}
+
+/// An edge: x from the reference point's, eta along the axis, pixels across the edge per unit of x and y.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    x: f64,
+    eta: f64,
+    across: DVec2,
+    weight: f64,
+}
+
+/// The coordinates of a warp space of a light's rays.
+pub(super) struct Unwarped<'a> {
+    space: &'a WarpSpace,
+    homography: DMat3,
+    /// 1 over the extent of the body along the axis; 0 for none, which has the uniform map alone.
+    pub per_extent: f64,
+}
+
+impl<'a> Unwarped<'a> {
+    pub fn new(space: &'a WarpSpace, rays: &RayFrame) -> Self {
+        let per_extent = Some(space.extent().recip()).filter(|x| x.is_finite()).unwrap_or(0.0);
+        Self { space, homography: rays.homography(&space.rows), per_extent }
+    }
+    /// x from the reference point's, eta along the axis and d(ray) / d(x, y); nothing where the space's w is not positive.
+    pub fn at(&self, ray: DVec2) -> Option<(f64, f64, DMat2)> {
+        let (homography, space) = (&self.homography, self.space);
+        let clip = *homography * ray.extend(1.0);
+        let at = clip.truncate() / clip.z;
+        let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate() / clip.z;
+        // d(x, y) / d(ray), its rows the gradients.
+        let jacobian = DMat2::from_cols(gradient(0), gradient(1)).transpose();
+        let ray_per_unit = jacobian.inverse();
+        let eta = (at.y - space.y[0]) * self.per_extent;
+        (clip.z > 0.0 && ray_per_unit.is_finite()).then_some((at.x - space.x_ref, eta, ray_per_unit))
+    }
+}
+
+impl SeenError {
+    /// The measure of a space's warps at edges told in a light's rays; edges at which the space's own w is not positive are left
+    /// out.
+    pub fn new(space: &WarpSpace, rays: &RayFrame, edges: &[RayEdge], size: &MapSize) -> Self {
+        let unwarped = Unwarped::new(space, rays);
+        let point = |edge: &RayEdge| {
+            let (x, eta, ray_per_unit) = unwarped.at(edge.ray)?;
+            Some(Point { x, eta, across: ray_per_unit.transpose() * edge.across, weight: edge.weight })
+        };
+        let texels = f64::from(size.resolution) * size.inset();
+        let points = edges.iter().filter_map(point).collect();
+        Self { points, per_extent: unwarped.per_extent, texels }
+    }
+    fn over(&self, points: &[Point], mu: f64, ndc: DVec2) -> f64 {
+        let texel = ndc * across_along_per_ndc(mu) / self.texels;
+        let (scale, k) = (1.0 / (1.0 + mu), mu / (1.0 + mu) * self.per_extent);
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for p in points {
+            // Before the reference point there is no map.
+            let q = ((1.0 + mu * p.eta) * scale).max(0.0);
+            let along = p.across.x * p.x * k + p.across.y * q;
+            let width = q * (p.across.x.abs() * texel.x + along.abs() * texel.y);
+            sum += p.weight * CAP_PX * (1.0 - (-width / CAP_PX).exp());
+            weights += p.weight;
+        }
+        if weights > 0.0 { sum / weights } else { 0.0 }
+    }
+}
+
+impl Measure for SeenError {
+    fn error(&self, mu: f64, ndc: DVec2) -> f64 {
+        self.over(&self.points, mu, ndc)
+    }
+    fn rough(&self, mu: f64, ndc: DVec2) -> f64 {
+        self.over(&self.points[..self.points.len().min(FEW)], mu, ndc)
+    }
+    fn is_less(&self, error: f64, other: f64) -> bool {
+        error < other * (1.0 - f64::EPSILON.sqrt())
+    }
+}

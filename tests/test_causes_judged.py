@@ -14,7 +14,7 @@ import shadowlab as sl
 
 SIZE = (320, 180)
 # Wrong pixels that are judged of a picture, drawn by a fixed seed: the judge takes some thousand rays for each.
-JUDGED, JUDGED_ALONE = 100, 500
+JUDGED, JUDGED_ALONE = 60, 250
 # The share of wrong pixels with the judge's cause, over all pictures of a scene.
 AGREED = 0.95
 # Where the sample is held to less, with the share of all wrong pixels. Fence under a low sun: 0.958 on average over its
@@ -125,7 +125,7 @@ def test_rays_of_the_judge_are_texels_of_a_finer_map(coarse):
 
 
 def test_one_texel_that_is_wrong_changes_the_verdict(coarse):
-    shadow = np.where(coarse.errors == 1, 1, np.minimum(coarse.errors, 0))
+    shadow = sampled(np.where(coarse.errors == 1, 1, np.minimum(coarse.errors, 0)), JUDGED_ALONE)
     before = coarse.judge.judge(shadow, coarse.maps)
     n = int(np.flatnonzero(before.cause == EDGE)[0])
     pixel = before.pixels[n : n + 1]

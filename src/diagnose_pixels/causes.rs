@@ -98,11 +98,16 @@ impl Wrong<'_> {
         let nowhere = (if is_light { cause::MISSING } else { cause_of_shadow(&[]) }, f64::NAN);
         let (Some((p, normal)), Some(map)) = (surfaces.receiver(pixel), place.map) else { return nowhere };
         let n = lookups.texels();
-        let probe = lookups.map(map).probe(&self.maps[map * n..(map + 1) * n], p, normal, is_light);
+        let texels = &self.maps[map * n..(map + 1) * n];
+        let probe = lookups.map(map).probe(texels, p, normal, false);
         let face = (surfaces.instance[pixel], surfaces.triangle[pixel]);
         let Probe { place, texel, slope, touch, grain, .. } = probe;
         let receiver = Receiver { map, p, normal, place, texel, slope, touch, grain, face };
-        let explain = if is_light { light::explain } else { shadow::explain };
-        explain(&probe, &receiver, looker, eye)
+        if is_light {
+            let around = || lookups.map(map).probe(texels, p, normal, true);
+            light::explain(&probe, around, &receiver, looker, eye)
+        } else {
+            shadow::explain(&probe, &receiver, looker, eye)
+        }
     }
 }

@@ -1,20 +1,27 @@
 //! Why a pixel is in false light: what became of what keeps the light from it.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::caster::Caster;
 use super::displaced::displacement;
 use super::looker::{Dark, Looker, Way};
 use super::rays::{Met, Receiver};
-use super::way::{Between, between, is_continued, rise_of_followed};
+use super::way::{Between, between, rise_of_followed};
 use crate::aliasing::causes::{Blocker, Probe, cause, cause_of_light, is_dark};
 use crate::aliasing::texel::Eye;
 
 /// Where another shadow is looked for between a lit texel's centre and the end of the pixel's own shadow, parts of the way.
 const LOOKS: [f64; 3] = [0.75, 0.5, 0.25];
 
-/// The cause of a pixel and how far its edge lies, pixels; NaN where no edge is displaced.
-pub(super) fn explain(probe: &Probe, receiver: &Receiver, looker: &mut Looker, eye: &Eye) -> (i8, f64) {
+/// The cause of a pixel and how far its edge lies, pixels; NaN where no edge is displaced. `around` probes the texels around,
+/// too.
+pub(super) fn explain(
+    probe: &Probe,
+    around: impl Fn() -> Probe,
+    receiver: &Receiver,
+    looker: &mut Looker,
+    eye: &Eye,
+) -> (i8, f64) {
     if !probe.is_held {
         return (cause::MISSING, f64::NAN);
     }
@@ -33,7 +40,7 @@ pub(super) fn explain(probe: &Probe, receiver: &Receiver, looker: &mut Looker, e
     let lit = lit.max_by(|a, b| a.weight.total_cmp(&b.weight)).copied().unwrap_or_default();
     let way = Way::new(receiver, lit.centre, looker.rays);
     let is_right = looker.confirmed(receiver, &way, lit.gap).is_some();
-    let found = cause_of_light(is_right, is_right && is_drawn(probe, receiver, &blocker, looker));
+    let found = cause_of_light(is_right, is_right && is_drawn(&around(), receiver, &blocker, looker));
     if found != cause::EDGE {
         return (found, f64::NAN);
     }
@@ -65,13 +72,20 @@ fn is_leak(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut Lo
         if gap.abs() > rise_of_followed(receiver, centre) {
             return true;
         }
-        // The blocker itself; all but what continues the receiver; of that what continues the blocker.
         let way = Way::new(receiver, centre, looker.rays);
         let held = looker.at_end(receiver, &way);
-        if (held.face.0, held.triangle) == blocker.triangle || !is_continued(looker, receiver, &way, &held) {
+        // What shades pixel and centre both; all but what continues the receiver; of that what continues the blocker.
+        let is_above = |caster: &Caster, point: DVec3, to_light: DVec3| {
+            caster.shades(point) && caster.height(point, to_light) > receiver.touch
+        };
+        let (end, to_light) = (way.at(1.0), looker.rays.to_light(receiver.p));
+        if is_above(blocker, end, looker.rays.to_light(end))
+            || (held.triangle >= 0 && is_above(&looker.caster(&held), receiver.p, to_light))
+            || !looker.is_continued(receiver, &way, &held)
+        {
             return true;
         }
-        let here = blocker.seen_from(receiver.p, looker.rays.to_light(receiver.p));
+        let here = blocker.seen_from(receiver.p, to_light);
         between(looker, receiver, &way, [here, held]) == Between::Surface
     };
     let taps = probe.taps.iter().filter(|tap| probe.is_meant(tap));
@@ -97,9 +111,7 @@ fn is_drawn(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut L
 fn edge(receiver: &Receiver, way: &Way, blocker: Caster, looker: &mut Looker) -> (Dark, Way) {
     let first = looker.dark(receiver, way, blocker);
     for t in LOOKS.into_iter().take_while(|&t| t > first.to) {
-        let point = way.at(t);
-        let known = looker.known(receiver, point);
-        if let Some(caster) = known.or_else(|| looker.shade(receiver, point)) {
+        if let Some(caster) = looker.about(receiver, way, t) {
             let rest = way.after(t);
             return (looker.dark(receiver, &rest, caster), rest);
         }

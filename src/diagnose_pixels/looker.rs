@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::caster::Caster;
 use super::rays::{LightRays, Met, Receiver};
+use super::way::is_continued;
 use crate::trace::{OneByOne, Tracer};
 
 /// How far from a texel's centre what it holds may be met, texels: rasterisers round vertices to 1/256 of a texel, and the
@@ -19,13 +20,13 @@ const ABOUT: [DVec2; 4] =
 const REMEMBERED: usize = 8;
 /// How far beyond an edge it is looked whether the shadow goes on, ways.
 const BEYOND: f64 = 1.0 / 256.0;
-/// Triangles whose edges are looked at one by one. Behind them looks are at least [`STEP`] apart.
-const SINGLE: usize = 4;
+/// Triangles whose edges are looked at one by one. Among more of them, narrower than [`STEP`], looks are that far apart.
+const SINGLE: usize = 2;
 /// An eighth of a texel.
 const STEP: f64 = 1.0 / 8.0;
 /// Parts of a texel's side within which a shadow that ends at an edge is taken to end all along it.
 const ALONG: f64 = 4.0;
-/// Parts of a texel's side that are as light as a place in them.
+/// Parts of a texel's side that are as light as a place in them, where looks are [`STEP`] apart.
 const CELLS: f64 = 16.0;
 
 /// What is known of a texel.
@@ -39,27 +40,14 @@ struct Texel {
     casters: Vec<Caster>,
     /// Casters that were found.
     found: usize,
-    /// Edges of triangles behind which it is light: a triangle, its edge, and where along it.
-    ends: Lit<((i32, i32), usize, [i32; 2])>,
-    /// Parts of the texel, and of those around, that are light.
-    cells: Lit<[i32; 2]>,
+    /// Whether what is at the centre continues a receiver's face, from how far, parts of a texel.
+    continued: Vec<(((i32, i32), i32), bool)>,
+    /// Edges of triangles behind which it is light, in which part of the map, and down to which distance from the light.
+    ends: Vec<(((i32, i32), usize, [i32; 2]), f64)>,
 }
 
-/// Where it is light, and down to which distance from the light.
-#[derive(Debug, Clone)]
-struct Lit<T>(Vec<(T, f64)>);
-
-impl<T> Default for Lit<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T: PartialEq> Lit<T> {
-    fn has(&self, key: &T, distance: f64) -> bool {
-        self.0.iter().any(|(known, down_to)| known == key && distance <= *down_to)
-    }
-}
+/// An edge of a triangle.
+type Edge = ((i32, i32), usize);
 
 /// A straight way on a receiver's plane.
 #[derive(Debug, Clone, Copy)]
@@ -127,6 +115,8 @@ pub(super) struct Looker<'a> {
     tracer: OneByOne<'a>,
     known: HashMap<(usize, i64, i64), usize>,
     texels: Vec<Texel>,
+    /// Of parts of maps, what shades them: what was met, and the distance from the light above which nothing else is.
+    cells: HashMap<(usize, [i32; 2]), (Met, f64)>,
     /// The texel that was asked for last.
     last: ((usize, i64, i64), usize),
 }
@@ -135,7 +125,14 @@ impl<'a> Looker<'a> {
     /// One that knows nothing.
     pub fn new(rays: &'a LightRays<'a>, tracer: &'a Tracer) -> Self {
         let tracer = tracer.one_by_one();
-        Self { rays, tracer, known: HashMap::new(), texels: Vec::new(), last: ((usize::MAX, 0, 0), 0) }
+        Self {
+            rays,
+            tracer,
+            known: HashMap::new(),
+            texels: Vec::new(),
+            cells: HashMap::new(),
+            last: ((usize::MAX, 0, 0), 0),
+        }
     }
 
     /// What light meets behind the near plane on the ray through a point, between two heights.
@@ -206,6 +203,19 @@ impl<'a> Looker<'a> {
         seen.find(is_right)
     }
 
+    /// Whether a receiver's own surface goes on below all else to what light meets at the texel's centre at the end of a way:
+    /// the same for all of its face that is about as far away.
+    pub fn is_continued(&mut self, receiver: &Receiver, way: &Way, end: &Met) -> bool {
+        let key = (receiver.face, (ALONG * way.length()) as i32);
+        let known = self.texel(receiver.map, way.places[1]).continued.iter().find(|(known, _)| *known == key);
+        if let Some((_, is_continued)) = known {
+            return *is_continued;
+        }
+        let is_continued = is_continued(self, receiver, way, end);
+        self.texel(receiver.map, way.places[1]).continued.push((key, is_continued));
+        is_continued
+    }
+
     /// The triangle that was met.
     pub fn caster(&self, met: &Met) -> Caster {
         Caster::new(met, self.rays.corners(met), self.rays.light)
@@ -248,48 +258,73 @@ impl<'a> Looker<'a> {
             if sinks < exit.min(1.0) {
                 return Dark { to: sinks, edge: None, is_all: false, jump: (0.0, 0.0) };
             }
-            let next = (exit + BEYOND).max(if triangles < SINGLE { 0.0 } else { t + step });
+            let is_single = triangles < SINGLE || (exit - t) * way.length() >= STEP;
+            let next = if is_single { exit + BEYOND } else { (exit + BEYOND).max(t + step) };
             let height = caster.height(way.at(exit), self.rays.to_light(way.at(exit)));
             let (to, jump) = (exit.min(1.0), (height, next - exit));
             let found = Dark { to, edge: Some(caster.edge(edge)), is_all: next >= 1.0, jump };
             if found.is_all {
                 return found;
             }
-            let beyond = self.beyond(receiver, way, [exit, next], (caster.triangle, edge));
+            let beyond = match is_single {
+                true => self.beyond(receiver, way, [exit, next], (caster.triangle, edge)),
+                false => self.about(receiver, way, next),
+            };
             let Some(beyond) = beyond else { return found };
             (caster, t, triangles) = (beyond, next, triangles + 1);
         }
     }
-    /// What shades a way on, after the end of a triangle's shadow at one of its edges.
+
+    /// What shades a place on a way, right after the end of a triangle's shadow at one of its edges.
     fn beyond(
         &mut self,
         receiver: &Receiver,
         way: &Way,
         [exit, next]: [f64; 2],
-        edge: ((i32, i32), usize),
+        (triangle, edge): Edge,
     ) -> Option<Caster> {
         let point = way.at(next);
         if let Some(known) = self.known(receiver, point) {
             return Some(known);
         }
-        let part = |t: f64, parts: f64| (parts * way.place(t)).floor().as_ivec2().to_array();
-        let (end, cell) = ((edge.0, edge.1, part(exit, ALONG)), part(next, CELLS));
+        let end = (triangle, edge, (ALONG * way.place(exit)).floor().as_ivec2().to_array());
         let distance = self.rays.distance(point);
-        // As deep as the receiver's plane may lie elsewhere in the cell.
-        let down_to = distance + receiver.texel * (1.0 + receiver.slope) / CELLS;
-        let texel = self.texel(receiver.map, receiver.place);
-        let is_near = next <= exit + BEYOND;
-        if texel.cells.has(&cell, distance) || (is_near && texel.ends.has(&end, distance)) {
+        let ends = &mut self.texel(receiver.map, receiver.place).ends;
+        if ends.iter().any(|(known, down_to)| *known == end && distance <= *down_to) {
             return None;
         }
         let found = self.shade(receiver, point);
         if found.is_none() {
-            let texel = self.texel(receiver.map, receiver.place);
-            texel.cells.0.push((cell, down_to));
-            if is_near {
-                texel.ends.0.push((end, down_to));
-            }
+            // As deep as the receiver's plane may lie elsewhere along the edge.
+            let down_to = distance + receiver.texel * (1.0 + receiver.slope) / ALONG;
+            self.texel(receiver.map, receiver.place).ends.push((end, down_to));
         }
         found
+    }
+
+    /// What shades the part of the map about a place on a way.
+    pub fn about(&mut self, receiver: &Receiver, way: &Way, t: f64) -> Option<Caster> {
+        let point = way.at(t);
+        if let Some(known) = self.known(receiver, point) {
+            return Some(known);
+        }
+        let key = (receiver.map, (CELLS * way.place(t)).floor().as_ivec2().to_array());
+        let distance = self.rays.distance(point);
+        match self.cells.get(&key) {
+            Some((met, down_to)) if met.triangle < 0 && distance <= *down_to => return None,
+            Some((met, down_to)) if met.triangle >= 0 && distance - receiver.touch > *down_to => {
+                return Some(self.caster(met));
+            }
+            _ => {}
+        }
+        let met = self.met(receiver, point, [receiver.touch, f64::INFINITY]);
+        let is_dark = met.triangle >= 0;
+        let down_to = match is_dark {
+            true => self.rays.distance(met.at),
+            // As deep as the receiver's plane may lie elsewhere in the part.
+            false => distance + receiver.texel * (1.0 + receiver.slope) / CELLS,
+        };
+        self.cells.insert(key, (met, down_to));
+        is_dark.then(|| self.caster(&met))
     }
 }

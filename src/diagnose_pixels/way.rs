@@ -23,6 +23,8 @@ const CERTAIN: u32 = 6;
 const STEEPEST: f64 = 16.0;
 /// Steps in which a receiver's own surface is followed.
 const FOLLOWED: usize = 16;
+/// Steps before its end, in which it has to be there.
+const LED: usize = 3;
 /// The steepest rise of a surface that is followed, texels a texel, beside what the plane's own slope adds.
 const FOLLOWED_RISE: f64 = 8.0;
 
@@ -111,23 +113,21 @@ pub(super) fn rise_of_followed(receiver: &Receiver, centre: DVec2) -> f64 {
 /// Whether a receiver's own surface goes on below all else to what light meets at the end of a way.
 pub(super) fn is_continued(looker: &mut Looker, receiver: &Receiver, way: &Way, end: &Met) -> bool {
     let rise = rise_of_followed(receiver, way.places[1]) / FOLLOWED as f64;
-    let (mut height, mut face, mut step) = (0.0, receiver.face, 1);
-    while step <= FOLLOWED {
+    // Back from the end, first: where nothing near enough to what is met there precedes it, nothing leads to it.
+    for back in 1..=LED {
+        let (t, reach) = (1.0 - back as f64 / FOLLOWED as f64, back as f64 * rise);
+        if looker.met(receiver, way.at(t), [end.height - reach, end.height + reach]).triangle < 0 {
+            return false;
+        }
+    }
+    let (mut height, mut face) = (0.0, receiver.face);
+    for step in 1..=FOLLOWED {
         let t = step as f64 / FOLLOWED as f64;
         let met = looker.met(receiver, way.at(t), [height - 2.0 * rise, height + rise]);
         if met.height < height - rise {
             return false;
         }
-        // The triangle goes on to the last step before it ends.
-        let surface = looker.caster(&met);
-        let exit = surface.exit(way.from, way.along).0.min(1.0);
-        let last = ((exit * FOLLOWED as f64).floor() as usize).max(step);
-        let there = way.at(last as f64 / FOLLOWED as f64);
         (height, face) = (met.height, met.face);
-        if last > step {
-            height = surface.height(there, looker.rays.to_light(there));
-        }
-        step = last + 1;
     }
     face == end.face
 }

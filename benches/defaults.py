@@ -44,8 +44,8 @@ CANDIDATES: Mapping[str, Sequence[str]] = {
 }  # fmt: skip
 #: The warp as it was placed before there were samples, and with the near plane at the first visible surface.
 PLACED_BY_BODY, PLACED_BY_FIRST = f"lispsm:near=delta-z,{BODY}", "lispsm:near=delta-z,fit=exact"
-SIDES = (70, 100, 128, 180, 256)
-NEAR_SHARES = (1e-3, 1e-2, 0.1, 0.5, 0.9)
+SIDES = (70, 128, 256)
+NEAR_SHARES = (1e-3, 0.1, 0.9)
 LIGHTS = {
     "courtyard": (0.3, -0.5, -0.8), "robots": (-0.1, -0.35, -1), "ceiling": (0.5, -0.7, 0.3),
     "skylight": (0.6, -0.5, 0.3), "dueling": (0.5, -0.4, 0.3), "forest": (0.4, -0.5, 0.6),

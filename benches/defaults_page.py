@@ -26,7 +26,7 @@ import shadowlab as sl
 
 #: Techniques whose flips are counted; the second is what the others are relative to.
 MOVED = ("lispsm", PLACED_BY_BODY, PLACED_BY_FIRST, "lispsm:fit=seen", "uniform", "uniform:fit=shadow")
-FRAMES = 6
+FRAMES = 4
 INTRO = """# Defaults
 
 Written by `python benches/defaults.py --scenes DIR`. {views} views of {scenes} scenes: the library's with two lights

@@ -28,7 +28,7 @@ ROBOTS, ROBOTS_SEEN = seen()
 def made(text="lispsm", scene=ROBOTS, light=None, resolution=512, **params):
     """A map of a scene under its own light, or another."""
     light = scene.light if light is None else light
-    return sl.technique(text, **params).parameterize(scene, scene.camera, light, resolution=resolution)
+    return sl.technique(text, **params).by_body().parameterize(scene, scene.camera, light, resolution=resolution)
 
 
 MAPS = {

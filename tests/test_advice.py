@@ -251,8 +251,10 @@ def test_the_text_and_records_of_the_data_give_the_number_again(tmp_path):
     light = sl.DirectionalLight(seen["light"]["direction"])
     renderer = sl.Renderer(data["renderer"]["backend"])
     for run in data["runs"]:
-        p = sl.technique(run["technique"]).parameterize(scene, camera, light, resolution=run["resolution"])
         size = tuple(seen["size"])
+        samples = sl.View(scene, camera, light, size).samples(renderer=renderer)
+        technique = sl.technique(run["technique"])
+        p = technique.parameterize(scene, camera, light, resolution=run["resolution"], samples=samples)
         bias = sl.Bias(**{k: math.inf if v == "inf" else v for k, v in data["bias"].items()})
         mask = renderer.shadow_mask(
             scene, camera, light, p, resolution=run["resolution"], size=size, bias=bias, filter=data["filter"]

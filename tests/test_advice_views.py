@@ -277,7 +277,7 @@ def test_the_default_set_serves_the_lights_and_runs(view):
     lights = {"directional": 1, "spot": 1}
     assert "tsm" in default_techniques({"directional": 1})
     assert "tsm" not in default_techniques(lights)
-    found = advise(view, techniques=None, memory="16 KiB")
+    found = advise(view, techniques=None, memory="16 KiB", predict=None)
     assert (found.table["failure"] == "").all()
     assert found.table["technique"].tolist().count("uniform") == 1
     assert {2, 3, 4} <= set(found.table["maps"])

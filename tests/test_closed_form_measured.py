@@ -36,7 +36,8 @@ class Measured:
         self.light = np.array([0, -np.sin(theta), -np.cos(theta)])
         self.tan_phi, self.aspect = np.tan(fov_y / 2), aspect
         scene = huge_box(3 * far)
-        self.map = sl.technique(technique, **params).parameterize(scene, self.camera, sl.DirectionalLight(self.light))
+        of = sl.technique(technique, **params).by_body()
+        self.map = of.parameterize(scene, self.camera, sl.DirectionalLight(self.light))
         assert not self.map.notes, self.map.notes
         self.inset = 1 - 2 * self.map.border_texels / self.map.resolution
 

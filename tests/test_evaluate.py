@@ -46,7 +46,8 @@ class Counting:
 def test_a_run_is_what_its_parts_give(view: sl.View, technique: str, filter: str) -> None:
     renderer, bias = sl.Renderer("cpu"), sl.Bias(texels=0.5)
     run = sl.evaluate(view, technique, 256, renderer=renderer, filter=filter, bias=bias)
-    p = sl.technique(technique).parameterize(view.scene, view.camera, view.light, resolution=256)
+    samples = view.samples(renderer=renderer)
+    p = sl.technique(technique).parameterize(view.scene, view.camera, view.light, resolution=256, samples=samples)
     np.testing.assert_array_equal(run.parameterization.matrices, p.matrices)
     np.testing.assert_array_equal(run.maps, renderer.shadow_map(view.scene, p, resolution=256))
     how = {"resolution": 256, "size": SIZE, "bias": bias, "filter": filter}

@@ -73,7 +73,7 @@ def test_light_space_knows_the_rays(light):
 def test_the_warp_of_lispsm_shows_its_distance():
     scene = sl.library.scene("robots")
     for near in ("basic", "delta-z", 3.0):
-        made = sl.technique("lispsm", near=near)
+        made = sl.technique("lispsm", near=near).by_body()
         (part,) = made.parameterize(scene, scene.camera, scene.light, resolution=RESOLUTION).partitions
         # w = 0 on the reference line, n before the near end: theory.md 5.1.
         across, along, _, constant = part.warp[3]

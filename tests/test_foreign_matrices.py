@@ -81,11 +81,12 @@ def test_what_is_wrong_is_told(fitted):
 
 
 def test_samples_are_a_gbuffer_or_nothing(fitted):
-    scene, p = fitted
-    technique = sl.technique("lispsm")
+    scene, _ = fitted
+    technique = sl.technique("lispsm").by_body()
     assert technique.needs_samples is False
+    p = technique.parameterize(scene, scene.camera, scene.light, resolution=256)
     g = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=32)
     again = technique.parameterize(scene, scene.camera, scene.light, resolution=256, samples=g)
     np.testing.assert_array_equal(again.matrix, p.matrix)
-    with pytest.raises(ArgumentError, match=r"samples: expected a shadowlab.GBuffer, got .*ndarray"):
+    with pytest.raises(ArgumentError, match=r"samples: expected a shadowlab.Samples, got .*ndarray"):
         technique.parameterize(scene, scene.camera, scene.light, samples=np.zeros(3))

@@ -144,7 +144,7 @@ def test_receivers_are_the_pixels_that_are_judged():
     ).table
     assert (found.failure == "").all()
     assert len(item.given) == 3, "two to find the side of two maps, and the one that is measured"
-    assert all(samples.triangle.shape == (18, 32) for samples in item.given)
+    assert all(samples.size == (32, 18) for samples in item.given)
 
 
 @pytest.mark.parametrize("made_for", [32, 1024])
@@ -190,7 +190,9 @@ def test_rows_are_those_of_a_study_at_equal_memory():
                 progress=False,
             ).table.iloc[0]  # fmt: skip
             assert (row.misclassified, row.false_shadow) == (study.misclassified, study.false_shadow)
-            p = sl.technique(row.technique).parameterize(scene, scene.camera, light, resolution=row.resolution)
+            samples = sl.View(scene, scene.camera, light, size=size).samples(renderer=cpu)
+            technique = sl.technique(row.technique)
+            p = technique.parameterize(scene, scene.camera, light, resolution=row.resolution, samples=samples)
             gbuffer = cpu.gbuffer(scene, scene.camera, size=size)
             summary = sl.aliasing.footprint(gbuffer, scene.camera, light, p).summary()
             assert (row.texel_p95, row.storage_factor) == (summary.percentiles[95], summary.storage_factor)

@@ -86,13 +86,14 @@ def test_what_is_no_note_is_refused(given, error):
 def test_notes_of_maps_are_gathered_with_the_maps_and_ranges():
     scene = sl.library.scene("robots")
     along = sl.DirectionalLight(scene.camera.forward)
-    split = sl.technique("z_partition:count=3,inner=lispsm/lispsm/uniform")
+    split = sl.technique("z_partition:count=3,inner=lispsm/lispsm/uniform").by_body()
     p = split.parameterize(scene, scene.camera, along)
     assert p.notes == (NO_WARP.about([0, 1]),)
     assert [part.notes for part in p.partitions] == [(NO_WARP,), (NO_WARP,), ()]
     assert "; ".join(map(str, p.notes)) == "maps 1, 2: no warp, a uniform map: the light runs along the view"
     assert repr(p).endswith(f"; {p.notes[0]})")
-    weak = sl.technique("z_partition:count=3,inner=(xpsm:min_sin=1)").parameterize(scene, scene.camera, scene.light)
+    weak = sl.technique("z_partition:count=3,inner=(xpsm:min_sin=1)").by_body()
+    weak = weak.parameterize(scene, scene.camera, scene.light)
     (note,) = weak.notes
     sines = [part.notes[0].values["sine"] for part in weak.partitions]
     assert note.details == ("below_min_sin",)
@@ -105,7 +106,8 @@ def test_notes_of_several_lights_count_the_maps_of_all():
     scene = sl.library.scene("robots")
     lights = [scene.light, sl.DirectionalLight(scene.camera.forward)]
     view = sl.View(scene, scene.camera, lights, size=(16, 9))
-    run = sl.evaluate(view, "z_partition:count=2,inner=lispsm", 64, metrics=[], renderer="cpu")
+    by_body = sl.technique("z_partition:count=2,inner=lispsm").by_body()
+    run = sl.evaluate(view, by_body, 64, metrics=[], renderer="cpu")
     assert run.row()["maps"] == 4
     assert run.notes == (NO_WARP.about([2, 3]),)
     assert run.row()["notes"] == str(run.notes[0])

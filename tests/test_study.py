@@ -62,7 +62,8 @@ def test_the_table_counts_what_the_pictures_show(study, view):
 def test_masks_and_maps_are_the_renderers(study, view):
     scene, camera, light = view
     renderer = sl.Renderer()
-    p = sl.technique("lispsm").parameterize(scene, camera, light, resolution=128)
+    samples = sl.View(scene, camera, light, size=(80, 64)).samples(renderer=renderer)
+    p = sl.technique("lispsm").parameterize(scene, camera, light, resolution=128, samples=samples)
     np.testing.assert_array_equal(study.maps["lispsm", 128], renderer.shadow_map(scene, p, resolution=128))
     mask = renderer.shadow_mask(scene, camera, light, p, resolution=128, size=(80, 64))
     np.testing.assert_array_equal(study.masks["lispsm", 128], mask)

@@ -16,7 +16,7 @@ from shadowlab.errors import StateError
 from shadowlab.travel import Value, checksum, restored
 
 CORE = sorted(name for name, thing in vars(_core).items() if isinstance(thing, type) and name != "Renderer")
-WITH_ARRAYS = ("GBuffer", "Mesh", "Misclassified", "Scene")
+WITH_ARRAYS = ("GBuffer", "Mesh", "Misclassified", "Samples", "Scene")
 VALUES = sorted(name_of(cls) for cls in public_classes() if issubclass(cls, Value))
 # Those whose pickles are small, and hold no array that a changed length could make large.
 SMALL = ("Bias", "Camera", "Convention", "DirectionalLight", "Partition", "PointLight", "SpotLight", "Technique")

@@ -77,6 +77,18 @@ def parameterization(text: str) -> Any:
     return sl.technique(text).parameterize(scene, camera, light, resolution=64)
 
 
+def samples() -> list[Any]:
+    """Samples of a picture with shadows, of points without, and of another light's kind."""
+    scene, camera, light = view()
+    seen = sl.View(scene, camera, light, size=SIZE)
+    spot = sl.SpotLight((0, 30, 0), (0, -1, 0.1), 1.2, 100.0)
+    return [
+        sl.Samples.from_arrays([[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 1, 0]], camera),
+        sl.View(scene, camera, spot, size=SIZE).samples(renderer="cpu"),
+        sl.Samples.from_gbuffer(gbuffer(), camera, light, shadows=seen.truth()),
+    ]
+
+
 def gbuffer() -> Any:
     """A G-buffer of its own, with numbers that are easily lost: a NaN with a payload, and -0."""
     scene, camera, _ = view()
@@ -223,6 +235,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
     "Run": lambda: [
         sl.evaluate(sl.View(*view(), size=SIZE), name, resolution=64, renderer="cpu") for name in ("uniform", "lispsm")
     ],
+    "Samples": samples,
     "Scene": lambda: [small_scene(), small_scene().transformed(np.diag([2.0, 2, 2, 1])), sl.Scene(view()[0])],
     "Source": lambda: [
         importlib.import_module("shadowlab.scene.source").Source.of_scene(scene) for scene in (small_scene(), view()[0])

@@ -33,6 +33,10 @@ class Technique:
     @property
     def needs_shadows(self) -> bool:
         """Whether it looks at which visible surfaces are in shadow."""
+    def by_body(self) -> Technique:
+        """The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
+        samples, and of a search over what is seen the published warp distance. Techniques inside it likewise.
+        """
     def parameterize(
         self,
         scene: Scene,
@@ -107,7 +111,8 @@ class Note:
     - "slide_raised": the slide of PSM from `given` to `least`, for depths from `near` to `far`.
     - "light_in_box": a placed light is inside a mesh's box; its map begins at `distance`.
     - "stable": a stable map under a placed light covers all that the light reaches.
-    - "cover_unused", "no_lit_sample": settings of depth splits without effect.
+    - "cover_unused": a setting of depth splits without effect.
+    - "no_lit_sample", "no_shadow": no visible surface faces the light, or none is in shadow.
     - "covers_samples": depth splits cover camera depths `near` to `far` alone.
     - "border_outside": a `border` between depth splits is not between the camera's planes `near` and `far`.
     - "face_unseen": no map for the faces in `details`.
@@ -119,7 +124,7 @@ class Note:
     >>> import shadowlab as sl
     >>> scene = sl.library.scene("robots")
     >>> along = sl.DirectionalLight(scene.camera.forward)
-    >>> note, = sl.technique("lispsm").parameterize(scene, scene.camera, along).notes
+    >>> note, = sl.technique("lispsm").by_body().parameterize(scene, scene.camera, along).notes
     >>> note.kind, note.details
     ('no_warp', ('light_along_axis',))
     >>> str(note)

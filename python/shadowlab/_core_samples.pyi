@@ -5,9 +5,8 @@ from typing import TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from ._core_maps import Parameterization
 from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, SpotLight
-from ._core_types import Matrices
+from ._core_types import MapsLike, Matrices
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
@@ -125,7 +124,7 @@ class Samples:
         """(N, 2) float32: unit normals of the shadows' edges in the picture, x to the right and y down, from shadow to light; zero
         for a sample at no edge.
         """
-    def outside(self, parameterization: Parameterization | Matrices) -> tuple[int, int]:
+    def outside(self, parameterization: MapsLike | Matrices) -> tuple[int, int]:
         """Visible points that face the light and that no map holds, where all is lit.
 
         Parameters

@@ -18,6 +18,7 @@ NoteKind: TypeAlias = Literal[
     "stable",
     "cover_unused",
     "no_lit_sample",
+    "no_shadow",
     "covers_samples",
     "border_outside",
     "face_unseen",
@@ -48,6 +49,13 @@ class ConventionLike(Protocol):
         """The matrix or matrices as the convention writes them."""
     def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The way back."""
+
+class MapsLike(Protocol):
+    """Maps with their matrices: `Parameterization`."""
+
+    @property
+    def matrices(self) -> npt.NDArray[np.float64]:
+        """(K, 4, 4) float64: shadow_clip_from_world of each."""
 
 class FootprintLike(Protocol):
     """The size of a texel at every pixel: `shadowlab.aliasing.Footprint`, which documents shapes and units."""

@@ -72,6 +72,11 @@ impl PyTechnique {
     fn needs_shadows(&self) -> bool {
         self.technique.needs() == Needs::Shadows
     }
+    /// The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
+    /// samples, and of a search over what is seen the published warp distance. Techniques inside it likewise.
+    fn by_body(&self, py: Python<'_>) -> PyResult<Self> {
+        Ok(Self { technique: techniques::by_body(self.technique.as_ref()).or_raise(py)? })
+    }
     /// The maps of this technique for a scene, camera and light.
     ///
     /// Parameters

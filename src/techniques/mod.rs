@@ -4,6 +4,7 @@
 //! line and its line in [`TECHNIQUES`]; focusing and fitting are shared around the warp and lie with all else that techniques
 //! are made with in [`kit`].
 
+mod by_body;
 mod face_partition;
 mod glpr;
 mod gmnpr;
@@ -21,6 +22,7 @@ mod xpsm;
 mod z_partition;
 
 pub use crate::parameterization::Value;
+pub use by_body::by_body;
 pub use kit::{
     Default, FIT, Fitting, Kind, LightSupport, MARGIN, Maps, Named, Needs, ParamSpec, Part, Provisional, RANGE,
     Settings, Spacing, Spec, Technique, Warp,

@@ -128,7 +128,7 @@ mod tests {
                 "{written}"
             );
         }
-        assert_eq!(text_of(&*technique_of("lispsm:near=delta-z,axis=middle").unwrap()), "lispsm:axis=middle");
+        assert_eq!(text_of(&*technique_of("lispsm:near=optimal,axis=middle").unwrap()), "lispsm:axis=middle");
     }
 
     #[test]

@@ -40,8 +40,11 @@ def matrix_options(commands: Commands, shared: ArgumentParser) -> None:
 
 def matrix_command(options: Namespace) -> int:
     """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
+    from .._core import Renderer
     from ..conventions.convention import Convention
     from ..conventions.files import details, written
+    from ..experiments.evaluate import fitted
+    from ..scene.view import View
     from ..techniques.labels import is_parameterization
     from ..techniques.registry import technique_of
 
@@ -53,12 +56,13 @@ def matrix_command(options: Namespace) -> int:
         raise ArgumentError("out: expected the name of a file, got nothing; leave --out away for standard output")
     convention = Convention.of(options.convention)
     technique = technique_of(specs[0])
-    scene, camera, light, _ = load_view(options, size_given(options))
-    # Somebody else's matrices are what they are, whatever the view.
+    size = size_given(options)
+    scene, camera, light, _ = load_view(options, size)
+    # Those of `compare` with the same options; somebody else's matrices are what they are, whatever the view.
     p = (
         technique
         if is_parameterization(technique)
-        else technique.parameterize(scene, camera, light, resolution=resolution)
+        else fitted(technique, View(scene, camera, light, size), resolution, Renderer("cpu"))
     )
     content = written(p, options.format, convention)
     if options.format != "json":

@@ -55,7 +55,7 @@ def frustum_scene(camera: Camera) -> Scene:
     >>> import shadowlab as sl
     >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
     >>> body = sl.aliasing.frustum_scene(camera)
-    >>> p = sl.technique("lispsm").parameterize(body, camera, sl.DirectionalLight((0, -1, 0)))
+    >>> p = sl.technique("lispsm").by_body().parameterize(body, camera, sl.DirectionalLight((0, -1, 0)))
     >>> len(p.partitions), p.notes
     (1, ())
     """

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import Technique
 from ..aliasing.beam_texels import BeamTexels, beam_texels
 from ..aliasing.footprint import footprint_at, halfway_normals, sides_of
 from ..aliasing.frustum_body import outline
@@ -26,8 +27,8 @@ from .light_angles import LightAngles, lights_at
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from .._core import Camera, Parameterization
-    from ..types import Floats, Size, Techniques
+    from .._core import Camera, Parameterization, Scene
+    from ..types import Floats, Item, Light, Size, Techniques
 
 # From the borders of depth splits, as a share of the depth: outlasts the rounding of points.
 WITHIN = 1e-9
@@ -91,7 +92,7 @@ def frustum_over_light_angle(
         for label, item in entries:
             row: dict[str, Any] = {"technique": label, "angle_deg": angle, "failure": ""}
             try:
-                p = item if is_parameterization(item) else item.parameterize(scene, camera, light, resolution=side)
+                p = given_or_fitted(item, scene, camera, light, side)
                 points = outlines(p, camera, steps)
                 texels = beam_texels(points, camera, light, p, size=picture, resolution=side)
                 normals = halfway_normals(points, camera, light)
@@ -102,6 +103,14 @@ def frustum_over_light_angle(
                 row["failure"] = str(error)
             rows.append(row)
     return LightAngles(table("frustum_over_light_angle", rows))
+
+
+def given_or_fitted(item: Item, scene: Scene, camera: Camera, light: Light, side: int) -> Parameterization:
+    """The maps of the body of the frustum, in which nothing is seen."""
+    if is_parameterization(item):
+        return item
+    by_body = item.by_body() if isinstance(item, Technique) else item
+    return by_body.parameterize(scene, camera, light, resolution=side)
 
 
 def outlines(p: Parameterization, camera: Camera, steps: int) -> NDArray[np.float64]:

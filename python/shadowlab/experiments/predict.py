@@ -48,7 +48,7 @@ def predict(view: View, technique: Item | str, resolution: int = 1024, *, render
 
     References
     ----------
-    docs/theory.md, equation (10.9).
+    docs/theory.md, (10.9).
 
     Examples
     --------

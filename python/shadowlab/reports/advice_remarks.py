@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..experiments.candidates import Outcome
+from ..experiments.measures import Measure
 from ..experiments.memory import MOST_TEXELS, UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
 from ..experiments.thresholds import LITTLE_SEEN
@@ -42,17 +43,21 @@ def _left(one: Standing) -> float:
     return 0.0 if one.resolution == MOST_TEXELS else one.unused or 0.0
 
 
-def pixels_outside(valid: Sequence[Standing], outcomes: Sequence[Outcome]) -> list[str]:
-    """Who leaves pixels without a map, which no length of a texel counts."""
+def pixels_outside(valid: Sequence[Standing], outcomes: Sequence[Outcome], measure: Measure) -> list[str]:
+    """Who leaves pixels without a map: those in shadow are wrong, and no length of a texel counts any of them."""
     names = {s.candidate for s in valid}
+    column = "outside_shadow" if measure.population else "outside"
     lost: dict[str, int] = {}
     for one in outcomes:
-        if one.candidate in names and (outside := one.numbers.get("outside")):
+        if one.candidate in names and (outside := one.numbers.get(column)):
             lost[one.candidate] = max(lost.get(one.candidate, 0), int(outside))
-    return [
-        f"{name} leaves up to {n:,} pixels of a view outside of its maps, which are lit and count in no texel length."
-        for name, n in lost.items()
-    ][:MOST_TOLD]
+    said = (
+        "pixels in shadow of a view outside of its maps, which are lit and wrong."
+        if measure.population
+        else "pixels of a view outside of its maps, which are lit and count in no texel length."
+    )
+    most = sorted(lost.items(), key=lambda item: (-item[1], item[0]))[:MOST_TOLD]
+    return [f"{name} leaves up to {n:,} {said}" for name, n in most]
 
 
 def blank_views(outcomes: Sequence[Outcome], counted: Sequence[str], filled: Mapping[str, float]) -> list[str]:

@@ -85,7 +85,7 @@ def advice_sentences(
             sentences += _poor(valid, measure, over if several else "")
             sentences += _causes(valid, outcomes, counted)
     sentences += unequal_memory(valid, outcomes)
-    sentences += pixels_outside(valid, outcomes)
+    sentences += pixels_outside(valid, outcomes, measure)
     sentences += blank_views(outcomes, counted, filled)
     sentences += unwarped_candidates(outcomes, counted)
     phases = sorted({int(o.numbers.get("phases") or 1) for o in outcomes if o.sd is not None})

@@ -116,7 +116,7 @@ def advice_snippet(
     else:
         lines.append(f"technique = sl.technique({candidate.text!r})")
     lines += ["found = {}", "for label, (camera, light, size) in views.items():"]
-    samples = ", samples=gbuffer" if getattr(candidate.item, "needs_samples", False) else ""
+    samples = ", samples=samples" if getattr(candidate.item, "needs_samples", False) else ""
     body: list[str] = []
     if phases > 1:
         made = "p" if candidate.given else "technique"
@@ -127,8 +127,10 @@ def advice_snippet(
             '    found[label] = run.numbers["misclassified_mean"] / run.numbers["compared"]',
         ]
         return "\n".join([*lines, *SUMMED]) + "\n"
-    if samples or not of_errors:
+    if not of_errors:
         body.append("gbuffer = renderer.gbuffer(scene, camera, size=size)")
+    if samples and not candidate.given:
+        body.append("samples = sl.View(scene, camera, light, size).samples(renderer=renderer)")
     if not candidate.given:
         body.append(f"p = technique.parameterize(scene, camera, light, resolution={resolution}{samples})")
     if of_errors:

@@ -187,7 +187,6 @@ impl Samples {
             // The common case without a test that is always true.
             Light::Directional(l) if region.functionals().is_empty() => {
                 let to_light = (-l.direction()).as_vec3();
-                let (forward, at) = (camera.forward(), camera.depth_of(self.origin));
                 let depths = camera.near()..=camera.far();
                 let faces = |&i: &u32| {
                     let n = self.normals[i as usize];
@@ -198,7 +197,8 @@ impl Samples {
                         c if c < -1e-5 => false,
                         _ => vector(n).dot(light.to_light(DVec3::ZERO)) > 0.0,
                     };
-                    faces && depths.contains(&(at + forward.dot(vector(self.points[i as usize]))))
+                    // Rounded as elsewhere: a split begins and ends at samples' depths.
+                    faces && depths.contains(&camera.depth_of(self.origin + vector(self.points[i as usize])))
                 };
                 all.filter(faces).collect()
             }

@@ -348,7 +348,8 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
     // This fit leaves out receivers that nothing casts on.
     let only_cast_on = fit("intersection");
     // Samples may be served by a map that is made for others.
-    let by_samples = Promise::of(p) >= Promise::Seen;
+    let promise = Promise::of(p);
+    let by_samples = promise >= Promise::Seen;
     let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
     let locals: Vec<Local> = p.partitions.iter().map(|partition| Local::new(partition, r.view.origin)).collect();
     let rays = LightRays::new(&v.light, r.view.origin);
@@ -383,7 +384,12 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
         }
         let chosen = p.choose(q_world, depth);
         let chosen = chosen.filter(|&k| p.partitions[k].holds(q_world) == Held::Within);
-        assert!(chosen.is_some() || only_cast_on, "{what}: receiver {q} at depth {depth} finds no map");
+        let images = || p.partitions.iter().map(|map| (map.eye_depth, map.project(q_world))).collect::<Vec<_>>();
+        assert!(
+            chosen.is_some() || only_cast_on,
+            "{what}: receiver {q} at depth {depth} finds no map: {:?}, {promise:?}",
+            images()
+        );
         assert_casters(what, v, r, q, chosen.map(|k| &locals[k]), shown);
     }
 }

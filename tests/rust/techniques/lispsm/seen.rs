@@ -30,6 +30,9 @@ const CAP_PX: f64 = 32.0;
 const EDGE_MISSED: f64 = 1.01;
 const NORM_MISSED: f64 = 1.1;
 
+/// Samples that a search over what is seen looks at, at the most.
+const SEARCHED: usize = 2048;
+
 /// A floor with turned boxes before a camera, under the sun or a lamp.
 fn town(random: &mut Random) -> View {
     let mut parts = vec![(square(), DMat3::from_diagonal(DVec3::new(60.0, 1.0, 60.0)), DVec3::ZERO)];
@@ -240,7 +243,7 @@ fn norm_error(p: &Parameterization, view: &FocusedView, norm: &str, points: &[DV
 fn a_dense_scan_of_warp_distances_finds_hardly_better_norms_over_what_is_seen() {
     for (v, samples) in towns(13, 4) {
         let view = FocusedView::new(&v.scene, &v.camera, &v.light, Focus::SceneFit);
-        let points = samples.spread(&v.camera, &v.light, &Region::ALL, 4096);
+        let points = samples.spread(&v.camera, &v.light, &Region::ALL, SEARCHED);
         for norm in ["linf", "storage", "mean"] {
             // Without a margin receivers span all but the border, as the measure has it.
             let text = format!("lispsm:near=optimal,norm={norm},fit=shadow,margin=0");

@@ -1,0 +1,74 @@
+//! A technique as papers have it: maps for the receivers' body, whatever is seen of it.
+
+use super::kit::{Kind, Technique};
+use super::registry::technique;
+use super::text::{techniques_of, text_of};
+use crate::error::Result;
+use crate::parameterization::Value;
+
+/// Words that look at samples, and what stands for them in a technique that looks at none.
+const WORDS: [(&str, &str, &str); 6] = [
+    ("range", "seen", "body"),
+    ("fit", "seen", "exact"),
+    ("fit", "shadow", "exact"),
+    ("over", "seen", "body"),
+    ("norm", "edge", "auto"),
+    ("norm", "flips", "auto"),
+];
+
+/// The same technique with maps for the receivers' body: `range=body` and `fit=exact` where it looks at samples, and of a search
+/// over what is seen the published warp distance. Techniques inside it likewise.
+///
+/// # Errors
+/// As [`technique`]; none for settings that a technique has.
+pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
+    let settings = of.settings();
+    let is = |name: &str, word: &str| settings.iter().any(|(n, v)| *n == name && *v == Value::Choice(word.into()));
+    let searches_seen = is("near", "optimal") && is("over", "seen");
+    let mut params = Vec::with_capacity(settings.len());
+    for ((name, value), param) in settings.iter().zip(of.spec().params) {
+        let value = match value {
+            Value::Choice(text) if param.kind == Kind::Techniques => {
+                let inner = techniques_of(text)?;
+                let texts: Result<Vec<String>> = inner.iter().map(|t| Ok(text_of(by_body(t.as_ref())?.as_ref()))).collect();
+                Value::Choice(texts?.iter().map(|t| format!("({t})")).collect::<Vec<_>>().join("/"))
+            }
+            Value::Choice(word) if *name == "near" && word == "optimal" && searches_seen => {
+                Value::Choice("delta-z".into())
+            }
+            Value::Choice(word) => {
+                let other = WORDS.iter().find(|(n, old, _)| n == name && old == word);
+                Value::Choice(other.map_or(word.as_str(), |(_, _, new)| new).into())
+            }
+            other => other.clone(),
+        };
+        params.push((name.to_string(), value));
+    }
+    technique(of.spec().name, &params)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kit::Needs;
+    use super::super::text::technique_of;
+    use super::*;
+
+    #[test]
+    fn techniques_by_body_need_no_samples_and_stay_as_they_are_otherwise() {
+        let texts = [
+            ("lispsm", "lispsm:near=delta-z,over=body,range=body,fit=exact"),
+            ("lispsm:near=0.5,axis=middle,norm=flips", "lispsm:near=0.5,axis=middle,over=body,range=body,fit=exact"),
+            ("lispsm:near=optimal,over=body", "lispsm:over=body,range=body,fit=exact"),
+            ("gmnpr:fit=intersection", "gmnpr:range=body,fit=intersection"),
+            ("uniform:stable=true", "uniform:stable=true"),
+        ];
+        for (text, expected) in texts {
+            let found = by_body(technique_of(text).unwrap().as_ref()).unwrap();
+            assert_eq!(found.settings(), technique_of(expected).unwrap().settings(), "{text}");
+            assert_eq!(found.needs(), Needs::Nothing, "{text}");
+        }
+        let nested = technique_of("z_partition:count=2,inner=(face_partition:inner=lispsm)/psm").unwrap();
+        assert_eq!(nested.needs(), Needs::Shadows);
+        assert_eq!(by_body(nested.as_ref()).unwrap().needs(), Needs::Nothing);
+    }
+}

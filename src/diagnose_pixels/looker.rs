@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::caster::Caster;
 use super::rays::{LightRays, Met, Receiver};
-use super::way::is_continued;
+use super::way::{is_continued, steepest_rise};
 use crate::trace::{OneByOne, Tracer};
 
 /// How far from a texel's centre what it holds may be met, texels: rasterisers round vertices to 1/256 of a texel, and the
@@ -21,11 +21,13 @@ const REMEMBERED: usize = 8;
 /// How far beyond an edge it is looked whether the shadow goes on, ways.
 const BEYOND: f64 = 1.0 / 256.0;
 /// Triangles whose edges are looked at one by one. Among more of them, narrower than [`STEP`], looks are that far apart.
-const SINGLE: usize = 2;
+const SINGLE: usize = 3;
 /// An eighth of a texel.
 const STEP: f64 = 1.0 / 8.0;
 /// Parts of a texel's side within which a shadow that ends at an edge is taken to end all along it.
-const ALONG: f64 = 4.0;
+const ALONG: f64 = 8.0;
+/// Parts of a texel within which receivers are about as far from its centre.
+const FAR: f64 = 4.0;
 /// Parts of a texel's side that are as light as a place in them, where looks are [`STEP`] apart.
 const CELLS: f64 = 16.0;
 
@@ -41,13 +43,17 @@ struct Texel {
     /// Casters that were found.
     found: usize,
     /// Whether what is at the centre continues a receiver's face, from how far, parts of a texel.
-    continued: Vec<(((i32, i32), i32), bool)>,
+    continued: Vec<(From, bool)>,
     /// Edges of triangles behind which it is light, in which part of the map, and down to which distance from the light.
-    ends: Vec<(((i32, i32), usize, [i32; 2]), f64)>,
+    ends: Vec<(End, f64)>,
 }
 
+/// A receiver's face, and how far away it is.
+type From = ((i32, i32), i32);
 /// An edge of a triangle.
 type Edge = ((i32, i32), usize);
+/// The same, and where along it.
+type End = (Edge, [i32; 2]);
 
 /// A straight way on a receiver's plane.
 #[derive(Debug, Clone, Copy)]
@@ -103,9 +109,8 @@ pub(super) struct Dark {
     pub edge: Option<[DVec3; 2]>,
     /// Whether all of it is dark.
     pub is_all: bool,
-    /// How much higher than the receiver's plane the shadow's caster is where it ends, and after which part of the way it is
-    /// light.
-    pub jump: (f64, f64),
+    /// Whether, on the way or at its end, what light meets falls or rises further than a surface could have.
+    pub is_jump: bool,
 }
 
 /// Looks at what light meets.
@@ -206,7 +211,7 @@ impl<'a> Looker<'a> {
     /// Whether a receiver's own surface goes on below all else to what light meets at the texel's centre at the end of a way:
     /// the same for all of its face that is about as far away.
     pub fn is_continued(&mut self, receiver: &Receiver, way: &Way, end: &Met) -> bool {
-        let key = (receiver.face, (ALONG * way.length()) as i32);
+        let key = (receiver.face, (FAR * way.length()) as i32);
         let known = self.texel(receiver.map, way.places[1]).continued.iter().find(|(known, _)| *known == key);
         if let Some((_, is_continued)) = known {
             return *is_continued;
@@ -221,11 +226,12 @@ impl<'a> Looker<'a> {
         Caster::new(met, self.rays.corners(met), self.rays.light)
     }
 
-    /// Of what shades the receiver's texel elsewhere, what keeps the light from a point on the receiver's plane, too.
+    /// Of what shades the receiver's texel elsewhere, the first that keeps the light from a point on the receiver's plane, too.
     pub fn known(&mut self, receiver: &Receiver, point: DVec3) -> Option<Caster> {
         let to_light = self.rays.to_light(point);
         let shades = |caster: &&Caster| caster.shades(point) && caster.height(point, to_light) > receiver.touch;
-        self.texel(receiver.map, receiver.place).casters.iter().find(shades).copied()
+        let known = self.texel(receiver.map, receiver.place).casters.iter().filter(shades);
+        known.max_by(|a, b| a.height(point, to_light).total_cmp(&b.height(point, to_light))).copied()
     }
 
     /// What keeps the light from a point on the receiver's plane, by a ray.
@@ -250,19 +256,20 @@ impl<'a> Looker<'a> {
 
     /// How far the shadow goes along a way that begins in that of a caster.
     pub fn dark(&mut self, receiver: &Receiver, way: &Way, mut caster: Caster) -> Dark {
-        let (mut t, mut triangles, step) = (0.0, 0, STEP / way.length().max(STEP));
+        let (mut t, mut triangles, mut is_jump, step) = (0.0, 0, false, STEP / way.length().max(STEP));
         loop {
             let (exit, edge) = caster.exit(way.from, way.along);
             let exit = exit.max(t);
             let sinks = caster.sinks(way.from, way.along, t);
             if sinks < exit.min(1.0) {
-                return Dark { to: sinks, edge: None, is_all: false, jump: (0.0, 0.0) };
+                return Dark { to: sinks, edge: None, is_all: false, is_jump };
             }
             let is_single = triangles < SINGLE || (exit - t) * way.length() >= STEP;
             let next = if is_single { exit + BEYOND } else { (exit + BEYOND).max(t + step) };
             let height = caster.height(way.at(exit), self.rays.to_light(way.at(exit)));
-            let (to, jump) = (exit.min(1.0), (height, next - exit));
-            let found = Dark { to, edge: Some(caster.edge(edge)), is_all: next >= 1.0, jump };
+            let rise = steepest_rise(receiver, (next - exit) * way.length());
+            let (to, edge_ends) = (exit.min(1.0), Some(caster.edge(edge)));
+            let found = Dark { to, edge: edge_ends, is_all: next >= 1.0, is_jump: is_jump || height > rise };
             if found.is_all {
                 return found;
             }
@@ -271,23 +278,19 @@ impl<'a> Looker<'a> {
                 false => self.about(receiver, way, next),
             };
             let Some(beyond) = beyond else { return found };
+            let point = way.at(next);
+            is_jump |= (beyond.height(point, self.rays.to_light(point)) - height).abs() > rise;
             (caster, t, triangles) = (beyond, next, triangles + 1);
         }
     }
 
     /// What shades a place on a way, right after the end of a triangle's shadow at one of its edges.
-    fn beyond(
-        &mut self,
-        receiver: &Receiver,
-        way: &Way,
-        [exit, next]: [f64; 2],
-        (triangle, edge): Edge,
-    ) -> Option<Caster> {
+    fn beyond(&mut self, receiver: &Receiver, way: &Way, [exit, next]: [f64; 2], edge: Edge) -> Option<Caster> {
         let point = way.at(next);
         if let Some(known) = self.known(receiver, point) {
             return Some(known);
         }
-        let end = (triangle, edge, (ALONG * way.place(exit)).floor().as_ivec2().to_array());
+        let end: End = (edge, (ALONG * way.place(exit)).floor().as_ivec2().to_array());
         let distance = self.rays.distance(point);
         let ends = &mut self.texel(receiver.map, receiver.place).ends;
         if ends.iter().any(|(known, down_to)| *known == end && distance <= *down_to) {

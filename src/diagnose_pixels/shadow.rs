@@ -3,7 +3,7 @@
 use super::displaced::displacement;
 use super::looker::{Looker, Way};
 use super::rays::{Met, Receiver};
-use super::way::{Between, between, is_jump};
+use super::way::{Between, between};
 use crate::aliasing::causes::{Holds, Probe, cause, cause_of_shadow};
 use crate::aliasing::texel::Eye;
 
@@ -26,7 +26,7 @@ pub(super) fn explain(probe: &Probe, receiver: &Receiver, looker: &mut Looker, e
         let caster = looker.remember(receiver, &met);
         let dark = looker.dark(receiver, &back, caster);
         let here = Met { height: 0.0, at: receiver.p, face: receiver.face, triangle: -1 };
-        if is_jump(&dark, receiver, &back) || between(looker, receiver, &way, [here, met]) == Between::Silhouette {
+        if dark.is_jump || between(looker, receiver, &way, [here, met]) == Between::Silhouette {
             holds[k].1 = Holds::Caster;
             if edge.is_none_or(|(most, _, _)| tap.weight > most) {
                 edge = Some((tap.weight, dark, back));

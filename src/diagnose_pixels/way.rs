@@ -9,7 +9,7 @@
 
 use glam::DVec2;
 
-use super::looker::{Dark, Looker, Way};
+use super::looker::{Looker, Way};
 use super::rays::{Met, Receiver};
 
 /// Steps that the way is looked at in: edges nearer together than one may be taken for each other.
@@ -53,7 +53,7 @@ fn most(steepest: f64, receiver: &Receiver, texels: f64) -> f64 {
 /// What is between the ends of a step, as far as that is known.
 fn decided(step: &[Look; 2], receiver: &Receiver, way: &Way, is_last: bool) -> Option<Between> {
     let [(from, near), (to, far)] = step;
-    let is_jump = rise(step).abs() > most(STEEPEST, receiver, (to - from) * way.length());
+    let is_jump = rise(step).abs() > steepest_rise(receiver, (to - from) * way.length());
     match near.face == far.face || (is_last && !is_jump) {
         true => Some(Between::Surface),
         false if is_jump => Some(Between::Silhouette),
@@ -61,10 +61,9 @@ fn decided(step: &[Look; 2], receiver: &Receiver, way: &Way, is_last: bool) -> O
     }
 }
 
-/// Whether a shadow that ends on a way has fallen further than any surface could have.
-pub(super) fn is_jump(dark: &Dark, receiver: &Receiver, way: &Way) -> bool {
-    let (height, part) = dark.jump;
-    height.is_finite() && height > most(STEEPEST, receiver, part * way.length())
+/// How far any surface can rise along a part of a way, texels, in world units.
+pub(super) fn steepest_rise(receiver: &Receiver, texels: f64) -> f64 {
+    most(STEEPEST, receiver, texels)
 }
 
 /// What is between the ends of a way from a receiver, at which light meets what is known.

@@ -30,7 +30,8 @@ pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
         let value = match value {
             Value::Choice(text) if param.kind == Kind::Techniques => {
                 let inner = techniques_of(text)?;
-                let texts: Result<Vec<String>> = inner.iter().map(|t| Ok(text_of(by_body(t.as_ref())?.as_ref()))).collect();
+                let texts: Result<Vec<String>> =
+                    inner.iter().map(|t| Ok(text_of(by_body(t.as_ref())?.as_ref()))).collect();
                 Value::Choice(texts?.iter().map(|t| format!("({t})")).collect::<Vec<_>>().join("/"))
             }
             Value::Choice(word) if *name == "near" && word == "optimal" && searches_seen => {

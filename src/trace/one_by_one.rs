@@ -45,33 +45,42 @@ super::kernel::dispatched! {
 
 #[cfg(test)]
 mod tests {
+    use glam::DAffine3;
+
     use super::*;
     use crate::{Mesh, Progress, Scene};
 
+    /// Triangles at many heights.
+    fn leaves() -> Scene {
+        let at = |k: usize| [(k as f64 * 1.7).sin(), (k as f64 * 2.3).cos(), (k as f64 * 0.9).sin()];
+        let corner = |k: usize| {
+            let ([x, y, z], [dx, dz]) = (at(k / 3), [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]][k % 3]);
+            [x + dx, y + 0.2 * dx, z + dz]
+        };
+        let vertices: Vec<[f64; 3]> = (0..90).map(corner).collect();
+        let faces: Vec<[i64; 3]> = (0..30).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        Scene::from_mesh(Mesh::new(&vertices, &faces).unwrap()).unwrap()
+    }
+
     #[test]
     fn rays_one_by_one_meet_what_they_meet_together() {
-        let corner =
-            |k: usize, s: f64| [(k as f64 * 1.7).sin() + s, (k as f64 * 2.3).cos(), (k as f64 * 0.9).sin() - s];
-        let vertices: Vec<[f64; 3]> = (0..90).map(|k| corner(k / 3, 0.2 * (k % 3) as f64)).collect();
-        let moved: Vec<[f64; 3]> =
-            vertices.iter().enumerate().map(|(k, v)| [v[0], v[1] + 0.3 * (k % 2) as f64, v[2]]).collect();
-        let faces: Vec<[i64; 3]> = (0..30).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-        let scene = Scene::from_mesh(Mesh::new(&moved, &faces).unwrap()).unwrap();
-        let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
-        let origins: Vec<[f64; 3]> =
-            (0..400).map(|k| [(k % 20) as f64 * 0.15 - 1.5, 4.0, (k / 20) as f64 * 0.15 - 1.5]).collect();
-        let directions = vec![[0.1, -1.0, 0.05]; origins.len()];
-        let together = tracer.first_hit(&origins, &directions, &Progress::new()).unwrap();
-        let mut one = tracer.one_by_one();
-        let mut met = 0;
-        for ((o, d), hit) in origins.iter().zip(&directions).zip(&together) {
-            let (o, d) = (DVec3::from_array(*o), DVec3::from_array(*d));
-            assert_eq!(one.first_hit(o, d, f64::INFINITY), *hit);
-            if hit.triangle >= 0 {
-                met += 1;
-                assert_ne!(one.first_hit(o, d, hit.t), *hit);
+        let one = leaves();
+        let moved = one.transformed(&DAffine3::from_translation(DVec3::new(0.3, 0.5, -0.2))).unwrap();
+        for scene in [one.clone(), one.joined(&moved).unwrap()] {
+            let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+            let place = |k: usize| 0.15 * k as f64 - 1.5;
+            let origins: Vec<[f64; 3]> = (0..400).map(|k| [place(k % 20), 4.0, place(k / 20)]).collect();
+            let directions = vec![[0.1, -1.0, 0.05]; origins.len()];
+            let together = tracer.first_hit(&origins, &directions, &Progress::new()).unwrap();
+            let mut alone = tracer.one_by_one();
+            for ((o, d), hit) in origins.iter().zip(&directions).zip(&together) {
+                let (o, d) = (DVec3::from_array(*o), DVec3::from_array(*d));
+                assert_eq!(alone.first_hit(o, d, f64::INFINITY), *hit);
+                // Not what ends at a hit.
+                assert!(hit.triangle < 0 || alone.first_hit(o, d, hit.t) == Hit::NONE);
             }
+            let met = together.iter().filter(|hit| hit.triangle >= 0).count();
+            assert!(met > 100 && met < 400, "{met}");
         }
-        assert!(met > 20);
     }
 }

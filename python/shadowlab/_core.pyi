@@ -333,15 +333,14 @@ def causes(
     light: _Light,
     parameterization: _Maps,
     differences: npt.ArrayLike,
-    truth: npt.ArrayLike,
     *,
     gbuffer: GBuffer,
     maps: npt.ArrayLike,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
-    """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 the distance in pixels to the nearest pixel whose truth is
-    what the map says; see `shadowlab.aliasing.causes`.
+    """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
+    `shadowlab.aliasing.causes`.
     """
 
 def restore(*parts: Any) -> Any:

@@ -2,29 +2,20 @@
 //!
 //! ```text
 //!            light                    acne      a surface shadows itself, or a lit one its lit neighbour in a crease
-//!   - - - - - \ - - - -  near         edge      a silhouette passes within a texel: it is drawn where it is not
+//!   - - - - - \ - - - -  near         edge      a silhouette passes between the pixel and a texel's centre: drawn elsewhere
 //!        ______\__ blocker            leak      without its bias the pixel would be dark: peter-panning at contacts,
 //!   gap ^      |s \                             light through thin walls
-//!   ____|______|___\_____ receiver    missing   the blocker is not in the map: cut off, beyond it, or thinner than a texel
-//!                                     other     what the map holds is not what the light meets: a wrong map
+//!   ____|______|___\_____ receiver    missing   the map does not hold the caster: cut off, or its shadow holds no texel's centre
+//!                                     other     the stored surface does not exist along that ray: the map is wrong
 //! ```
 //!
-//! Counterfactuals on the very texels that were read. A pixel in false shadow is acne where it would be lit if the texels that
-//! hold the receiver itself were: those whose `gap`, from the receiver's plane to what they hold (at the texel's own centre, so
-//! that a slope is no gap), is no larger than a texel. Nearer than that to its plane nothing can be told from the receiver at
-//! this resolution. A pixel in false light is a leak where it would be dark without bias, by texels that hold a caster: at
-//! least half as far from the plane as the blocker (or a texel) is. Edges have a shadow's edge to be displaced: a pixel whose
-//! truth is what the map says, within the texel's extent in the image.
+//! Counterfactuals on the texels that were read. What a dark texel holds ([`Holds`]) is found by following what light meets from
+//! the pixel's own ray to that of the texel's centre: the same surface all of the way, or another beyond a silhouette. Nothing
+//! depends on how far apart or how high the surfaces are, so that a caster close to its receiver or to the next one is not
+//! taken for it.
 
-use glam::DVec3;
-use rayon::prelude::*;
-
-use super::against_truth::{LIT_FROM, code};
-use super::distance::distances;
-use crate::error::Result;
-use crate::image::{Surfaces, TruthMask};
-use crate::progress::Progress;
-use crate::scene::Light;
+use super::against_truth::LIT_FROM;
+use glam::DVec2;
 
 /// Why a pixel is wrong, as the image of causes has it.
 pub mod cause {
@@ -49,6 +40,8 @@ pub mod cause {
 pub struct Tap {
     /// Its weight; those of a lookup sum to 1.
     pub weight: f64,
+    /// Its centre in the map, texels.
+    pub centre: DVec2,
     /// From the receiver's plane towards the light to what it holds, world units; minus infinity for nothing.
     pub gap: f64,
     /// Whether the comparison says shadow.
@@ -60,7 +53,8 @@ pub struct Tap {
 impl Default for Tap {
     /// One that is not read.
     fn default() -> Self {
-        Self { weight: 0.0, gap: f64::NEG_INFINITY, is_dark: false, is_dark_unbiased: false }
+        let (is_dark, is_dark_unbiased) = (false, false);
+        Self { weight: 0.0, centre: DVec2::ZERO, gap: f64::NEG_INFINITY, is_dark, is_dark_unbiased }
     }
 }
 
@@ -69,142 +63,122 @@ impl Default for Tap {
 pub struct Probe {
     /// Whether any map holds the receiver and casters above it.
     pub is_held: bool,
+    /// The receiver's place in it, texels.
+    pub place: DVec2,
     /// World size of a texel across the ray, its longer side.
     pub texel: f64,
+    /// The tangent of the angle between the receiver's normal and the light.
+    pub slope: f64,
+    /// A gap up to which the map cannot tell a surface from the receiver's plane: rasterisers round vertices to a part of a
+    /// texel, and depths to single precision.
+    pub grain: f64,
+    /// The same of a ray: single precision of the receiver's position.
+    pub touch: f64,
     /// The texels that are read; the rest have no weight.
     pub taps: [Tap; 4],
-    /// The largest gap of the texels read and of those around.
-    pub gap_around: f64,
-    /// Where the ray of the dark texel of the largest gap meets the receiver's plane, and that gap.
-    pub darkest: Option<(DVec3, f64)>,
-    /// How far in the image a silhouette may be displaced, pixels.
-    pub reach_px: f64,
-}
-
-/// The blocker of a receiver that is nearest to the light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Blocker {
-    /// Distance from the receiver, world units.
-    pub distance: f64,
-    /// Whether the map's volume holds it.
-    pub is_in_map: bool,
+    /// Gaps of the texel that the receiver falls into and of the eight about it, rows from the top.
+    pub around: [f64; 9],
 }
 
 impl Probe {
-    /// The share of dark among the texels that satisfy a condition.
-    fn dark(&self, is_meant: impl Fn(&Tap) -> bool) -> f64 {
-        self.taps.iter().filter(|tap| is_meant(tap)).map(|tap| tap.weight).sum()
+    /// Whether a texel makes it dark without bias, and holds another surface than the receiver's plane.
+    pub fn is_meant(&self, tap: &Tap) -> bool {
+        tap.is_dark_unbiased && tap.gap.abs() > self.grain
+    }
+    /// The share of such texels.
+    pub fn dark_unbiased(&self) -> f64 {
+        self.taps.iter().filter(|tap| self.is_meant(tap)).map(|tap| tap.weight).sum()
+    }
+    /// The centre of one of the texels that [`Probe::around`] lists.
+    pub fn centre_of(&self, around: usize) -> DVec2 {
+        self.place.floor() + DVec2::new((around % 3) as f64, (around / 3) as f64) - 0.5
     }
 }
 
-/// The cause of a pixel in false shadow, the nearest pixel in true shadow being `distance` away; nothing where that depends on
-/// whether the map is right at [`Probe::darkest`]: [`cause::ACNE`] then, else [`cause::OTHER`].
-pub fn cause_of_shadow(probe: &Probe, distance: f64) -> Option<i8> {
+/// What a texel holds, seen from a receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holds {
+    /// The receiver's own surface, or one that continues it without a silhouette in between.
+    Itself,
+    /// A surface beyond a silhouette.
+    Caster,
+    /// Nothing that light meets there.
+    Wrong,
+}
+
+/// What keeps the light from a receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blocker {
+    /// No ray finds it again: it grazes the receiver's own.
+    Grazing,
+    /// All of it lies outside of the map's depths.
+    CutOff,
+    /// Some of it lies within the map's depths.
+    Held,
+}
+
+/// Whether a share of dark makes a pixel dark.
+pub fn is_dark(share: f64) -> bool {
+    1.0 - share < f64::from(LIT_FROM)
+}
+
+/// The cause of a pixel in false shadow, from the weights of its dark texels and what they hold.
+pub fn cause_of_shadow(taps: &[(f64, Holds)]) -> i8 {
+    let share = |of: Holds| taps.iter().filter(|(_, holds)| *holds == of).map(|(weight, _)| weight).sum::<f64>();
+    let (casters, wrong) = (share(Holds::Caster), share(Holds::Wrong));
     // What would remain dark if the receiver did not shade itself.
-    let others = probe.dark(|tap| tap.is_dark && tap.gap > probe.texel);
-    if 1.0 - others >= f64::from(LIT_FROM) {
-        return Some(cause::ACNE);
+    match is_dark(casters + wrong) {
+        false => cause::ACNE,
+        true if casters >= wrong => cause::EDGE,
+        true => cause::OTHER,
     }
-    (distance <= probe.reach_px).then_some(cause::EDGE)
 }
 
-/// The cause of a pixel in false light, the nearest pixel in true light being `distance` away.
-pub fn cause_of_light(probe: &Probe, blocker: Option<Blocker>, distance: f64) -> i8 {
-    let near_edge = distance <= probe.reach_px;
-    let Some(blocker) = blocker else {
-        // A blocker that no ray finds again grazes the receiver's ray.
-        return if near_edge { cause::EDGE } else { cause::OTHER };
-    };
-    if !probe.is_held || !blocker.is_in_map {
-        return cause::MISSING;
+/// The cause of a pixel in false light whose blocker the map could hold and which is no leak: `is_right` where the map holds
+/// what light meets, `is_drawn` where the blocker's shadow about the pixel holds a texel's centre.
+pub fn cause_of_light(is_right: bool, is_drawn: bool) -> i8 {
+    match (is_right, is_drawn) {
+        (false, _) => cause::OTHER,
+        (true, true) => cause::EDGE,
+        (true, false) => cause::MISSING,
     }
-    let least = 0.5 * blocker.distance.min(probe.texel);
-    if 1.0 - probe.dark(|tap| tap.is_dark_unbiased && tap.gap > least) < f64::from(LIT_FROM) {
-        return cause::LEAK;
-    }
-    if near_edge && probe.gap_around > least { cause::EDGE } else { cause::MISSING }
-}
-
-/// How far from each wrong pixel the nearest one is whose truth is what the map says there, among surfaces that face the light;
-/// infinite where there is none, NaN where the pixel is right.
-///
-/// # Errors
-/// [`crate::Error::Interrupted`].
-pub fn displacement(
-    surfaces: &Surfaces,
-    light: &Light,
-    differences: &[i8],
-    truth: &[i8],
-    progress: &Progress,
-) -> Result<Vec<f32>> {
-    let faces_light: Vec<bool> = (0..truth.len())
-        .into_par_iter()
-        .map(|i| surfaces.receiver(i).is_some_and(|(p, n)| light.illuminates(surfaces.origin + p, n)))
-        .collect();
-    let to = |wanted: i8| {
-        let set: Vec<bool> = truth.iter().zip(&faces_light).map(|(&t, &faces)| t == wanted && faces).collect();
-        distances(&set, surfaces.size, progress)
-    };
-    let (to_shadow, to_light) = (to(TruthMask::SHADOW)?, to(TruthMask::LIT)?);
-    let one = |(i, &error): (usize, &i8)| match error {
-        code::FALSE_SHADOW => to_shadow[i],
-        code::FALSE_LIGHT => to_light[i],
-        _ => f32::NAN,
-    };
-    Ok(differences.iter().enumerate().map(one).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use Holds::{Caster, Itself, Wrong};
 
-    const CASTER: Tap = Tap { weight: 1.0, gap: 5.0, is_dark: true, is_dark_unbiased: true };
-    const ITSELF: Tap = Tap { weight: 1.0, gap: 0.3, is_dark: true, is_dark_unbiased: true };
-    const LIT: Tap = Tap { weight: 1.0, gap: -1.0, is_dark: false, is_dark_unbiased: false };
-
-    fn probe(taps: &[Tap]) -> Probe {
-        let mut all = [Tap::default(); 4];
-        for (to, tap) in all.iter_mut().zip(taps) {
-            *to = Tap { weight: tap.weight / taps.len() as f64, ..*tap };
-        }
-        Probe { is_held: true, texel: 1.0, taps: all, gap_around: 5.0, darkest: None, reach_px: 4.0 }
+    #[test]
+    fn false_shadow_is_acne_where_it_would_be_lit_without_the_receiver() {
+        assert_eq!(cause_of_shadow(&[(1.0, Itself)]), cause::ACNE);
+        assert_eq!(cause_of_shadow(&[(1.0, Caster)]), cause::EDGE);
+        assert_eq!(cause_of_shadow(&[(1.0, Wrong)]), cause::OTHER);
+        assert_eq!(cause_of_shadow(&[(0.25, Itself), (0.25, Caster), (0.5, Caster)]), cause::EDGE);
+        // At one half it is lit.
+        assert_eq!(cause_of_shadow(&[(0.3, Itself), (0.5, Caster)]), cause::ACNE);
+        assert_eq!(cause_of_shadow(&[(0.3, Wrong), (0.4, Caster)]), cause::EDGE);
+        assert_eq!(cause_of_shadow(&[(0.4, Wrong), (0.3, Caster), (0.3, Itself)]), cause::OTHER);
     }
 
     #[test]
-    fn false_shadow_is_acne_an_edge_or_asks_whether_the_map_is_right() {
-        assert_eq!(cause_of_shadow(&probe(&[ITSELF]), 1.0), Some(cause::ACNE));
-        assert_eq!(cause_of_shadow(&probe(&[CASTER]), 1.0), Some(cause::EDGE));
-        assert_eq!(cause_of_shadow(&probe(&[CASTER]), 4.5), None);
-        // Lit taps have no say, however large their gap; of the dark ones those of the receiver itself decide.
-        let high = Tap { gap: 9.0, ..LIT };
-        assert_eq!(cause_of_shadow(&probe(&[ITSELF, high, ITSELF, high]), 1.0), Some(cause::ACNE));
-        assert_eq!(cause_of_shadow(&probe(&[ITSELF, CASTER, CASTER, CASTER]), 1.0), Some(cause::EDGE));
-        assert_eq!(cause_of_shadow(&probe(&[ITSELF, ITSELF, CASTER, CASTER]), 1.0), Some(cause::ACNE));
+    fn false_light_is_dark_without_bias_by_what_stands_above_the_plane() {
+        let tap = |gap| Tap { weight: 0.5, gap, is_dark_unbiased: true, ..Tap::default() };
+        let probe =
+            |a, b| Probe { grain: 0.01, taps: [tap(a), tap(b), Tap::default(), Tap::default()], ..Probe::default() };
+        assert_eq!(probe(5.0, 0.02).dark_unbiased(), 1.0);
+        assert_eq!(probe(5.0, 0.005).dark_unbiased(), 0.5);
+        assert!(is_dark(0.51) && !is_dark(0.5));
+        assert_eq!(cause_of_light(false, true), cause::OTHER);
+        assert_eq!(cause_of_light(true, true), cause::EDGE);
+        assert_eq!(cause_of_light(true, false), cause::MISSING);
     }
 
     #[test]
-    fn false_light_is_a_leak_only_where_the_bias_made_it() {
-        let far = Some(Blocker { distance: 5.0, is_in_map: true });
-        let past = Tap { is_dark: false, ..CASTER };
-        assert_eq!(cause_of_light(&probe(&[past]), far, 1.0), cause::LEAK);
-        // Lit without bias, too.
-        assert_eq!(cause_of_light(&probe(&[LIT]), far, 1.0), cause::EDGE);
-        assert_eq!(cause_of_light(&probe(&[LIT]), far, 9.0), cause::MISSING);
-        // Dark without bias, but by the receiver itself.
-        let acne = Tap { gap: 0.01, is_dark: false, ..CASTER };
-        assert_eq!(cause_of_light(&probe(&[acne]), far, 1.0), cause::EDGE);
-        // A contact nearer than a texel is told from the receiver by half its distance.
-        let contact = Some(Blocker { distance: 0.02, is_in_map: true });
-        let touching = Tap { gap: 0.015, is_dark: false, ..CASTER };
-        assert_eq!(cause_of_light(&probe(&[touching]), contact, 1.0), cause::LEAK);
-        let thin = Probe { gap_around: f64::NEG_INFINITY, ..probe(&[LIT]) };
-        assert_eq!(cause_of_light(&thin, far, 1.0), cause::MISSING);
-        assert_eq!(
-            cause_of_light(&probe(&[past]), Some(Blocker { distance: 5.0, is_in_map: false }), 1.0),
-            cause::MISSING
-        );
-        assert_eq!(cause_of_light(&Probe { is_held: false, ..probe(&[LIT]) }, far, 1.0), cause::MISSING);
-        assert_eq!(cause_of_light(&probe(&[LIT]), None, 1.0), cause::EDGE);
-        assert_eq!(cause_of_light(&probe(&[LIT]), None, 9.0), cause::OTHER);
+    fn the_nine_texels_about_a_place_have_its_own_in_the_middle() {
+        let probe = Probe { place: DVec2::new(7.2, 3.9), ..Probe::default() };
+        assert_eq!(probe.centre_of(4), DVec2::new(7.5, 3.5));
+        assert_eq!(probe.centre_of(0), DVec2::new(6.5, 2.5));
+        assert_eq!(probe.centre_of(5), DVec2::new(8.5, 3.5));
     }
 }

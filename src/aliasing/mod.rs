@@ -2,7 +2,6 @@
 
 pub mod against_truth;
 pub mod causes;
-pub mod distance;
 pub mod footprint;
 pub mod texel;
 pub mod usage;

@@ -25,7 +25,7 @@
 //! One function of plain numbers without branches: called for a point, or in a loop that the compiler turns into vector
 //! instructions.
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use crate::parameterization::{Partition, PostWarp};
 use crate::scene::Camera;
@@ -89,6 +89,13 @@ impl Eye {
             forward: camera.forward(),
             pixels: [0.5 * f64::from(size[0]) / tan_x, -0.5 * f64::from(size[1]) / tan_y],
         }
+    }
+    /// Where a point is in the image, pixels from its middle, y down; nothing where it is not before the eye.
+    pub fn pixel_of(&self, p: DVec3) -> Option<DVec2> {
+        let from_eye = p - self.position;
+        let depth = from_eye.dot(self.forward);
+        let across = DVec2::new(from_eye.dot(self.right), from_eye.dot(self.up));
+        (depth > 0.0).then_some(across / depth * DVec2::from_array(self.pixels))
     }
 }
 

@@ -43,10 +43,10 @@ pub fn look_up<'py>(
     Ok((image(py, mask.data, [h, w])?, image(py, mask.partition, [h, w])?))
 }
 
-/// Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 the distance in pixels to the nearest pixel whose truth is
-/// what the map says; see `shadowlab.aliasing.causes`.
+/// Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
+/// `shadowlab.aliasing.causes`.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, light, parameterization, differences, truth, *, gbuffer, maps, bias=None, filter="nearest"))]
+#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter="nearest"))]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn causes<'py>(
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
@@ -54,7 +54,6 @@ pub fn causes<'py>(
     #[pyo3(from_py_with = light)] light: Light,
     parameterization: &Bound<'py, PyAny>,
     differences: &Bound<'py, PyAny>,
-    truth: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
     maps: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
@@ -70,15 +69,13 @@ pub fn causes<'py>(
     gbuffer.get().with_surfaces(py, |surfaces| {
         let [w, h] = surfaces.size.map(|n| n as usize);
         let differences = array::<i8>(differences, "differences", &[Some(h), Some(w)])?;
-        let truth = array::<i8>(truth, "truth", &[Some(h), Some(w)])?;
-        let (differences, truth) = (differences.as_slice()?, truth.as_slice()?);
+        let differences = differences.as_slice()?;
         let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
         let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);
             let parameterization = p;
-            let of =
-                Wrong { scene, tracer, surfaces, camera, light, maps, parameterization, settings, differences, truth };
+            let of = Wrong { scene, tracer, surfaces, camera, light, maps, parameterization, settings, differences };
             core_causes(&of, progress)
         })?;
         Ok((image(py, causes, [h, w])?, image(py, distance, [h, w])?))

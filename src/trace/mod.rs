@@ -3,16 +3,16 @@
 //! Knows no parameterization and no shadow map; its answers are what those are held against.
 //!
 //! [`hierarchy`] is what rays walk through; [`rays`] takes them into its frames; [`kernel`] has the tests on the way,
-//! [`walk`] the way itself. [`batch`], [`visibility`] and [`from_light`] answer the questions asked from outside.
+//! [`walk`] the way itself. [`batch`], [`one_by_one`] and [`visibility`] answer the questions asked from outside.
 
 mod batch;
-mod from_light;
 mod hierarchy;
 mod kernel;
+mod one_by_one;
 mod rays;
 mod visibility;
 mod walk;
 
 pub use batch::Hit;
-pub use from_light::FirstLit;
 pub use hierarchy::Tracer;
+pub use one_by_one::OneByOne;

@@ -45,8 +45,8 @@ class Causes(Value):
     image : (H, W) int8
         0 right, 1 acne, 2 edge, 3 leak, 4 missing, 5 other, -1 not compared: `Cause`.
     distance : (H, W) float32
-        From each wrong pixel to the nearest one whose truth is what the map says, pixels: how far a shadow's edge has
-        moved. Infinite where the image has none, NaN where the pixel is right. Among surfaces that face the light.
+        How far a displaced edge lies from the centre of its pixel, pixels. NaN where the cause is not an edge, infinite
+        where the edge lies behind the camera.
     depth : (H, W) float64
         Depth along the view, world units.
     undecided : int
@@ -156,12 +156,13 @@ def causes(
 ) -> Causes:
     """Why the pixels of a shadow mask are wrong.
 
-    A pixel in false shadow is *acne* where it would be lit if the texels it reads that hold the receiver itself
-    were: those within the size of a texel of its own plane. Else it is a displaced *edge* where a pixel in true
-    shadow lies within the reach of its texel in the picture; else acne, too, where the map is right (a crease,
-    whose lit sides shadow each other), or *other*. A pixel in false light is *missing* its caster where that lies
-    outside of the map's depths; a *leak* where it would be dark without bias; an edge where a texel around holds a
-    caster and a pixel in true light is within reach; else missing, too: thinner than a texel.
+    A silhouette lies between a pixel and the centre of a texel where the first surface that light meets changes by a
+    jump of depth. A pixel in false shadow is *acne* where it would be lit without the dark texels to which its own
+    surface continues without a silhouette, *other* where such texels hold what light does not meet there, else a
+    displaced *edge*. A pixel in false light is *missing* its caster where that lies outside of the map's depths; a
+    *leak* where it would be dark without bias, by texels that hold a caster; *other* where the map holds what light
+    does not meet there; an edge where a texel around has its centre in the same shadow; else missing, too: its shadow
+    is thinner than a texel.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def causes(
         )
     depth = depths_of(gbuffer, camera)
     errors = _core.misclassified(mask, truth)
-    return causes_of(scene, camera, light, parameterization, errors, truth, gbuffer, maps, bias, filter, depth)
+    return causes_of(scene, camera, light, parameterization, errors, gbuffer, maps, bias, filter, depth)
 
 
 def depths_of(gbuffer: _core.GBuffer, camera: _core.Camera) -> NDArray[np.float64]:
@@ -213,12 +214,12 @@ def depths_of(gbuffer: _core.GBuffer, camera: _core.Camera) -> NDArray[np.float6
 
 def causes_of(
     scene: _core.Scene, camera: _core.Camera, light: Light, parameterization: Maps, errors: _core.Misclassified,
-    truth: npt.ArrayLike, gbuffer: _core.GBuffer, maps: npt.ArrayLike, bias: _core.Bias | None, filter: Filter,
+    gbuffer: _core.GBuffer, maps: npt.ArrayLike, bias: _core.Bias | None, filter: Filter,
     depth: NDArray[np.float64],
 ) -> Causes:  # fmt: skip
     """The causes of errors that are known; see `causes`."""
     image, distance = _core.causes(
-        scene, camera, light, parameterization, errors.image, truth,
+        scene, camera, light, parameterization, errors.image,
         gbuffer=gbuffer, maps=maps, bias=bias, filter=filter,
     )  # fmt: skip
     return Causes(image, distance, depth, int(errors.undecided))

@@ -167,7 +167,7 @@ class Drawing:
         def make() -> tuple[NDArray[np.int8], NDArray[np.float32]]:
             view = self.view
             return _core.causes(
-                view.scene, view.camera, light_of(view), self.parameterization, self.errors.image, view.truth(),
+                view.scene, view.camera, light_of(view), self.parameterization, self.errors.image,
                 gbuffer=self._gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
             )  # fmt: skip
 

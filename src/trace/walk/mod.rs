@@ -5,4 +5,5 @@ mod one_ray;
 mod visitors;
 
 pub use bundle_walk::{Stacks, traverse_together};
+pub use one_ray::{Stack, traverse_one};
 pub use visitors::{Blocked, Closest, Face, SurelyBlocked};

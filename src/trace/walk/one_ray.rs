@@ -1,12 +1,28 @@
 //! One ray's walk through the hierarchies, nearest boxes first.
 
+use glam::{DAffine3, DVec3};
+
 use super::visitors::Visitor;
-use crate::trace::hierarchy::{Inner, LEAF_BIT, Tree, WIDTH};
+use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, Tree, WIDTH};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::{LocalRay, WorldRay};
 
 /// Boxes still to be entered: the child's code and where the ray enters it.
 pub type Stack = Vec<(u32, f32)>;
+
+/// Shows the visitor everything that the ray may meet. True where the visitor ended it.
+#[inline(always)]
+pub fn traverse_one<K: Kernel, V: Visitor>(scene: &Inner, ray: &WorldRay, visitor: &mut V, stack: &mut Stack) -> bool {
+    let Some(top) = &scene.top else { return traverse_instance::<K, V>(scene, 0, ray, visitor, stack) };
+    let map = DAffine3::from_scale(DVec3::splat(scene.top_per_world));
+    let band = visitor.band() * scene.top_per_world;
+    let (local, alive, _) = LocalRay::new(&map, &top.bounds, &[*ray], &[visitor.range()], band, 1);
+    alive != 0
+        && walk::<K, V>(top, top.root, &local, visitor, stack, |leaf, visitor, stack| {
+            let mut instances = top.leaves[leaf].into_iter().take_while(|&i| i != NO_ITEM);
+            instances.any(|i| traverse_instance::<K, V>(scene, i, ray, visitor, stack))
+        })
+}
 
 /// Shows the visitor everything in an instance that the ray may meet. True where the visitor ended it.
 #[inline(always)]

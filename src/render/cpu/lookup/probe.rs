@@ -13,55 +13,84 @@ use crate::render::Filter;
 
 /// Texels around the point that a probe looks at, each way.
 const AROUND: i64 = 1;
+/// Twice the half step of the grid of 1/256 of a texel that rasterisers round vertices to, in texels: each way half of it, and
+/// the plane of depth goes through what was rounded.
+const SNAP: f64 = 1.0 / 256.0;
+/// A part of a texel that counts as nothing where rays tell surfaces apart: a quarter of [`SNAP`].
+const TOUCH: f64 = SNAP / 4.0;
+/// Two units in the last place of single precision near 1: of stored depths, and of positions relative to their size.
+const ROUNDING: f64 = 2.0 * (f32::EPSILON as f64);
 
 impl MapLookup {
-    /// What the map, rows from the top, holds around a receiver at `p` relative to the origin with a unit normal. How far
-    /// silhouettes reach in the image is for the caller to fill in.
-    pub fn probe(&self, map: &[f32], p: DVec3, normal: DVec3) -> Probe {
-        let nothing = Probe { gap_around: f64::NEG_INFINITY, ..Probe::default() };
+    /// What the map, rows from the top, holds around a receiver at `p` relative to the origin with a unit normal. Which map it
+    /// is, is for the caller to fill in. Of the texels around those that are not read are looked at if asked for.
+    pub fn probe(&self, map: &[f32], p: DVec3, normal: DVec3, with_around: bool) -> Probe {
+        let nothing = Probe { around: [f64::NEG_INFINITY; 9], ..Probe::default() };
         let Some(ndc) = self.ndc_within(p) else { return nothing };
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
-        let p_texel = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
+        let place = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
         // A bias that moves it past the light or the near plane lights it whatever the map holds.
         let biased = match self.compare_at(p, normal) {
             Comparison::At { z, .. } => z,
             Comparison::Lit => 0.0,
         };
-        let mut probe = Probe { is_held: true, texel: self.texel_size(p, ndc), ..nothing };
+        let (texel, to_light) = (self.texel_size(p, ndc), self.way_to_light(p));
+        let facing = normal.dot(to_light).abs();
+        let slope = normal.cross(to_light).length() / facing.max(f64::EPSILON);
+        let rounding = self.way_to_depth(p, to_light, ndc.z - ROUNDING).abs() + ROUNDING * p.length() * (1.0 + slope);
+        let (grain, touch) = (SNAP * texel * (1.0 + slope) + rounding, TOUCH * texel + ROUNDING * p.length());
+        let mut probe = Probe { is_held: true, place, texel, slope, grain, touch, ..nothing };
         let (side, corner) = match self.filter {
-            Filter::Nearest => (1, p_texel.floor()),
-            Filter::Pcf2x2 => (2, (p_texel - 0.5).floor()),
+            Filter::Nearest => (1, place.floor()),
+            Filter::Pcf2x2 => (2, (place - 0.5).floor()),
         };
         // Weights of the four nearest centres; all of it where one is read.
-        let f = if side == 1 { DVec2::ZERO } else { p_texel - 0.5 - corner };
+        let f = if side == 1 { DVec2::ZERO } else { place - 0.5 - corner };
         let weight = |i: i64, j: i64| [1.0 - f.x, f.x][i as usize] * [1.0 - f.y, f.y][j as usize];
-        let middle = p_texel.floor();
-        let first = corner.min(middle - AROUND as f64);
-        let last = (corner + (side - 1) as f64).max(middle + AROUND as f64);
-        for y in first.y as i64..=last.y as i64 {
-            for x in first.x as i64..=last.x as i64 {
-                let stored = self.stored(map, [x, y]);
-                let (gap, at) = self.gap(stored, p, normal, [x, y]);
-                probe.gap_around = probe.gap_around.max(gap);
-                let (i, j) = (x - corner.x as i64, y - corner.y as i64);
-                if !(0..side).contains(&i) || !(0..side).contains(&j) {
-                    continue;
-                }
-                let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
-                probe.taps[(j * 2 + i) as usize] = Tap { weight: weight(i, j), gap, is_dark, is_dark_unbiased };
-                if is_dark && probe.darkest.is_none_or(|(_, largest)| gap > largest) {
-                    probe.darkest = Some((at, gap));
-                }
+        let middle = place.floor();
+        // Texels that are read are among those about the point.
+        let first = [middle.x as i64 - AROUND, middle.y as i64 - AROUND];
+        for n in 0..9 {
+            let [x, y] = [first[0] + n % 3, first[1] + n / 3];
+            let (i, j) = (x - corner.x as i64, y - corner.y as i64);
+            let is_read = (0..side).contains(&i) && (0..side).contains(&j);
+            if !is_read && !with_around {
+                continue;
             }
+            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let stored = self.stored(map, [x, y]);
+            let gap = self.gap(stored, p, normal, centre);
+            probe.around[n as usize] = gap;
+            if !is_read {
+                continue;
+            }
+            let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
+            probe.taps[(j * 2 + i) as usize] = Tap { weight: weight(i, j), centre, gap, is_dark, is_dark_unbiased };
         }
         probe
     }
 
-    /// Whether a point, relative to the origin, lies within the depths of the map.
-    pub fn holds_depth(&self, p: DVec3) -> bool {
+    /// Where a point, relative to the origin, lies in the map, texels; nothing behind its projection centre.
+    pub fn place_of(&self, p: DVec3) -> Option<DVec2> {
+        let [row_x, row_y, _, row_w] = self.rows;
         let p4 = p.extend(1.0);
-        let (z, w) = (self.rows[2].dot(p4), self.rows[3].dot(p4));
-        w > 0.0 && z >= 0.0 && z <= w
+        let w = row_w.dot(p4);
+        let ndc = self.post_warp.apply(DVec3::new(row_x.dot(p4), row_y.dot(p4), 0.0) / w, w);
+        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        (w > 0.0).then_some(DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size)
+    }
+
+    /// Where the ray of a place in the map, texels, meets the plane through `p` with a normal; nothing where the plane is seen
+    /// edge on.
+    pub fn on_plane_at(&self, p: DVec3, normal: DVec3, place: DVec2) -> Option<DVec3> {
+        let [width, height] = self.size.map(f64::from);
+        self.on_plane(p, normal, [2.0 * place.x / width - 1.0, 1.0 - 2.0 * place.y / height])
+    }
+
+    /// How far from a point towards the light the near plane cuts off; infinity where it is not on the way.
+    pub fn way_to_near(&self, p: DVec3) -> f64 {
+        let way = self.way_to_depth(p, self.way_to_light(p), 0.0);
+        if way > 0.0 { way } else { f64::INFINITY }
     }
 
     /// NDC of a point that the map holds with all that may shade it: before the near plane casters may be missing, beyond the
@@ -74,8 +103,8 @@ impl MapLookup {
         (w > 0.0 && ndc.z >= 0.0 && ndc.x.abs() <= 1.0 && ndc.y.abs() <= 1.0).then_some(ndc)
     }
 
-    /// To the light: a unit vector.
-    fn way_to_light(self, p: DVec3) -> DVec3 {
+    /// To the light: a unit vector; zero at the light.
+    pub fn way_to_light(self, p: DVec3) -> DVec3 {
         (self.light.truncate() - self.light.w * p).normalize_or_zero()
     }
 
@@ -116,16 +145,12 @@ impl MapLookup {
         f64::from(map[(j.clamp(0, height - 1) * width + i.clamp(0, width - 1)) as usize])
     }
 
-    /// How far from the receiver's plane towards the light lies what a texel holds, minus infinity for nothing; and where the
-    /// ray of the texel's centre meets the plane.
-    fn gap(&self, stored: f64, p: DVec3, normal: DVec3, [i, j]: [i64; 2]) -> (f64, DVec3) {
-        let [width, height] = self.size.map(f64::from);
-        let ndc = [2.0 * (i as f64 + 0.5) / width - 1.0, 1.0 - 2.0 * (j as f64 + 0.5) / height];
-        match self.on_plane(p, normal, ndc) {
-            Some(q) if stored < 1.0 => (self.way_to_depth(q, self.way_to_light(q), stored), q),
-            Some(q) => (f64::NEG_INFINITY, q),
-            // A plane seen edge on from the light: its depth there is any.
-            None => (f64::NEG_INFINITY, p),
+    /// How far from the receiver's plane towards the light lies what a texel holds; minus infinity for nothing, and where the
+    /// plane is seen edge on: its depth there is any.
+    fn gap(&self, stored: f64, p: DVec3, normal: DVec3, centre: DVec2) -> f64 {
+        match self.on_plane_at(p, normal, centre) {
+            Some(q) if stored < 1.0 => self.way_to_depth(q, self.way_to_light(q), stored),
+            _ => f64::NEG_INFINITY,
         }
     }
 }

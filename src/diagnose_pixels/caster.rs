@@ -1,0 +1,120 @@
+//! A triangle that stands between the light and receivers, and the extent of its shadow.
+//!
+//! ```text
+//!      light          The planes through the light and an edge bound the shadow's volume: a point lies in it where it is
+//!      / | \          inside of all three. The distance from a plane is affine along any line, so where a line leaves the
+//!     /__|__\ caster  shadow is exact, and takes no ray.
+//!    /   |   \
+//!   ~~~~~~~~~~~ receiver
+//! ```
+
+use glam::{DVec3, DVec4};
+
+use super::rays::Met;
+
+/// A triangle that shades.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Caster {
+    /// Its corners, relative to the origin.
+    pub corners: [DVec3; 3],
+    /// The instance and the row of its face array.
+    pub face: (i32, i32),
+    /// The instance and the triangle of its mesh.
+    pub triangle: (i32, i32),
+    /// Of each edge, from one corner to the next, the plane through the light, inside positive: normal and distance.
+    sides: [(DVec3, f64); 3],
+    /// Of any length.
+    normal: DVec3,
+}
+
+impl Caster {
+    /// What was met, with its corners, under a light (unit vector to it, 0) or (position, 1).
+    pub fn new(met: &Met, corners: [DVec3; 3], light: DVec4) -> Self {
+        let side = |k: usize| {
+            let (a, b, opposite) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            let normal = (b - a).cross(light.truncate() - light.w * a);
+            let normal = if normal.dot(opposite - a) < 0.0 { -normal } else { normal };
+            (normal, normal.dot(a))
+        };
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let triangle = (met.face.0, met.triangle);
+        Self { corners, face: met.face, triangle, sides: [side(0), side(1), side(2)], normal }
+    }
+
+    /// Whether the ray through a point meets it.
+    pub fn shades(&self, point: DVec3) -> bool {
+        self.sides.iter().all(|(normal, distance)| normal.dot(point) >= *distance)
+    }
+
+    /// How far before a point its plane is, along a vector to the light: not finite where that is seen edge on.
+    pub fn height(&self, point: DVec3, to_light: DVec3) -> f64 {
+        self.normal.dot(self.corners[0] - point) / self.normal.dot(to_light)
+    }
+
+    /// What light meets on the ray through a point that it shades.
+    pub fn seen_from(&self, point: DVec3, to_light: DVec3) -> Met {
+        let height = self.height(point, to_light);
+        Met { height, at: point + height * to_light, face: self.face, triangle: self.triangle.1 }
+    }
+
+    /// Where a line from a point leaves the shadow, in units of its direction, and across which edge; 0 where it begins outside.
+    pub fn exit(&self, from: DVec3, way: DVec3) -> (f64, usize) {
+        let mut first = (f64::INFINITY, 0);
+        for (k, (normal, distance)) in self.sides.iter().enumerate() {
+            let fall = -normal.dot(way);
+            let left = (normal.dot(from) - distance) / fall;
+            if fall > 0.0 && left < first.0 {
+                first = (left, k);
+            }
+        }
+        (first.0.max(0.0), first.1)
+    }
+
+    /// Where a line on a receiver's plane goes below its own, in units of its direction, later than a part of it; infinity where
+    /// it does not.
+    pub fn sinks(&self, from: DVec3, way: DVec3, after: f64) -> f64 {
+        let t = self.normal.dot(self.corners[0] - from) / self.normal.dot(way);
+        if t > after { t } else { f64::INFINITY }
+    }
+
+    /// The ends of an edge.
+    pub fn edge(&self, k: usize) -> [DVec3; 2] {
+        [self.corners[k], self.corners[(k + 1) % 3]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn roof(light: DVec4) -> Caster {
+        let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
+        Caster::new(&met, [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)], light)
+    }
+
+    #[test]
+    fn a_shadow_ends_where_its_edge_falls() {
+        let sun = roof(DVec4::new(0.0, 1.0, 0.0, 0.0));
+        let lamp = roof(DVec4::new(0.0, 4.0, 0.0, 1.0));
+        let inside = DVec3::new(0.5, 0.0, 0.5);
+        assert!(sun.shades(inside) && lamp.shades(inside));
+        assert!(!sun.shades(DVec3::new(1.5, 0.0, 1.5)) && lamp.shades(DVec3::new(1.5, 0.0, 1.5)));
+        assert_eq!(sun.exit(inside, DVec3::X), (1.0, 1));
+        // A lamp at twice the roof's height doubles it.
+        assert_eq!(lamp.exit(inside, DVec3::X), (3.0, 1));
+        assert_eq!(lamp.exit(inside, DVec3::NEG_X), (0.5, 2));
+        assert_eq!(sun.height(inside, DVec3::Y), 2.0);
+        assert_eq!(sun.edge(1), [DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)]);
+        assert_eq!(sun.exit(DVec3::new(3.0, 0.0, 0.0), DVec3::X).0, 0.0);
+    }
+
+    #[test]
+    fn a_ramp_sinks_below_the_floor_that_it_stands_in() {
+        let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
+        let corners = [DVec3::new(0.0, 1.0, -1.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(2.0, -1.0, 0.0)];
+        let ramp = Caster::new(&met, corners, DVec4::new(0.0, 1.0, 0.0, 0.0));
+        assert!((ramp.sinks(DVec3::ZERO, DVec3::X, 0.0) - 1.0).abs() < 1e-12);
+        assert_eq!(ramp.sinks(DVec3::ZERO, DVec3::NEG_X, 0.0), f64::INFINITY);
+        assert_eq!(ramp.sinks(DVec3::ZERO, DVec3::Z, 0.0), f64::INFINITY);
+    }
+}

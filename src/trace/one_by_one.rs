@@ -1,0 +1,86 @@
+//! Rays each of which depends on what the last one met.
+
+use glam::DVec3;
+
+use super::batch::Hit;
+use super::hierarchy::{Inner, Tracer};
+use super::kernel::Kernel;
+use super::rays::WorldRay;
+use super::walk::{Closest, Stack, traverse_one};
+
+/// Traces one ray after the other, on one core. Many rays that are known beforehand are faster by [`Tracer::first_hit`].
+#[derive(Debug)]
+pub struct OneByOne<'a> {
+    scene: &'a Inner,
+    stack: Stack,
+}
+
+impl Tracer {
+    /// For rays that are not known beforehand.
+    pub fn one_by_one(&self) -> OneByOne<'_> {
+        OneByOne { scene: &self.inner, stack: Stack::new() }
+    }
+}
+
+impl OneByOne<'_> {
+    /// What a ray meets first, for `0 < t < t_max`: as [`Tracer::first_hit`]. World coordinates; all of them finite, the
+    /// direction not zero.
+    pub fn first_hit(&mut self, origin: DVec3, direction: DVec3, t_max: f64) -> Hit {
+        let ray = WorldRay { origin: origin - self.scene.scene.origin(), direction };
+        first(self.scene, ray, t_max, &mut self.stack)
+    }
+}
+
+#[inline(always)]
+fn first_with<K: Kernel>(scene: &Inner, ray: WorldRay, t_max: f64, stack: &mut Stack) -> Hit {
+    let mut closest = Closest::<false>::new(0.0, t_max, 0.0);
+    traverse_one::<K, _>(scene, &ray, &mut closest, stack);
+    let hit = |(instance, triangle)| Hit { t: closest.t, triangle: triangle as i32, instance: instance as i32 };
+    closest.face.map_or(Hit::NONE, hit)
+}
+
+super::kernel::dispatched! {
+    fn first(scene: &Inner, ray: WorldRay, t_max: f64, stack: &mut Stack) -> Hit = first_with;
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::{Mesh, Progress, Scene};
+
+    /// Triangles at many heights.
+    fn leaves() -> Scene {
+        let at = |k: usize| [(k as f64 * 1.7).sin(), (k as f64 * 2.3).cos(), (k as f64 * 0.9).sin()];
+        let corner = |k: usize| {
+            let ([x, y, z], [dx, dz]) = (at(k / 3), [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]][k % 3]);
+            [x + dx, y + 0.2 * dx, z + dz]
+        };
+        let vertices: Vec<[f64; 3]> = (0..90).map(corner).collect();
+        let faces: Vec<[i64; 3]> = (0..30).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        Scene::from_mesh(Mesh::new(&vertices, &faces).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn rays_one_by_one_meet_what_they_meet_together() {
+        let one = leaves();
+        let moved = one.transformed(&DAffine3::from_translation(DVec3::new(0.3, 0.5, -0.2))).unwrap();
+        for scene in [one.clone(), one.joined(&moved).unwrap()] {
+            let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+            let place = |k: usize| 0.15 * k as f64 - 1.5;
+            let origins: Vec<[f64; 3]> = (0..400).map(|k| [place(k % 20), 4.0, place(k / 20)]).collect();
+            let directions = vec![[0.1, -1.0, 0.05]; origins.len()];
+            let together = tracer.first_hit(&origins, &directions, &Progress::new()).unwrap();
+            let mut alone = tracer.one_by_one();
+            for ((o, d), hit) in origins.iter().zip(&directions).zip(&together) {
+                let (o, d) = (DVec3::from_array(*o), DVec3::from_array(*d));
+                assert_eq!(alone.first_hit(o, d, f64::INFINITY), *hit);
+                // Not what ends at a hit.
+                assert!(hit.triangle < 0 || alone.first_hit(o, d, hit.t) == Hit::NONE);
+            }
+            let met = together.iter().filter(|hit| hit.triangle >= 0).count();
+            assert!(met > 100 && met < 400, "{met}");
+        }
+    }
+}

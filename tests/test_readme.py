@@ -30,7 +30,7 @@ def test_the_first_screen_is_what_the_command_prints(shared_scenes):
     text = README.read_text(encoding="utf-8")
     city = shared_scenes / "kenney_city.glb"
     assert script("first_screen").written(text, city) == text, "run: python docs/first_screen.py kenney_city.glb"
-    assert "$ shadowlab advise city.glb --memory" in text[:2000]
+    assert "$ shadowlab advise city.glb\n" in text[:2000]
 
 
 def test_tables_are_up_to_date(generate):

@@ -308,9 +308,9 @@ def test_little_seen_and_pixels_outside_are_told():
     assert "The view at 10 has less than 5.00 % of the pixels filled: move closer." in said(
         outcomes, filled={"at 10": 0.01}
     )
-    numbers = {"misclassified": 1000, "share": 0.01, "compared": PIXELS, "outside": 77}
+    numbers = {"misclassified": 1000, "share": 0.01, "compared": PIXELS, "outside": 99, "outside_shadow": 77}
     lost = [outcome("mine", seen("x", 10), 0.01, numbers=numbers)]
-    assert "mine leaves up to 77 pixels of a view outside of its maps" in said(lost)
+    assert "mine leaves up to 77 pixels in shadow of a view outside of its maps" in said(lost)
 
 
 def test_failures_for_one_reason_are_told_together_and_with_their_budget():

@@ -23,7 +23,9 @@ def scene():
 
 @pytest.fixture(scope="module")
 def study(scene):
-    p = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light, resolution=256)
+    samples = sl.View(scene, scene.camera, scene.light, size=SIZE).samples()
+    technique = sl.technique("lispsm")
+    p = technique.parameterize(scene, scene.camera, scene.light, resolution=256, samples=samples)
     mine = sl.Parameterization.from_matrix(np.array(p.matrix), resolution=256)
     techniques = {"uniform": "uniform", "lispsm": "lispsm", "mine": mine, "split": "z_partition:count=2", "log": "log"}
     return sl.compare(scene, scene.camera, scene.light, techniques, resolution=256, size=SIZE, progress=False)

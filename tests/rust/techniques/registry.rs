@@ -5,8 +5,9 @@ use std::path::Path;
 
 use shadowlab::techniques::{self, FIT, Kind, MARGIN, Make, ParamSpec, RANGE, TECHNIQUES, Value};
 
-/// What `src/techniques` holds beside techniques: the list, how names and texts find its entries, what all are made with.
-const NO_TECHNIQUE: [&str; 4] = ["kit", "mod.rs", "registry.rs", "text.rs"];
+/// What `src/techniques` holds beside techniques: the list, how names and texts find its entries, what all are made with, and
+/// what makes a technique by body of any.
+const NO_TECHNIQUE: [&str; 5] = ["by_body.rs", "kit", "mod.rs", "registry.rs", "text.rs"];
 
 #[test]
 fn every_file_or_folder_is_a_technique_and_every_technique_has_one() {

@@ -92,3 +92,24 @@ def renderer(request):
     if request.param == "gpu":
         return request.getfixturevalue("gpu_renderer")
     return imported("shadowlab").Renderer(backend="cpu")
+
+
+@pytest.fixture(scope="session")
+def mesh(tmp_path_factory) -> str:
+    """The path of a file with a box."""
+    path = tmp_path_factory.mktemp("meshes") / "box.ply"
+    imported("trimesh").creation.box().export(path)
+    return str(path)
+
+
+@pytest.fixture
+def run(capfd):
+    """Runs the command line in this process: (status, standard output, standard error)."""
+    main = imported("shadowlab.cli").main
+
+    def call(*words):
+        status = main([str(word) for word in words])
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return call

@@ -19,15 +19,9 @@ SMALL = ("--size", "32x18", "--backend", "cpu", "--technique", "uniform", "--tec
 
 
 @pytest.fixture
-def run(capfd):
-    """Runs the command line in this process: (status, standard output, standard error)."""
-
-    def call(*words):
-        status = cli.main(["advise", *(str(word) for word in words)])
-        out, err = capfd.readouterr()
-        return status, out, err
-
-    return call
+def run(run):
+    """Runs `shadowlab advise`."""
+    return lambda *words: run("advise", *words)
 
 
 def test_it_ranks_and_writes_and_says_where(run, tmp_path):

@@ -7,32 +7,12 @@ import shlex
 
 import numpy as np
 import pytest
-import trimesh
 
 import shadowlab as sl
 from shadowlab import cli
 from shadowlab.reports.study_arrays import RUN_KEYS, VIEW_KEYS
 
 SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
-
-
-@pytest.fixture(scope="module")
-def mesh(tmp_path_factory):
-    path = tmp_path_factory.mktemp("meshes") / "box.ply"
-    trimesh.creation.box().export(path)
-    return str(path)
-
-
-@pytest.fixture
-def run(capfd):
-    """Runs the command line in this process: (status, standard output, standard error)."""
-
-    def call(*words):
-        status = cli.main([str(word) for word in words])
-        out, err = capfd.readouterr()
-        return status, out, err
-
-    return call
 
 
 def test_a_scene_without_its_own_view_gets_one(run, mesh):

@@ -1,251 +1,160 @@
-"""Samples of a view, the maps that are made for them, and what is foretold from them."""
+"""Techniques that look at what the camera sees, and techniques within techniques, from Python."""
 
 from __future__ import annotations
 
-import itertools
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.errors import ArgumentError, ShadowlabWarning
-
-SCENES = ("courtyard", "robots", "ceiling", "skylight", "dueling")
-BODY = "lispsm:near=delta-z,range=body,fit=exact"
-FIRST = "lispsm:near=delta-z,fit=exact"
-# Pixels along each side, and texels: half of those of docs/defaults.md, for time.
-SIZE, RESOLUTION = 256, 512
+from shadowlab.errors import ArgumentError, UnknownNameError, UnsupportedError
+from shadowlab.text import format_spec
 
 
 @pytest.fixture(scope="module")
-def views():
-    return [
-        sl.View(scene, scene.camera.replace(aspect=1.0), scene.light, size=(SIZE, SIZE), label=name)
-        for name, scene in ((name, sl.library.scene(name)) for name in SCENES)
-    ]
+def scene():
+    return sl.library.scene("courtyard")
 
 
 @pytest.fixture(scope="module")
-def robots(views):
-    return views[SCENES.index("robots")]
+def seeing():
+    """A technique that splits by the depths that are seen."""
+    return sl.technique("z_partition", splits="equal-log", count=3)
 
 
-def wrong(view, technique):
-    run = sl.evaluate(view, technique, RESOLUTION, metrics=["misclassified"], renderer="cpu")
-    assert not run.failure, run.failure
-    return run.row()["misclassified"]
+def ends(p):
+    return np.array([part.eye_depth[1] for part in p.partitions])
 
 
-def seen_in(view, p, samples):
-    return p.parameterize(view.scene, view.camera, view.light, resolution=RESOLUTION, samples=samples)
+def test_samples_are_drawn_where_none_are_given(scene, seeing):
+    assert seeing.needs_samples
+    assert not sl.technique("z_partition").needs_samples
+    own = seeing.parameterize(scene, scene.camera, scene.light, resolution=256)
+    # The size that the documentation names: about 128 by 128 pixels of the camera's aspect, drawn by the CPU renderer.
+    root = np.sqrt(scene.camera.aspect)
+    g = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(round(128 * root), round(128 / root)))
+    given = seeing.parameterize(scene, scene.camera, scene.light, resolution=256, samples=g)
+    np.testing.assert_array_equal(given.matrices, own.matrices)
+    np.testing.assert_array_equal(ends(given), ends(own))
 
 
-def test_samples_are_points_of_the_picture(robots):
-    samples = robots.samples(renderer="cpu")
-    n = len(samples)
-    assert 0 < n <= 4096
-    assert samples.positions.shape == samples.normals.shape == (n, 3)
-    assert samples.jacobian.shape == (n, 2, 3)
-    np.testing.assert_allclose(np.linalg.norm(samples.edge_normals, axis=1), 1.0, atol=1e-6)
-    np.testing.assert_allclose(np.linalg.norm(samples.normals, axis=1), 1.0, atol=1e-6)
-    depth = (samples.positions - np.asarray(robots.camera.eye)) @ np.asarray(robots.camera.forward)
-    np.testing.assert_allclose(samples.eye_depth, depth, rtol=1e-12)
-    assert set(np.unique(samples.shadow)) <= {sl.trace.Truth.SHADOW, sl.trace.Truth.LIT}
-    assert samples.receivers == np.count_nonzero(np.asarray(robots.gbuffer("cpu").triangle) >= 0)
-
-
-def test_the_jacobian_is_the_central_difference_of_the_picture(robots):
-    samples = robots.samples(renderer="cpu")
-    clip = np.asarray(robots.camera.clip_from_world)
-
-    def pixel(p):
-        h = np.column_stack([p, np.ones(len(p))]) @ clip.T
-        ndc = h[:, :2] / h[:, 3:]
-        return (ndc * (1, -1) + 1) * 0.5 * SIZE
-
-    step = 1e-5
-    for axis in range(3):
-        moved = np.zeros(3)
-        moved[axis] = step
-        difference = (pixel(samples.positions + moved) - pixel(samples.positions - moved)) / (2 * step)
-        np.testing.assert_allclose(samples.jacobian[:, :, axis], difference, rtol=1e-5, atol=1e-5)
-
-
-def test_edges_lie_between_shadow_and_light(robots):
-    samples = robots.samples(shadows="traced", renderer="cpu")
-    truth = np.asarray(robots.truth())
-    offset = samples.positions - np.asarray(robots.camera.eye)
-    at = offset @ np.stack([robots.camera.right, robots.camera.up, robots.camera.forward], axis=1)
-    tan = np.tan(0.5 * robots.camera.fov_y)
-    column = (0.5 * SIZE * (1 + at[:, 0] / (at[:, 2] * tan))).astype(int)
-    row = (0.5 * SIZE * (1 - at[:, 1] / (at[:, 2] * tan))).astype(int)
-    np.testing.assert_array_equal(truth[row, column], samples.shadow)
-    # Three pixels along the normal it is lit, and against it dark, where anything is known there; thin shadows aside.
-    ahead, behind = (
-        truth[
-            np.clip(np.rint(row + way * samples.edge_normals[:, 1]).astype(int), 0, SIZE - 1),
-            np.clip(np.rint(column + way * samples.edge_normals[:, 0]).astype(int), 0, SIZE - 1),
-        ]
-        for way in (3.0, -3.0)
+def test_samples_that_are_given_are_used(scene, seeing):
+    near = sl.Camera.look_at(
+        scene.camera.eye, np.add(scene.camera.eye, [0, -1, -0.2]), near=scene.camera.near, far=scene.camera.far
     )
-    known = np.isin(ahead, (0, 1)) & np.isin(behind, (0, 1))
-    assert np.mean(ahead[known] > behind[known]) > 0.6
-    assert np.mean(ahead[known] < behind[known]) < 0.05
+    other = sl.Renderer("cpu").gbuffer(scene, near, size=64)  # the ground below the eye alone
+    make = {
+        name: seeing.parameterize(scene, scene.camera, scene.light, samples=g)
+        for name, g in (("own", None), ("other", other))
+    }
+    assert ends(make["other"])[0] < ends(make["own"])[0]
 
 
-def test_thinning_is_even_and_keeps_the_pixels_at_edges(robots):
-    many, few = robots.samples(count=10**6, renderer="cpu"), robots.samples(count=100, renderer="cpu")
-    assert len(few) == 100 < len(many)
-    assert many.weights.sum() == len(many)
-    assert few.weights.sum() == pytest.approx(len(many), rel=1e-5)
-    # In each quarter of the picture as many of a hundred as of all, with a few to spare.
-    center = np.asarray(robots.camera.eye) + np.outer(few.eye_depth, robots.camera.forward)
-    right = ((few.positions - center) @ np.asarray(robots.camera.right)) > 0
-    of_all = np.asarray(robots.camera.eye) + np.outer(many.eye_depth, robots.camera.forward)
-    share = np.mean(((many.positions - of_all) @ np.asarray(robots.camera.right)) > 0)
-    assert abs(np.mean(right) - share) < 0.1
+@pytest.mark.parametrize("aspect", [1e-4, 1e4])
+def test_a_camera_of_any_aspect_has_samples(scene, seeing, aspect):
+    c = scene.camera
+    thin = sl.Camera.look_at(c.eye, np.asarray(c.eye) + c.forward, aspect=aspect, near=c.near, far=c.far)
+    assert np.isfinite(seeing.parameterize(scene, thin, scene.light, resolution=64).matrices).all()
 
 
-@pytest.mark.parametrize("fit", ["seen", "shadow"])
-def test_no_receiver_of_the_views_own_samples_is_outside(views, fit):
-    for view in views:
-        samples = view.samples(shadows="traced", renderer="cpu")
-        for name in ("lispsm", "gmnpr", "uniform", "psm", "plane_optimal"):
-            p = seen_in(view, sl.technique(name, fit=fit), samples)
-            all_outside, in_shadow = samples.outside(p)
-            assert in_shadow == 0, (view.label, name)
-            if fit == "seen":
-                assert all_outside == 0, (view.label, name)
+def test_compare_hands_over_the_pixels_that_it_compares(scene):
+    got = []
 
+    class Seeing:
+        name, settings, needs_samples = "seeing", {}, True
 
-def test_a_small_picture_misses_few_receivers(views):
-    missed = []
-    for view in views:
-        own = view.samples(shadows="traced", renderer="cpu")
-        p = seen_in(view, sl.technique("lispsm", fit="seen"), view.samples(128, renderer="cpu"))
-        missed.append(own.outside(p)[0] / own.receivers)
-    assert np.median(missed) <= 0.0005
-    assert max(missed) <= 0.01
+        def parameterize(self, scene, camera, light, *, resolution, samples):
+            got.append(samples)
+            return sl.technique("uniform").parameterize(scene, camera, light, resolution=resolution)
 
-
-def test_the_default_is_good_on_all_scenes(views):
-    """The bounds that docs/defaults.md states for more views, on the library's."""
-    uniform, default = ([wrong(view, name) for view in views] for name in ("uniform", "lispsm"))
-    better = [min(wrong(view, BODY), wrong(view, FIRST)) for view in views]
-    assert sum(default) <= 0.45 * sum(uniform)
-    assert all(own <= 1.05 * plain + 3 for own, plain in zip(default, uniform, strict=True))
-    assert all(own <= 1.3 * other for own, other in zip(default, better, strict=True))
-
-
-def test_the_near_plane_does_not_move_the_map(robots):
-    first = float(robots.gbuffer("cpu").view_depth.min())
-    base = wrong(robots, "lispsm")
-    for share in (1e-3, 0.1, 0.9):
-        moved = sl.View(robots.scene, robots.camera.replace(near=share * first), robots.light, size=robots.size)
-        # The picture's own rounding moves a few samples: less than the lattice's scatter.
-        assert abs(wrong(moved, "lispsm") - base) <= 0.07 * base + 3
-
-
-def test_foretold_counts_put_techniques_in_order(views):
-    names = ("uniform", "uniform:fit=shadow", BODY, "lispsm", "gmnpr", "z_partition:count=2")
-    for view in views:
-        drawn = [wrong(view, name) for name in names]
-        foretold = [sl.predict(view, name, RESOLUTION, renderer="cpu") for name in names]
-        assert drawn[int(np.argmin(foretold))] <= 1.25 * min(drawn), view.label
-        # Counts that are apart by more than predictions are off.
-        for a, b in itertools.permutations(range(len(names)), 2):
-            if drawn[a] > 1.6 * drawn[b]:
-                assert foretold[a] > foretold[b], (view.label, names[a], names[b])
-
-
-def test_samples_of_an_engine_give_the_same_map(robots):
-    """All pixels as arrays: the hull is the same, so is the map of a formula."""
-    g = robots.gbuffer("cpu")
-    seen = np.asarray(g.triangle) >= 0
-    states = np.asarray(robots.truth())[seen]
-    own = robots.samples(shadows="traced", renderer="cpu")
-    made = sl.Samples.from_arrays(
-        g.position[seen], g.normal[seen], robots.camera, robots.light, size=SIZE, shadows=states,
-        edge_normals=np.zeros((len(states), 2)),
+    study = sl.compare(
+        scene, scene.camera, scene.light, [Seeing(), "z_partition:splits=min-max"],
+        resolution=64, size=(64, 36), renderer="cpu", progress=False,
     )  # fmt: skip
-    technique = sl.technique("lispsm", near="delta-z", fit="seen")
-    a, b = (np.asarray(seen_in(robots, technique, samples).matrix) for samples in (own, made))
-    # Positions are kept as float32 relative to another origin.
-    np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-4)
+    assert got[0] == sl.View(scene, scene.camera, scene.light, size=(64, 36)).samples(renderer="cpu")
+    assert (got[0].size, got[0].receivers) == ((64, 36), np.count_nonzero(np.asarray(study.gbuffer.triangle) >= 0))
+    assert study.table["failure"].tolist() == ["", ""]
+    exact = sl.technique("z_partition:splits=min-max").parameterize(
+        scene, scene.camera, scene.light, resolution=64, samples=study.gbuffer
+    )
+    np.testing.assert_array_equal(study.runs[1].parameterization.matrices, exact.matrices)
 
 
-def test_without_samples_a_technique_draws_its_own(robots):
-    p = sl.technique("lispsm").parameterize(robots.scene, robots.camera, robots.light, resolution=RESOLUTION)
-    samples = robots.samples(128, renderer="cpu")
-    q = seen_in(robots, sl.technique("lispsm"), samples)
-    np.testing.assert_allclose(p.matrix, q.matrix, rtol=1e-9)
-    g = sl.Renderer("cpu").gbuffer(robots.scene, robots.camera, size=128)
-    np.testing.assert_allclose(seen_in(robots, sl.technique("lispsm"), g).matrix, q.matrix, rtol=1e-9)
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to a process work differently there")
+def test_ctrl_c_stops_a_technique_that_draws():
+    code = (
+        "import os, signal, threading, shadowlab as sl\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "scene = sl.library.scene('forest')\n"
+        "seeing = sl.technique('z_partition', splits='min-max')\n"
+        "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n"
+        "    for _ in range(100000): seeing.parameterize(scene, scene.camera, scene.light)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('stopped')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.strip() == "stopped", done.stderr
 
 
-def test_several_lights_and_placed_ones():
-    scene = sl.library.scene("robots")
-    middle = np.asarray(scene.bounds).mean(axis=0)
-    lights = [
-        scene.light,
-        sl.SpotLight(middle + np.array((3, 12, 5)), (-0.2, -1, -0.3), cone_angle=1.4, range=60.0),
-        sl.PointLight(middle + np.array((2, 9, 3)), range=60.0),
-    ]
-    view = sl.View(scene, scene.camera, lights, size=(160, 90))
-    found = view.samples(renderer="cpu")
-    assert [one.light for one in found] == lights
-    for one, samples in zip(view.views, found, strict=True):
-        p = sl.technique("lispsm").parameterize(scene, view.camera, one.light, resolution=256, samples=samples)
-        assert samples.outside(p)[1] == 0, one.label
-    run = sl.evaluate(view, "lispsm", 256, metrics=["misclassified"], renderer="cpu")
-    assert run.row()["outside_shadow"] == 0
-    assert run.row()["samples_ms"] > 0
+@pytest.mark.parametrize(
+    ("inner", "text"),
+    [
+        ("lispsm", "lispsm"),
+        ("lispsm:near=optimal", "lispsm:near=optimal"),
+        (sl.technique("lispsm"), "lispsm"),
+        (sl.technique("lispsm", near="optimal"), "lispsm"),  # its default
+        (sl.technique("lispsm", near="delta-z"), "lispsm:near=delta-z"),
+        (
+            [sl.technique("lispsm", near="delta-z", axis="middle"), "uniform"],
+            "(lispsm:near=delta-z,axis=middle)/uniform",
+        ),
+        (("uniform", "lispsm:near=basic"), "uniform/(lispsm:near=basic)"),
+    ],
+    ids=str,
+)
+def test_techniques_within_techniques(scene, inner, text):
+    outer = sl.technique("z_partition", count=3, inner=inner)
+    assert outer.settings["inner"] == text
+    again = sl.technique(format_spec(outer.name, outer.settings))
+    assert again.settings == outer.settings
+    made = [t.parameterize(scene, scene.camera, scene.light, resolution=128) for t in (outer, again)]
+    np.testing.assert_array_equal(made[0].matrices, made[1].matrices)
+    names = [one.partition(":")[0].strip("(") for one in text.split("/")]
+    assert [part.technique for part in made[0].partitions] == (names + 3 * names[-1:])[:3]
 
 
-def test_old_words_of_settings_warn():
-    with pytest.warns(ShadowlabWarning, match="range=body"):
-        old = sl.technique("psm", range="receivers")
-    assert old == sl.technique("psm", range="body")
-    with pytest.warns(ShadowlabWarning, match="range=body"):
-        assert sl.technique("z_partition:range=receivers") == sl.technique("z_partition:range=body")
+@pytest.mark.parametrize(
+    "distances", [(5, 20), [5.0, 20.0], np.array([5, 20]), np.array([5.0, 20.0], np.float32), "5,20"]
+)
+def test_lists_of_numbers(distances):
+    one = sl.technique("z_partition", distances=distances)
+    assert one.settings["distances"] == (5.0, 20.0)
+    assert sl.technique(format_spec(one.name, one.settings)).settings == one.settings
 
 
-def test_what_samples_cannot_be(robots):
-    g, camera, light = robots.gbuffer("cpu"), robots.camera, robots.light
-    with pytest.raises(ArgumentError, match="light"):
-        sl.Samples.from_gbuffer(g, camera, shadows=robots.truth())
-    with pytest.raises(ArgumentError, match="shadows"):
-        sl.Samples.from_gbuffer(g, camera, light, shadows=np.zeros((3, 3), np.int8))
-    with pytest.raises(ArgumentError, match="unit vectors"):
-        sl.Samples.from_arrays([[0, 0, 0]], [[0, 2, 0]], camera)
-    with pytest.raises(ArgumentError, match="finite"):
-        sl.Samples.from_arrays([[np.nan, 0, 0]], [[0, 1, 0]], camera)
-    with pytest.raises(ArgumentError, match="shadows"):
-        robots.samples(shadows="drawn")
-    with pytest.raises(ArgumentError, match="count"):
-        robots.samples(count=0)
-    plain = sl.Samples.from_gbuffer(g, camera)
-    with pytest.raises(ArgumentError, match="shadow"):
-        seen_in(robots, sl.technique("lispsm"), plain)
-    seen_in(robots, sl.technique("gmnpr", fit="seen"), plain)
-    other = sl.Samples.from_gbuffer(g, camera, sl.DirectionalLight((0, -1, 0)), shadows=robots.truth())
-    with pytest.raises(ArgumentError, match="light"):
-        seen_in(robots, sl.technique("lispsm"), other)
-    with pytest.raises(ArgumentError, match="samples"):
-        seen_in(robots, sl.technique("lispsm"), 3)
-    with pytest.raises(ArgumentError, match="over=seen"):
-        sl.technique("lispsm", over="body", norm="edge")
-    with pytest.raises(ArgumentError, match="margin"):
-        seen_in(robots, sl.technique("lispsm", margin=200), robots.samples(renderer="cpu"))
+def test_the_report_of_a_technique_within_a_technique_runs_again(scene):
+    from shadowlab.reports.reproduce import command_line, python_snippet
+
+    study = sl.compare(
+        scene, scene.camera, scene.light, ["z_partition:distances=(5,20),inner=(lispsm:near=basic)/uniform"],
+        resolution=64, size=(64, 36), renderer="cpu", progress=False,
+    )  # fmt: skip
+    names: dict = {}
+    exec(compile(python_snippet(study, study.runs), "snippet", "exec"), names)
+    assert names["study"].table["misclassified"].tolist() == study.table["misclassified"].tolist()
+    assert "inner=(lispsm:near=basic)/uniform" in command_line(study, study.runs)
 
 
-def test_nothing_seen_and_nothing_in_shadow():
-    floor = sl.Scene.from_arrays([[-9, 0, -9], [9, 0, -9], [9, 0, 9], [-9, 0, 9]], [[0, 2, 1], [0, 3, 2]])
-    sun = sl.DirectionalLight((0.2, -1, 0.1))
-    ahead = sl.Camera.look_at((0, 2, 8), (0, 0, 0))
-    away = sl.Camera.look_at((0, 2, 8), (0, 9, 30))
-    lit = sl.technique("lispsm").parameterize(floor, ahead, sun, resolution=256)
-    assert "no_shadow" in {note.kind for note in lit.notes}
-    for camera, light in ((away, sun), (ahead, sl.DirectionalLight((0, 1, 0)))):
-        p = sl.technique("lispsm").parameterize(floor, camera, light, resolution=256)
-        assert np.isfinite(p.matrix).all()
+def test_what_is_wrong_is_told(scene, seeing):
+    with pytest.raises(UnknownNameError, match="lipsm"):
+        sl.technique("z_partition", inner="lipsm")
+    for bad in (object(), {}, [], [1, "lispsm"]):
+        with pytest.raises(ArgumentError, match="inner: expected"):
+            sl.technique("z_partition", inner=bad)
+    with pytest.raises(ArgumentError, match=r"samples: expected a shadowlab.Samples"):
+        seeing.parameterize(scene, scene.camera, scene.light, samples="mine")
+    with pytest.raises(UnsupportedError):
+        sl.technique("log").parameterize(scene, scene.camera, sl.PointLight((0, 3, 0), range=9))

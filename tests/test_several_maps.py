@@ -74,9 +74,13 @@ def test_each_pixel_asks_the_map_of_its_depth(study, cascades):
 def test_the_verdict_tells_equal_resolution_from_equal_memory(study):
     text = study.verdict
     assert "two is worth it" not in text
-    wrong = study.table.set_index(["technique", "resolution"])["misclassified"]
-    assert "uniform at 256² has 2 times the texels of two at 2 × 128²" in text
-    assert f"{wrong['uniform', 256]:,} wrong pixels" in text
+    table = study.table.set_index(["technique", "resolution"])
+    (plain, of_plain), (split, of_split) = (
+        (row["misclassified"], f"{100 * row['share']:.3g} %")
+        for row in (table.loc[("uniform", 256)], table.loc[("two", 128)])
+    )
+    told = f"{plain:,} wrong pixels ({of_plain}) against {split:,} ({of_split})"
+    assert f"uniform at 256² has 2 times the texels of two at 2 × 128², and {told}." in text
 
 
 def verdict(table):
@@ -96,7 +100,8 @@ def rows(*given):
 def test_as_many_texels_are_said_so():
     text = verdict(rows(("uniform", 1024, 1, 4000), ("uniform", 2048, 1, 1500), ("split", 1024, 4, 1000)))
     assert "split at 4 × 1024² has the fewest wrong pixels: 1,000 pixels" in text
-    assert "uniform at 2048² has as many texels as split at 4 × 1024²" in text
+    told = "1,500 wrong pixels (1.50 %) against 1,000 (1.00 %)"
+    assert f"uniform at 2048² has as many texels as split at 4 × 1024², and {told}." in text
 
 
 def test_of_equal_counts_the_fewest_texels_come_first():

@@ -64,11 +64,10 @@ def matrix_command(options: Namespace) -> int:
         if is_parameterization(technique)
         else fitted(technique, View(scene, camera, light, size), resolution, Renderer("cpu"))
     )
-    content = written(p, options.format, convention)
+    write_out(written(p, options.format, convention), options.out)
     if options.format != "json":
         for line in details(p, convention):
             print(f"shadowlab: note: {line}", file=sys.stderr)
-    write_out(content, options.out)
     return 0
 
 

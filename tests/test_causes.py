@@ -58,11 +58,8 @@ class View:
         draw = renderer or self.renderer
         p = technique
         if isinstance(technique, str):
-            p = (
-                sl.technique(technique)
-                .by_body()
-                .parameterize(self.scene, self.camera, self.light, resolution=resolution)
-            )
+            by_body = sl.technique(technique).by_body()
+            p = by_body.parameterize(self.scene, self.camera, self.light, resolution=resolution)
         maps = draw.shadow_map(self.scene, p, resolution=resolution)
         mask = draw.shadow_mask(
             self.scene, self.camera, self.light, p, resolution=resolution, size=self.size, bias=bias, filter=filter

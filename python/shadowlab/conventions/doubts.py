@@ -7,8 +7,8 @@ rows x, y and w vanish on the light's homogeneous point. Other conventions break
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .._core import GBuffer
     from ..types import Light
 
+# The kind of note that such doubts are.
+DOUBT: Final = "check_matrix"
 # How far the rows may miss the light, relative to their norms on the visible scene: a tenth of a texel of the largest
 # map (16384 texels over 2 units), and above what products of single-precision matrices leave (a few 2^-24).
 LARGEST_RESIDUAL = 1e-5
@@ -82,7 +84,12 @@ def doubt_about(
         values["share"] = 100.0 * float(below.mean())
     if not inside.any():
         details.append("nothing_in_map")
-    return Note("check_matrix", details, values) if details else None
+    return Note(DOUBT, details, values) if details else None
+
+
+def doubts_in(notes: Iterable[Note]) -> list[str]:
+    """What the notes of a map say against its matrices; empty where nothing does."""
+    return [reason for note in notes if note.kind == DOUBT for reason in note.reasons]
 
 
 def residual(shadow_clip_from_local: np.ndarray, source: np.ndarray) -> float:

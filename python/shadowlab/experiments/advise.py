@@ -22,7 +22,7 @@ from .arguments import check_types, size_of
 from .candidates import Candidate, Draw, Outcome, candidates_of, outcomes_of, planned
 from .choice import Choice, Gain, choice_of, gains
 from .columns import table
-from .counts import WrongPixels
+from .counts import WrongPixels, most_unjudged
 from .measures import ErrorName, Measure, Over, measure_of, over_of
 from .memory import DEFAULT_MEMORY, budgets_of, bytes_of, memory_text
 from .noise import outcomes_with_noise
@@ -131,7 +131,7 @@ class Advice(Value):
     @property
     def unjudged(self) -> float:
         """Largest share of the visible pixels of a view that no run could compare."""
-        return max((WrongPixels.of(o.numbers).unjudged for o in self.outcomes if o.error is not None), default=0.0)
+        return most_unjudged(WrongPixels.of(o.numbers) for o in self.outcomes if o.error is not None)
 
     @property
     def best(self) -> Choice:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from ..conventions.doubts import doubts_in
 from ..errors import ArgumentError
 from ..scene.source import Source
 from ..scene.view import View, light_of
@@ -26,7 +27,7 @@ from ..travel import Value
 from .arguments import check_types, resolutions_of, size_of
 from .by_run import ByRun
 from .columns import table
-from .counts import Comparison, WrongPixels, against_uniform, relation
+from .counts import Comparison, WrongPixels, against_uniform, most_unjudged, relation
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
 from .noise import with_noise
@@ -196,13 +197,12 @@ class Study(Value):
     @property
     def best(self) -> tuple[Run, ...]:
         """The run with the fewest wrong pixels, then those that have about as many; none where no truth was traced."""
-        judged = self._judged
+        judged = [(WrongPixels.of(run.numbers), run) for run in self._judged]
         if not judged:
             return ()
-        wrong = {id(run): WrongPixels.of(run.numbers) for run in judged}
-        first = min(judged, key=lambda run: (wrong[id(run)].count, run.resolution))
-        near = [run for run in judged if run is not first]
-        return (first, *(run for run in near if relation(wrong[id(run)], wrong[id(first)]) == "about_equal"))
+        least, first = min(judged, key=lambda one: (one[0].count, one[1].resolution))
+        near = [run for wrong, run in judged if run is not first and relation(wrong, least) == "about_equal"]
+        return (first, *near)
 
     @property
     def comparisons(self) -> tuple[Comparison, ...]:
@@ -214,13 +214,12 @@ class Study(Value):
     @property
     def unjudged(self) -> float:
         """Largest share, over the runs, of visible pixels that are undecided or not compared."""
-        return max((WrongPixels.of(run.numbers).unjudged for run in self._judged), default=0.0)
+        return most_unjudged(WrongPixels.of(run.numbers) for run in self._judged)
 
     @property
     def _judged(self) -> list[Run]:
         """The runs that a verdict ranks."""
-        doubted = [run for run in self._done if any(note.kind == "check_matrix" for note in run.notes)]
-        return [run for run in self._done if "compared" in run.numbers and run not in doubted]
+        return [run for run in self._done if "compared" in run.numbers and not doubts_in(run.notes)]
 
     @property
     def sentences(self) -> list[str]:

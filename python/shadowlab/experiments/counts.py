@@ -5,7 +5,7 @@ Verdicts, rankings and tables take counts from here, so that a number and the se
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -92,6 +92,11 @@ class Comparison:
     def ratio(self) -> float | None:
         """Wrong pixels of the technique by those of the baseline; None where the baseline has none."""
         return self.mine.count / self.other.count if self.other.count else None
+
+
+def most_unjudged(of: Iterable[WrongPixels]) -> float:
+    """The largest share of visible pixels that no run could compare; 0 of no runs."""
+    return max((one.unjudged for one in of), default=0.0)
 
 
 def relation(mine: WrongPixels, other: WrongPixels) -> Relation:

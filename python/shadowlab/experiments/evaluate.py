@@ -115,11 +115,21 @@ def evaluate(
 
 def fitted(item: Item, view: View, resolution: int, renderer: RendererLike) -> _core.Parameterization:
     """The matrices of a technique in a view; those that are given stay."""
+    return _fitted(item, view, resolution, samples_for(item, view, renderer))
+
+
+def samples_for(item: Item, view: View, renderer: RendererLike) -> _core.Samples | None:
+    """The pixels that are compared, made once for a view; None for techniques that do not look at receivers."""
+    if is_parameterization(item) or not getattr(item, "needs_samples", False):
+        return None
+    return cast("_core.Samples", view.samples(renderer=renderer))
+
+
+def _fitted(item: Item, view: View, resolution: int, samples: _core.Samples | None) -> _core.Parameterization:
     if is_parameterization(item):
         return item
-    # The pixels that are compared, for techniques that look at receivers.
-    samples = {"samples": view.samples(renderer=renderer)} if getattr(item, "needs_samples", False) else {}
-    return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **samples)
+    seen = {} if samples is None else {"samples": samples}
+    return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **seen)
 
 
 def _measured(
@@ -131,11 +141,10 @@ def _measured(
     known: dict[str, Any] = {}
     try:
         numbers: dict[str, float | None] = {}
-        samples: _core.Samples | None = None
-        if getattr(item, "needs_samples", False):
-            samples = cast("_core.Samples", view.samples(renderer=renderer))  # of the view and made once
+        samples = samples_for(item, view, renderer)
+        if samples is not None:
             numbers["samples_ms"] = view.samples_ms(renderer)
-        p, fit_us = median_us(lambda: fitted(item, view, resolution, renderer), timing)
+        p, fit_us = median_us(lambda: _fitted(item, view, resolution, samples), timing)
         known["parameterization"] = p
         if samples is not None:
             numbers["outside_shadow"] = samples.outside(p)[1]

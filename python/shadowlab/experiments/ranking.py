@@ -21,6 +21,7 @@ from itertools import pairwise
 from typing import Any
 
 from .. import _core
+from ..conventions.doubts import doubts_in
 from ..text import listed
 from .candidates import Outcome
 from .memory import memory_text, taken, unused
@@ -63,7 +64,7 @@ class Standing:
     @property
     def doubted(self) -> bool:
         """Whether its matrices are hardly maps of the light, so that it is not ranked."""
-        return any(note.kind == "check_matrix" for note in self.notes)
+        return bool(doubts_in(self.notes))
 
     @property
     def ranked(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 from ..aliasing.causes import CAUSES, CauseName
 from ..experiments.candidates import Outcome
 from ..experiments.choice import Gain, gains
-from ..experiments.counts import WrongPixels
+from ..experiments.counts import WrongPixels, most_unjudged
 from ..experiments.measures import Measure
 from ..experiments.memory import memory_text
 from ..experiments.ranking import Standing, counted_views
@@ -69,7 +69,7 @@ def advice_sentences(
     else:
         by_memory = {gain.memory: gain for gain in gains(ranking)}
         # What no run could compare stands beside the first result.
-        unjudged = max(WrongPixels.of(o.numbers).unjudged for o in outcomes if o.error is not None)
+        unjudged = most_unjudged(WrongPixels.of(o.numbers) for o in outcomes if o.error is not None)
         for memory in budgets:
             of = [s for s in valid if s.memory == memory]
             if of:

@@ -10,7 +10,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .._core import Note
-from ..experiments.counts import WrongPixels, maps_of, relation, texels
+from ..experiments.counts import WrongPixels, maps_of, most_unjudged, relation, texels
 from ..experiments.thresholds import FEW_PIXELS, LITTLE_SEEN, hardly_wrong
 from ..text import listed, share_text
 from .study_errors import best_row, error_sentences
@@ -131,7 +131,7 @@ def _nothing_compared(row: Mapping[str, Any]) -> str:
 def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
     """Which row has the fewest wrong pixels; ties go to the smallest map. Says what no count holds."""
     wrong = [WrongPixels.of(row) for row in drawn]
-    unjudged = unjudged_text(max(one.unjudged for one in wrong))
+    unjudged = unjudged_text(most_unjudged(wrong))
     least = min(one.count for one in wrong)
     best = [row for row, one in zip(drawn, wrong, strict=True) if one.count == least]
     cheapest = min(texels(row) for row in best)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from .._core import Note
+from ..conventions.doubts import doubts_in
 from ..experiments.counts import WrongPixels, maps_of
 from ..experiments.thresholds import UNJUDGED
 from ..text import listed, share_text
@@ -27,7 +28,7 @@ def unwarped_maps(notes: Sequence[Note], maps: int) -> tuple[int, str]:
 
 def doubt_of(notes: Sequence[Note]) -> str:
     """What speaks against a given matrix; empty where nothing does."""
-    return "; ".join(reason for note in notes if note.kind == "check_matrix" for reason in note.reasons)
+    return "; ".join(doubts_in(notes))
 
 
 def rows_of(table: pd.DataFrame) -> list[Mapping[str, Any]]:

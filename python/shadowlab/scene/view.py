@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ GBUFFER_BYTES_PER_PIXEL = 60
 SAMPLE_BYTES = 30
 SAMPLE_COUNT = 4096
 ShadowSource: TypeAlias = Literal["mapped", "traced"]
-SHADOW_SOURCES = ("mapped", "traced", None)
+SHADOW_SOURCES = (*get_args(ShadowSource), None)
 LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
 
 
@@ -127,7 +127,7 @@ class View(Value):
         self,
         size: Size | None = None,
         shadows: ShadowSource | None = "mapped",
-        count: int = 4096,
+        count: int = SAMPLE_COUNT,
         *,
         renderer: RendererArgument = None,
     ) -> PerLight[_core.Samples]:

@@ -18,7 +18,6 @@ from ...experiments.counts import WrongPixels
 from ...experiments.memory import memory_text
 from ...experiments.run import done
 from ...text import listed, plain
-from .. import study_record as record
 from ..advice_record import advice_data, figure_png
 from ..reproduce_advice import snippet_of, whole_advice
 from ..terminal import ADVICE_HEADS, advice_cells
@@ -33,6 +32,8 @@ from .parts import (
     document,
     figure,
     head_cell,
+    page_foot,
+    page_head,
     picture,
     slug,
     swatch,
@@ -113,13 +114,7 @@ def advice_head(advice: Advice) -> str:
         listed([memory_text(one) for one in advice.budgets]), f"by {advice.measure.title}", f"{advice.filter} lookup",
         f"{advice.backend} renderer",
     ]  # fmt: skip
-    first, *others = advice.sentences
-    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
-    return (
-        f'<header class="top"><p class="eyebrow">shadowlab · shadow advice</p><h1>{escape(advice.source.name)}</h1>'
-        f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
-        f'<div class="verdict" role="note" aria-label="Verdict">{paragraphs}</div></header>\n<main>'
-    )
+    return page_head("shadow advice", advice.source.name, facts, advice.sentences)
 
 
 def section_ranking(advice: Advice, ranking: Sequence[Standing], shown: Sequence[Standing]) -> str:
@@ -252,11 +247,9 @@ def section_again(advice: Advice, shown: Sequence[Standing]) -> str:
     details = "".join(
         f"<details><summary>{escape(title)}</summary><pre>{escape(text)}</pre></details>" for title, text in scripts
     )
-    versions = ", ".join(f"{k} {v}" for k, v in record.versions().items())
     return (
         '<section><h2>How to reproduce it</h2><p class="lede">Python with every number and setting; advice.json has '
-        f"as much for every row.</p>{details}</section></main>\n"
-        f"<footer>Made {escape(record.now())} with {escape(versions)}, on {escape(advice.adapter)}.</footer>\n"
+        f"as much for every row.</p>{details}</section>{page_foot(f', on {advice.adapter}')}"
     )
 
 

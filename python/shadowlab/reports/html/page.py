@@ -35,6 +35,8 @@ from .parts import (
     figure,
     flipping,
     head_cell,
+    page_foot,
+    page_head,
     picture,
     slug,
     swatch,
@@ -134,13 +136,7 @@ def head_of(study: Study) -> str:
         f"{study.filter} lookup",
         f"{study.backend} renderer",
     ]
-    first, *others = study.sentences
-    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
-    return (
-        f'<header class="top"><p class="eyebrow">shadowlab · shadow report</p><h1>{escape(study.source.name)}</h1>'
-        f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
-        f'<div class="verdict" role="note" aria-label="Verdict">{paragraphs}</div></header>\n<main>'
-    )
+    return page_head("shadow report", study.source.name, facts, study.sentences)
 
 
 def section_table(study: Study) -> str:
@@ -290,11 +286,9 @@ def again(study: Study, runs: Sequence[Run], title: str) -> str:
 def section_record(study: Study) -> str:
     """What the study was: scene, camera, light, settings, versions."""
     lines = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in record.facts(study))
-    versions = ", ".join(f"{k} {v}" for k, v in record.versions().items())
     return (
         f"<section><h2>What was run</h2><dl>{lines}</dl>{again(study, study.runs, 'Run all of it again')}</section>"
-        "</main>\n"
-        f"<footer>Made {escape(record.now())} with {escape(versions)}.</footer>\n"
+        f"{page_foot()}"
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ... import pictures
 from ...types import RGB
+from .. import study_record
 
 # The two kinds of wrong pixels as the style sheet colours them, lighter on dark pages.
 FALSE_SHADOW, FALSE_LIGHT = "var(--shadow)", "var(--light)"
@@ -31,6 +32,23 @@ def document(title: str, shared: str, body: str) -> str:
         f'<svg width="0" height="0" style="position:absolute" aria-hidden="true"><defs>{shared}</defs></svg>\n'
         f"{body}</body></html>\n"
     )
+
+
+def page_head(kind: str, name: str, facts: Sequence[str], sentences: Sequence[str]) -> str:
+    """What stands on top: the kind of page, what it is of, facts, and the verdict with its first sentence by itself."""
+    first, *others = sentences
+    paragraphs = "".join(f"<p>{escape(text)}</p>" for text in (first, " ".join(others)) if text)
+    return (
+        f'<header class="top"><p class="eyebrow">shadowlab · {escape(kind)}</p><h1>{escape(name)}</h1>'
+        f'<p class="facts">{"".join(f"<span>{escape(f)}</span>" for f in facts)}</p>'
+        f'<div class="verdict" role="note" aria-label="Verdict">{paragraphs}</div></header>\n<main>'
+    )
+
+
+def page_foot(more: str = "") -> str:
+    """What stands below: when the page was made and with which versions, and more."""
+    versions = ", ".join(f"{k} {v}" for k, v in study_record.versions().items())
+    return f"</main>\n<footer>Made {escape(study_record.now())} with {escape(versions)}{escape(more)}.</footer>\n"
 
 
 def figure(content: str, caption: str, aspect: float) -> str:

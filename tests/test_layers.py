@@ -56,18 +56,18 @@ MOST_ROOMS = 16
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
     ("scene.view", "View._repr_html_"): ("reports",),
-    ("experiments.compare", "Study.sentences"): ("reports",),
-    ("experiments.compare", "Study.figure"): ("plot",),
-    ("experiments.compare", "Study.save"): ("reports",),
-    ("experiments.compare", "Study.save_arrays"): ("reports",),
-    ("experiments.compare", "Study._repr_html_"): ("reports",),
-    ("experiments.compare", "Study.__repr__"): ("reports",),
-    ("experiments.advise", "Advice.sentences"): ("reports",),
-    ("experiments.advise", "Advice.reproduce"): ("reports",),
-    ("experiments.advise", "Advice.figure"): ("plot",),
-    ("experiments.advise", "Advice.save"): ("reports",),
-    ("experiments.advise", "Advice._repr_html_"): ("reports",),
-    ("experiments.advise", "Advice.__repr__"): ("reports",),
+    ("experiments.study", "Study.sentences"): ("reports",),
+    ("experiments.study", "Study.figure"): ("plot",),
+    ("experiments.study", "Study.save"): ("reports",),
+    ("experiments.study", "Study.save_arrays"): ("reports",),
+    ("experiments.study", "Study._repr_html_"): ("reports",),
+    ("experiments.study", "Study.__repr__"): ("reports",),
+    ("experiments.advice", "Advice.sentences"): ("reports",),
+    ("experiments.advice", "Advice.reproduce"): ("reports",),
+    ("experiments.advice", "Advice.figure"): ("plot",),
+    ("experiments.advice", "Advice.save"): ("reports",),
+    ("experiments.advice", "Advice._repr_html_"): ("reports",),
+    ("experiments.advice", "Advice.__repr__"): ("reports",),
     # Experiments over many maps stand in the list of aliasing by name; they are loaded at the first use.
     ("aliasing", TYPE_CHECKING): ("experiments",),
 }
@@ -255,7 +255,7 @@ FORBIDDEN = (
 
 @pytest.mark.parametrize("source", FORBIDDEN)
 def test_a_forbidden_import_is_found_however_it_is_written(source):
-    assert len(forbidden("experiments.compare", source)) == 1
+    assert len(forbidden("experiments.study", source)) == 1
 
 
 @pytest.mark.parametrize(
@@ -270,7 +270,7 @@ def test_a_forbidden_import_is_found_however_it_is_written(source):
     ],
 )
 def test_what_points_down_or_is_no_import_passes(source):
-    assert forbidden("experiments.compare", source) == []
+    assert forbidden("experiments.study", source) == []
 
 
 @pytest.mark.parametrize(

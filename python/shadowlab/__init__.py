@@ -40,11 +40,13 @@ if TYPE_CHECKING:
     from . import plot
     from .conventions.diagnosis import Diagnosis, diagnose
     from .doctor import report
-    from .experiments.advise import Advice, advise
-    from .experiments.compare import Study, compare
+    from .experiments.advice import Advice
+    from .experiments.advise import advise
+    from .experiments.compare import compare
     from .experiments.evaluate import evaluate
     from .experiments.predict import predict
     from .experiments.run import Run
+    from .experiments.study import Study
     from .scene.default_view import default_view, default_views
 
 __all__ = [
@@ -98,10 +100,10 @@ sys.modules[f"{__name__}.library"] = library
 
 #: Loaded at the first use: they need pandas and matplotlib, which take longer to import than most renders.
 _LAZY = {
-    "Advice": "experiments.advise",
+    "Advice": "experiments.advice",
     "Diagnosis": "conventions.diagnosis",
     "Run": "experiments.run",
-    "Study": "experiments.compare",
+    "Study": "experiments.study",
     "advise": "experiments.advise",
     "compare": "experiments.compare",
     "default_view": "scene.default_view",

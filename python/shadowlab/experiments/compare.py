@@ -6,290 +6,29 @@ cannot serve the scene or the light leaves its reason in its row and the others 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import _core
-from ..conventions.doubts import doubts_in
 from ..errors import ArgumentError
 from ..scene.source import Source
-from ..scene.view import View, light_of
+from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checks import renderer_of
-from ..travel import Value
 from .arguments import check_types, resolutions_of, size_of
-from .by_run import ByRun
-from .columns import table
-from .counts import Comparison, WrongPixels, against_uniform, most_unjudged, relation
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
 from .noise import with_noise
 from .phases import PHASES, checked_phases
 from .progress import Steps
-from .run import Run
+from .study import Study
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from ..aliasing.causes import Causes
-    from ..aliasing.footprint import Footprint
-    from ..aliasing.summary import Summary
-    from ..aliasing.usage import Usage
-    from ..types import Filter, Light, Mask, RendererArgument, RendererLike, ShadowMaps, Techniques
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Study(Value):
-    """The result of `compare`: a table, pictures, and what they say.
-
-    Attributes
-    ----------
-    table : DataFrame
-        One row a technique and resolution; `failure` says why a row has no numbers.
-    truth : (H, W) int8 or None
-        1 lit, 0 in shadow, -1 undecided, -2 nothing.
-    masks, maps, differences : mapping
-        Per run, by (label, resolution), or by label alone where the study has one resolution: the shadow mask (H, W)
-        float32, the shadow map (H, W) or (K, H, W) float32, and the difference from the truth (H, W) int8 (0 agree,
-        1 false shadow, 2 false light, -1 not compared).
-    chosen : mapping
-        Of runs with several maps: which of them each pixel asks (H, W) int16; -1 for none.
-    causes : mapping
-        Of runs held against the truth: why each wrong pixel is wrong, `aliasing.Causes`.
-    summaries : mapping
-        How large a texel is in the image, `aliasing.Summary`; `footprint` gives the image behind it.
-    verdict : str
-        What the table says, in plain English.
-    """
-
-    runs: tuple[Run, ...]
-    view: View = field(repr=False)
-    bias: _core.Bias
-    filter: Filter
-    backend: str
-    adapter: str
-    source: Source
-    traced: bool = True
-    renderer: RendererLike | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def scene(self) -> _core.Scene:
-        """The scene."""
-        return self.view.scene
-
-    @property
-    def camera(self) -> _core.Camera:
-        """The camera."""
-        return self.view.camera
-
-    @property
-    def light(self) -> Light:
-        """The light."""
-        return light_of(self.view)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of the eye view, pixels."""
-        return self.view.size
-
-    @property
-    def gbuffer(self) -> _core.GBuffer:
-        """What the camera sees."""
-        return self.view.gbuffer(self._draw)
-
-    @property
-    def truth(self) -> NDArray[np.int8] | None:
-        """The traced truth (H, W) int8; None of a study without it."""
-        return self.view.truth() if self.traced else None
-
-    @property
-    def truth_ms(self) -> float | None:
-        """Milliseconds that tracing the truth took; None of a study without it."""
-        return self.view.truth_ms if self.traced else None
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """The numbers, one row per run."""
-        return table("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
-
-    @property
-    def masks(self) -> ByRun[Mask]:
-        """Shadow masks (H, W) float32."""
-        return self._by_run("mask")
-
-    @property
-    def maps(self) -> ByRun[ShadowMaps]:
-        """Shadow maps (H, W) or (K, H, W) float32."""
-        return self._by_run("maps")
-
-    @property
-    def differences(self) -> ByRun[NDArray[np.int8]]:
-        """Differences from the truth (H, W) int8."""
-        return ByRun([run for run in self._done if run.judged], "difference")
-
-    @property
-    def chosen(self) -> ByRun[NDArray[np.int16]]:
-        """The map that each pixel asks (H, W) int16, of runs with several maps."""
-        return ByRun([run for run in self._done if run.several], "chosen")
-
-    @property
-    def causes(self) -> ByRun[Causes]:
-        """Why wrong pixels are wrong."""
-        return ByRun([run for run in self._done if "causes" in run.metrics], "causes")
-
-    @property
-    def summaries(self) -> ByRun[Summary]:
-        """Size of a texel in the image, as numbers."""
-        return ByRun([run for run in self._done if run.summary is not None], "summary")
-
-    def footprint(self, label: str, resolution: int | None = None) -> Footprint:
-        """Size of a texel of a run at every pixel.
-
-        Parameters
-        ----------
-        label : str
-            As in the table.
-        resolution : int, optional
-            Needed where the study has several.
-
-        Raises
-        ------
-        KeyError
-            For a run that is not there or has failed; the message lists those that are.
-        """
-        found: Footprint = self._run(label, resolution).footprint  # type: ignore[assignment]
-        return found
-
-    def usage(self, label: str, resolution: int | None = None) -> Usage:
-        """How often each texel of a run is read; arguments as of `footprint`."""
-        found: Usage = self._run(label, resolution).usage  # type: ignore[assignment]
-        return found
-
-    @property
-    def _draw(self) -> RendererLike:
-        return renderer_of(self.backend if self.renderer is None else self.renderer)
-
-    @property
-    def _done(self) -> list[Run]:
-        return [run for run in self.runs if not run.failure]
-
-    def _by_run(self, what: str) -> ByRun[Any]:
-        return ByRun(self._done, what)
-
-    def _run(self, label: str, resolution: int | None) -> Run:
-        run: Run = self._by_run("run")[label if resolution is None else (label, resolution)]
-        return run
-
-    @property
-    def verdict(self) -> str:
-        """What the table says."""
-        return " ".join(self.sentences)
-
-    @property
-    def best(self) -> tuple[Run, ...]:
-        """The run with the fewest wrong pixels, then those that have about as many; none where no truth was traced."""
-        judged = [(WrongPixels.of(run.numbers), run) for run in self._judged]
-        if not judged:
-            return ()
-        least, first = min(judged, key=lambda one: (one[0].count, one[1].resolution))
-        near = [run for wrong, run in judged if run is not first and relation(wrong, least) == "about_equal"]
-        return (first, *near)
-
-    @property
-    def comparisons(self) -> tuple[Comparison, ...]:
-        """Every technique beside uniform at equal resolution and equal texels, with the noise of both counts."""
-        rows = [run.row() for run in self._judged]
-        pairs = against_uniform(rows, {run.label: run.technique for run in self.runs})
-        return tuple(one for of in pairs.values() for one in of)
-
-    @property
-    def unjudged(self) -> float:
-        """Largest share, over the runs, of visible pixels that are undecided or not compared."""
-        return most_unjudged(WrongPixels.of(run.numbers) for run in self._judged)
-
-    @property
-    def _judged(self) -> list[Run]:
-        """The runs that a verdict ranks."""
-        return [run for run in self._done if "compared" in run.numbers and not doubts_in(run.notes)]
-
-    @property
-    def sentences(self) -> list[str]:
-        """The sentences of the verdict, the most important one first."""
-        from ..reports.study_verdict import Remarks, sentences
-
-        seen = self.view.filled(self._draw)
-        remarks = [Remarks(run.notes, run.refusal) for run in self.runs]
-        return sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
-
-    def figure(self) -> Figure:
-        """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""
-        from .. import plot
-
-        return plot.study_figure(self)
-
-    def save(self, directory: str | Path, *, progress: bool = True) -> Path:
-        """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
-
-        A progress bar shows on terminals and in notebooks unless `progress` is off.
-
-        Raises
-        ------
-        ArgumentError
-            Where the directory cannot be made or written.
-        """
-        from ..reports.html.page import save_study
-
-        if not isinstance(directory, (str, os.PathLike)):
-            raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save_study(self, Path(directory), progress)
-
-    def save_arrays(self, path: str | Path) -> Path:
-        """Writes the G-buffer, the truth, and the matrices, maps and masks of every run into one .npz file.
-
-        Parameters
-        ----------
-        path : path
-            The file, by the name that is given; its directory must be there.
-
-        Returns
-        -------
-        Path
-
-        Raises
-        ------
-        ArgumentError
-            Where it cannot be written.
-
-        Notes
-        -----
-        `numpy.load` reads it without pickle. docs/arrays.md lists the keys.
-        """
-        from ..reports.study_arrays import save_study_arrays
-
-        if not isinstance(path, (str, os.PathLike)):
-            raise ArgumentError(f'path: expected a path, got {shown(path)}; try "study.npz"')
-        return save_study_arrays(self, Path(path))
-
-    def _repr_html_(self) -> str:
-        from ..reports.html.page import study_html
-
-        return study_html(self)
-
-    def __repr__(self) -> str:
-        from ..reports.terminal import study_table
-
-        width, height = self.size
-        head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
-        return f"{head}\n{study_table(self.table)}\n{self.verdict}"
+    from ..types import Filter, Light, RendererArgument, Techniques
 
 
 def compare(

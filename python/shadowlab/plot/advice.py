@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    from ..experiments.advise import Advice
+    from ..experiments.advice import Advice
     from ..experiments.ranking import Standing
 
 # Panels over the views: more budgets than these are told by the panel over memory.

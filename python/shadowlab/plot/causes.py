@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from .._core import GBuffer
     from ..aliasing.causes import Causes
-    from ..experiments.compare import Study
+    from ..experiments.study import Study
     from ..types import Light
 
 # The causes in the words of a legend.

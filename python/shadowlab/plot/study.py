@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .._core import Camera, GBuffer
-    from ..experiments.compare import Study
+    from ..experiments.study import Study
     from ..types import Light
 
 # Letters of a label that fit over a picture of the figure.

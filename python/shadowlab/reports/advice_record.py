@@ -17,7 +17,7 @@ from .study_record import camera_record, light_record, now, versions
 from .terminal import ADVICE_HEADS, advice_cells
 
 if TYPE_CHECKING:
-    from ..experiments.advise import Advice
+    from ..experiments.advice import Advice
 
 
 def advice_html(advice: Advice) -> str:

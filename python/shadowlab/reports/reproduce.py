@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from .._core import Bias, Camera, Parameterization, Partition
-    from ..experiments.compare import Study
     from ..experiments.run import Run
+    from ..experiments.study import Study
     from ..scene.source import Source
     from ..types import Light
 

@@ -16,7 +16,7 @@ from ..text import shown
 from .reproduce import bias_python, camera_python, given_python, light_python
 
 if TYPE_CHECKING:
-    from ..experiments.advise import Advice
+    from ..experiments.advice import Advice
 
 # How the errors of the views become those of a row.
 SUMMED = (

@@ -14,8 +14,8 @@ import numpy as np
 from ..errors import ArgumentError
 
 if TYPE_CHECKING:
-    from ..experiments.compare import Study
     from ..experiments.run import Run
+    from ..experiments.study import Study
 
 #: Arrays of the view. H and W are the picture's height and width.
 VIEW_KEYS = {

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from .._core import Camera
-    from ..experiments.compare import Study
     from ..experiments.run import Run
+    from ..experiments.study import Study
     from ..types import Light
 
 PACKAGES = ("shadowlab", "numpy", "pandas", "trimesh", "matplotlib")

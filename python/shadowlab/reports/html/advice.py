@@ -43,7 +43,7 @@ from .parts import (
 )
 
 if TYPE_CHECKING:
-    from ...experiments.advise import Advice
+    from ...experiments.advice import Advice
     from ...experiments.candidates import Outcome
     from ...experiments.ranking import Standing
     from ...experiments.tried import Untried

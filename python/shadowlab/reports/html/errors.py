@@ -17,8 +17,8 @@ from .parts import BAR_HEAD, bar, css_rgb, figure, head_cell, picture, swatch, t
 
 if TYPE_CHECKING:
     from ...aliasing.causes import Causes
-    from ...experiments.compare import Study
     from ...experiments.run import Run
+    from ...experiments.study import Study
 
 COLOURS = {name: css_rgb(CAUSE_RGB[code]) for code, name in CAUSES.items()}
 

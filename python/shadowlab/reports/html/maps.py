@@ -15,8 +15,8 @@ from .parts import css_rgb, figure, head_cell, picture, swatch, table_html
 
 if TYPE_CHECKING:
     from ..._core import Camera
-    from ...experiments.compare import Study
     from ...experiments.run import Run
+    from ...experiments.study import Study
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024

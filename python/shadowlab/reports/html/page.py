@@ -47,8 +47,8 @@ from .parts import (
 
 if TYPE_CHECKING:
     from ..._core import Misclassified
-    from ...experiments.compare import Study
     from ...experiments.run import Run
+    from ...experiments.study import Study
 
 # What the pictures of a report are called: letters, digits and the like, no folder.
 PNG_NAME = re.compile(r"[\w-][\w.-]*\.png")

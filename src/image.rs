@@ -141,4 +141,17 @@ impl TruthMask {
     pub const UNDECIDED: i8 = -1;
     /// The pixel shows nothing.
     pub const NOTHING: i8 = -2;
+
+    /// The state of a pixel at which so much of the light arrives; NaN where it shows nothing.
+    pub fn of_light(share: f32) -> i8 {
+        match share {
+            x if x.is_nan() => Self::NOTHING,
+            x if x >= 0.5 => Self::LIT,
+            _ => Self::SHADOW,
+        }
+    }
+    /// Whether a state says that light arrives or does not.
+    pub fn is_decided(state: i8) -> bool {
+        state == Self::LIT || state == Self::SHADOW
+    }
 }

@@ -7,6 +7,9 @@ use crate::error::{Error, Result};
 /// is clamped to them, so they need not stay empty as the article has them.
 pub const BORDER_TEXELS: u32 = 1;
 
+/// A body without extent across the light gets this share of its distance (theory.md 1.1).
+pub(super) const POINT_EXTENT: f64 = 1e-6;
+
 /// The texels of a map and those at its edge that no receiver maps to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapSize {

@@ -6,16 +6,13 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::map_size::MapSize;
+use super::map_size::{MapSize, POINT_EXTENT};
 use super::tightening::sides;
 use crate::focus::{FocusedView, Outline};
-use crate::geometry::{Aabb, Plane, Rows};
+use crate::geometry::{Aabb, Plane, Rows, planar_image};
 
 /// What has less w than this share of an outline's largest is left out of the map. Derived from f64: half of the digits.
 const LEAST_W: f64 = 1.0 / (1 << 26) as f64;
-
-/// A body without extent across the light gets this share of its distance (theory.md 1.1).
-const POINT_EXTENT: f64 = 1e-6;
 
 /// What an outline spans in the NDC of a map: at least a texel across, and in depth what of the view's body lies over it.
 pub(super) fn outline_extent(rows: &Rows, outline: &Outline, view: &FocusedView, size: &MapSize) -> Aabb {
@@ -43,11 +40,8 @@ pub fn rectangle(outline: &Outline, homography: &DMat3, size: &MapSize) -> (DVec
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     outline.images(homography, LEAST_W, |p| (low, high) = (low.min(p), high.max(p)));
     // NDC per unit of the ray's coordinates, at the middle.
-    let ray = outline.rays.ray(outline.middle);
-    let clip = *homography * ray.extend(1.0);
-    let at = clip.truncate() / clip.z;
-    let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate().length() / clip.z;
-    let least = DVec2::new(gradient(0), gradient(1)) * ray_texel(outline, size);
+    let (_, _, per_ray) = planar_image(homography, outline.rays.ray(outline.middle));
+    let least = DVec2::new(per_ray.row(0).length(), per_ray.row(1).length()) * ray_texel(outline, size);
     let missing = (0.5 * (least - (high - low))).max(DVec2::ZERO);
     (low - missing, high + missing)
 }

@@ -14,7 +14,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
-use super::map_size::MapSize;
+use super::map_size::{MapSize, POINT_EXTENT};
 use super::outlined::outline_extent;
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
@@ -25,9 +25,6 @@ use crate::scene::Scene;
 /// Depth kept free at either end of [0, 1]. Derived from float32: 16 of its steps below 1, so that the nearest caster and the
 /// farthest receiver survive a renderer's rounding.
 const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
-
-/// A body without extent across the light gets this share of its distance (theory.md 1.1).
-const POINT_EXTENT: f64 = 1e-6;
 
 /// `clip_from_local` cropped to receivers and casters as closely as `tightening` says; w = 1 at the mean of the receivers'
 /// body. By default receivers fill the map up to its border, and every caster that any texel can see lies between z = 0 and

@@ -1,6 +1,6 @@
 //! Projective maps of space, row by row: a row of a 4x4 matrix is a linear functional of (p, 1).
 
-use glam::{DMat2, DMat4, DVec2, DVec3, DVec4};
+use glam::{DMat2, DMat3, DMat4, DVec2, DVec3, DVec4};
 
 /// The rows of a 4x4 matrix that acts on columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +81,15 @@ impl Rows {
     }
 }
 
+/// Where a homography of the plane takes a point, its w there, and d(image) / d(point), rows first (E.5 in two dimensions).
+#[inline]
+pub fn planar_image(homography: &DMat3, p: DVec2) -> (DVec2, f64, DMat2) {
+    let clip = *homography * p.extend(1.0);
+    let at = clip.truncate() / clip.z;
+    let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate() / clip.z;
+    (at, clip.z, DMat2::from_cols(gradient(0), gradient(1)).transpose())
+}
+
 /// Singular values of a 2x2 matrix, the larger one first.
 pub fn singular_values(m: &DMat2) -> (f64, f64) {
     let (a, b, c, d) = (m.x_axis.x, m.y_axis.x, m.x_axis.y, m.y_axis.y);
@@ -115,6 +124,19 @@ mod tests {
         assert!((high - DVec3::ONE).length() < 1e-14);
         let origin = DVec3::new(100.0, -50.0, 7.0);
         assert!((ROWS.moved_to_world(origin).project(p + origin) - ndc).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_jacobian_of_the_plane_is_the_central_difference() {
+        let homography = DMat3::from_cols_array(&[1.0, 0.1, 0.02, 0.2, -2.0, -0.1, 4.0, 1.0, 3.0]);
+        let (p, h) = (DVec2::new(0.3, -0.8), 1e-5);
+        let image = |p: DVec2| planar_image(&homography, p).0;
+        let (at, w, jacobian) = planar_image(&homography, p);
+        assert_eq!((homography * p.extend(1.0)).truncate(), at * w);
+        for (k, axis) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
+            let difference = (image(p + axis * h) - image(p - axis * h)) / (2.0 * h);
+            assert!((jacobian.col(k) - difference).length() < 1e-9, "{jacobian} {difference}");
+        }
     }
 
     #[test]

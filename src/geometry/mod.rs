@@ -12,7 +12,7 @@ mod quadrilateral;
 pub use aabb::Aabb;
 pub use convex::ConvexBody;
 pub use frustum::Frustum;
-pub use homography::{Rows, singular_values};
+pub use homography::{Rows, planar_image, singular_values};
 pub use oriented_box::OrientedBox;
 pub use plane::Plane;
 pub use polygon::{clipped, convex_hull};

@@ -23,6 +23,7 @@ mod scene;
 mod scene_states;
 mod settings;
 mod state;
+mod survey;
 mod technique;
 mod threads;
 mod trace;
@@ -57,9 +58,11 @@ mod _core {
     #[pymodule_export]
     use super::render::{PyBias, PyRenderer};
     #[pymodule_export]
-    use super::samples::{PySamples, mapped_states, predict_wrong};
+    use super::samples::PySamples;
     #[pymodule_export]
     use super::scene::PyScene;
+    #[pymodule_export]
+    use super::survey::{mapped_states, predict_wrong};
     #[pymodule_export]
     use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! `_core.Samples`: what the camera sees, as points, for techniques that look at receivers; and what is foretold from them.
+//! `_core.Samples`: what the camera sees, as points, for techniques that look at receivers.
 
 use glam::DVec3;
 use numpy::{PyArray1, PyArray2, PyArray3};
@@ -10,7 +10,6 @@ use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::{light, light_to_object};
 use super::parameterization::as_parameterization;
 use super::sample_states::{NAME, VERSION, arrays_of, head_of, identity, sealed};
-use super::scene::{PyScene, scene};
 use super::state::{Reduced, first_eight, reduced};
 use crate::digest::Numbers;
 use crate::focus::{EdgeSample, Picture, Samples};
@@ -41,7 +40,7 @@ pub fn given<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Given<'py>>> {
 }
 
 /// A samples argument.
-fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PySamples>> {
+pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PySamples>> {
     instance_of(value, "samples", "view.samples() makes them, and a technique takes a GBuffer as well")
 }
 
@@ -211,16 +210,12 @@ impl PySamples {
     /// (N, 3) float64: world positions.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let all = self.each(|i| self.samples.sample(i).0.to_array());
-        let n = all.len();
-        image(py, all.into_flattened(), [n, 3])
+        rows(py, self.each(|i| self.samples.sample(i).0.to_array()))
     }
     /// (N, 3) float64: unit normals on the side of the eye.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let all = self.each(|i| self.samples.sample(i).1.to_array());
-        let n = all.len();
-        image(py, all.into_flattened(), [n, 3])
+        rows(py, self.each(|i| self.samples.sample(i).1.to_array()))
     }
     /// (N,) float64: depths along the view, world units.
     #[getter]
@@ -260,9 +255,7 @@ impl PySamples {
     /// for a sample at no edge.
     #[getter]
     fn edge_normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let all: Vec<[f32; 2]> = self.samples.chosen().iter().map(|edge| edge.normal).collect();
-        let n = all.len();
-        image(py, all.into_flattened(), [n, 2])
+        rows(py, self.samples.chosen().iter().map(|edge| edge.normal).collect())
     }
     /// Visible points that face the light and that no map holds, where all is lit.
     ///
@@ -308,38 +301,10 @@ impl PySamples {
     }
 }
 
-/// Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8.
-#[pyfunction]
-#[pyo3(signature = (scene, camera, light, gbuffer))]
-pub fn mapped_states<'py>(
-    py: Python<'py>,
-    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
-    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
-    #[pyo3(from_py_with = light)] light: crate::Light,
-    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
-) -> PyResult<Bound<'py, PyArray2<i8>>> {
-    let (scene, camera) = (&scene.get().scene, &camera.get().camera);
-    let [w, h] = gbuffer.get().picture().map(|n| n as usize);
-    let states = gbuffer.get().with_surfaces(py, |surfaces| {
-        run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
-    })?;
-    image(py, states, [h, w])
-}
-
-/// Wrong pixels foretold from samples for maps of a resolution (10.9).
-#[pyfunction]
-#[pyo3(signature = (samples, parameterization, *, resolution=None))]
-pub fn predict_wrong(
-    #[pyo3(from_py_with = samples)] samples: Bound<'_, PySamples>,
-    parameterization: &Bound<'_, PyAny>,
-    resolution: Option<&Bound<'_, PyAny>>,
-) -> PyResult<f64> {
-    let py = parameterization.py();
-    let p = as_parameterization(parameterization)?;
-    let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
-    let samples = &samples.get().samples;
-    py.detach(|| survey::predict(samples, p, resolution)).or_raise(py)
+/// Rows as an array, without a copy.
+fn rows<T: numpy::Element, const N: usize>(py: Python<'_>, rows: Vec<[T; N]>) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let n = rows.len();
+    image(py, rows.into_flattened(), [n, N])
 }
 
 fn lightless(py: Python<'_>, what: &str) -> PyErr {
@@ -353,12 +318,7 @@ fn states_of(shadows: &Bound<'_, PyAny>, name: &str, shape: &[Option<usize>]) ->
         return Ok(states.as_slice()?.to_vec());
     }
     let light = array::<f32>(shadows, name, shape)?;
-    let state = |x: &f32| match x {
-        x if x.is_nan() => TruthMask::NOTHING,
-        x if *x >= 0.5 => TruthMask::LIT,
-        _ => TruthMask::SHADOW,
-    };
-    Ok(light.as_slice()?.iter().map(state).collect())
+    Ok(light.as_slice()?.iter().map(|share| TruthMask::of_light(*share)).collect())
 }
 
 /// The samples at edges of arrays.

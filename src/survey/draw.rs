@@ -4,12 +4,12 @@
 
 use crate::error::Result;
 use crate::focus::Samples;
-use crate::image::{GBuffer, Surfaces, TruthMask};
+use crate::image::{Surfaces, TruthMask};
 use crate::progress::Progress;
 use crate::render::cpu::{CpuRenderer, look_up};
 use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer};
 use crate::scene::{Camera, Light, Scene};
-use crate::techniques::{Needs, Value, technique};
+use crate::techniques::{Needs, technique_of};
 
 /// Texels along each side of the map that says what is in shadow. Chosen because it is what an engine has.
 pub const SURVEY_MAP: u32 = 1024;
@@ -43,18 +43,7 @@ pub fn samples_of_view(
         return Ok(None);
     }
     let gbuffer = CpuRenderer::new().gbuffer(scene, camera, survey_size(camera, SURVEY_SIDE), progress)?;
-    samples_of_gbuffer(scene, camera, light, &gbuffer, needs, progress).map(Some)
-}
-
-fn samples_of_gbuffer(
-    scene: &Scene,
-    camera: &Camera,
-    light: &Light,
-    gbuffer: &GBuffer,
-    needs: Needs,
-    progress: &Progress,
-) -> Result<Samples> {
-    samples_of_surfaces(scene, camera, light, gbuffer.surfaces(), needs, progress)
+    samples_of_surfaces(scene, camera, light, gbuffer.surfaces(), needs, progress).map(Some)
 }
 
 /// The samples that a technique needs, of a picture that is there.
@@ -88,16 +77,10 @@ pub fn mapped_states(
     surfaces: Surfaces,
     progress: &Progress,
 ) -> Result<Vec<i8>> {
-    let body = [("range", "body"), ("fit", "exact")].map(|(name, word)| (name.to_string(), Value::Choice(word.into())));
-    let p = technique("uniform", &body)?.parameterize(scene, camera, light, SURVEY_MAP)?;
+    let p = technique_of("uniform:range=body,fit=exact")?.parameterize(scene, camera, light, SURVEY_MAP)?;
     let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], progress)?;
     let settings =
         MaskSettings { resolution: maps.size, size: surfaces.size, bias: Bias::default(), filter: Filter::Nearest };
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
-    let state = |light: &f32| match light {
-        light if light.is_nan() => TruthMask::NOTHING,
-        light if *light >= 0.5 => TruthMask::LIT,
-        _ => TruthMask::SHADOW,
-    };
-    Ok(mask.data.iter().map(state).collect())
+    Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

@@ -7,10 +7,10 @@ use glam::{DMat2, DVec2};
 
 use crate::aliasing::texel::{Eye, TexelMap, texel_in_image};
 use crate::error::{Error, Result};
-use crate::focus::Samples;
+use crate::focus::{Picture, Samples};
 use crate::image::TruthMask;
 use crate::parameterization::{Parameterization, Region};
-use crate::scene::{Camera, Light};
+use crate::scene::Light;
 
 /// Receivers near shadows' edges that are asked (theory.md 10.5).
 const RECEIVERS: usize = 8192;
@@ -29,13 +29,13 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Resul
     let local = p.relative_to(samples.origin)?;
     let maps: Vec<TexelMap> = local.partitions.iter().map(|map| TexelMap::new(map, size)).collect();
     let (near, each) = samples.near_edges(RECEIVERS);
-    let mut flips = 0.0;
+    let (mut flips, mut lost_near) = (0.0, 0);
     for receiver in &near {
         let (point, normal) = samples.sample(receiver.sample as usize);
         let at = point - samples.origin;
         let Some(k) = local.choose(at, camera.depth_of(point)) else {
             // Outside of all maps all is lit.
-            flips += f64::from(u8::from(receiver.in_shadow));
+            lost_near += usize::from(receiver.in_shadow);
             continue;
         };
         let texel = texel_in_image(&maps[k], &eye, at, normal);
@@ -44,33 +44,9 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Resul
         flips += if g.is_finite() { shadows.flips(picture, receiver, &g) } else { 0.5 };
     }
     // What lies far from every edge is wrong where it is in shadow outside of the maps.
-    let far = outside_beyond(samples, &local, &near);
-    Ok(flips * each + far as f64)
-}
-
-/// Receivers in shadow that no map holds and that are not among some.
-fn outside_beyond(samples: &Samples, local: &Parameterization, near: &[crate::focus::NearEdge]) -> usize {
-    // Near ones were counted; to count all and take the share of near ones away is as good and needs no set.
-    let all = held_not(samples, local, true);
-    let counted = near.iter().filter(|r| r.in_shadow && !is_held(samples, local, r.sample as usize)).count();
-    all.saturating_sub(counted)
-}
-
-fn is_held(samples: &Samples, local: &Parameterization, i: usize) -> bool {
-    let Some(picture) = &samples.picture else { return true };
-    let (point, _) = samples.sample(i);
-    local.choose(point - samples.origin, picture.camera.depth_of(point)).is_some()
-}
-
-fn held_not(samples: &Samples, local: &Parameterization, shaded_only: bool) -> usize {
-    let (Some(picture), Some(shadows)) = (&samples.picture, &samples.shadows) else { return 0 };
-    let (camera, light): (&Camera, &Light) = (&picture.camera, &shadows.light);
-    let counts = |i: &usize| {
-        let (p, n) = samples.sample(*i);
-        let dark = !shaded_only || shadows.states[*i] == TruthMask::SHADOW;
-        dark && samples.counts(camera, light, &Region::ALL, p, n) && !is_held(samples, local, *i)
-    };
-    (0..samples.len()).filter(counts).count()
+    let dark = (0..samples.len()).filter(|&i| shadows.states[i] == TruthMask::SHADOW);
+    let lost = dark.filter(|&i| is_lost(samples, picture, &shadows.light, &local, i)).count();
+    Ok((flips + lost_near as f64) * each + lost.saturating_sub(lost_near) as f64)
 }
 
 /// Samples that face the light of their shadows and that no map holds, where all is lit: all of them, and those in shadow.
@@ -78,11 +54,18 @@ fn held_not(samples: &Samples, local: &Parameterization, shaded_only: bool) -> u
 /// # Errors
 /// As [`predict`].
 pub fn outside(samples: &Samples, p: &Parameterization) -> Result<[usize; 2]> {
-    if samples.shadows.is_none() || samples.picture.is_none() {
-        return Err(no_shadows());
-    }
+    let (Some(picture), Some(shadows)) = (&samples.picture, &samples.shadows) else { return Err(no_shadows()) };
     let local = p.relative_to(samples.origin)?;
-    Ok([held_not(samples, &local, false), held_not(samples, &local, true)])
+    let lost = (0..samples.len()).filter(|&i| is_lost(samples, picture, &shadows.light, &local, i));
+    let count =
+        |[all, dark]: [usize; 2], i: usize| [all + 1, dark + usize::from(shadows.states[i] == TruthMask::SHADOW)];
+    Ok(lost.fold([0; 2], count))
+}
+
+/// Whether a sample faces the light and no map holds it; `local` has maps relative to the samples' origin.
+fn is_lost(samples: &Samples, picture: &Picture, light: &Light, local: &Parameterization, i: usize) -> bool {
+    let (camera, (p, n)) = (&picture.camera, samples.sample(i));
+    samples.counts(camera, light, &Region::ALL, p, n) && local.choose(p - samples.origin, camera.depth_of(p)).is_none()
 }
 
 fn no_shadows() -> Error {

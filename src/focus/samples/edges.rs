@@ -104,21 +104,28 @@ pub(super) fn edges_of(
         let sign = if own == Some(true) { 1.0 } else { -1.0 };
         beside.map_or([1.0, 0.0], |(dx, dy)| [sign * *dx as f32, sign * *dy as f32])
     };
-    let kept = found.len().min(count);
-    let weight = if kept > 0 { found.len() as f32 / kept as f32 } else { 0.0 };
-    let edges = bit_reversed(kept).map(|i| {
-        let pixel = found[(2 * i + 1) * found.len() / (2 * kept)].1;
-        EdgeSample { sample: facing[pixel], normal: normal(pixel), weight }
-    });
-    (edges.collect(), shaded)
+    let (places, weight) = spread(found.len(), count);
+    let edge = |pixel: usize| EdgeSample { sample: facing[pixel], normal: normal(pixel), weight };
+    (places.map(|i| edge(found[i].1)).collect(), shaded)
 }
 
 /// At most `count` of some edges, evenly, each with the weight of those it stands for.
 pub(super) fn thinned(edges: &[EdgeSample], count: usize) -> Vec<EdgeSample> {
-    let kept = edges.len().min(count);
-    let share = if kept > 0 { edges.len() as f32 / kept as f32 } else { 0.0 };
-    let at = |i: usize| edges[(2 * i + 1) * edges.len() / (2 * kept)];
-    bit_reversed(kept).map(|i| EdgeSample { weight: at(i).weight * share, ..at(i) }).collect()
+    let (places, share) = spread(edges.len(), count);
+    places.map(|i| EdgeSample { weight: edges[i].weight * share, ..edges[i] }).collect()
+}
+
+/// At most `count` of so many places, evenly, in an order of which every beginning is spread over all; and how many each stands
+/// for.
+fn spread(all: usize, count: usize) -> (impl Iterator<Item = usize>, f32) {
+    let kept = all.min(count);
+    let each = if kept > 0 { all as f32 / kept as f32 } else { 0.0 };
+    (bit_reversed(kept).map(move |i| evenly(i, kept, all)), each)
+}
+
+/// The place among `all` of one of `kept` that lie evenly between them.
+pub(super) fn evenly(i: usize, kept: usize, all: usize) -> usize {
+    (2 * i + 1) * all / (2 * kept)
 }
 
 /// The four beside a pixel.

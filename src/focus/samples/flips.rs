@@ -11,6 +11,7 @@
 
 use glam::{DMat2, DVec2};
 
+use super::edges::evenly;
 use super::outline::RayFrame;
 use super::part::pixel_per_ray;
 use super::picture::Picture;
@@ -65,13 +66,13 @@ impl Samples {
                 let place = picture.place(self.sample(i).0 - eye);
                 let pixel = picture.pixel(place)?;
                 let state = shadows.image[pixel[1] * width + pixel[0]];
-                let known = state == TruthMask::LIT || state == TruthMask::SHADOW;
                 let near = NearEdge { sample: i as u32, place, in_shadow: state == TruthMask::SHADOW };
-                (known && distance[pixel[1] * width + pixel[0]] <= reach).then_some(near)
+                let counts = TruthMask::is_decided(state) && distance[pixel[1] * width + pixel[0]] <= reach;
+                counts.then_some(near)
             })
             .collect();
         let kept = all.len().min(count);
-        let chosen: Vec<NearEdge> = (0..kept).map(|i| all[(2 * i + 1) * all.len() / (2 * kept)]).collect();
+        let chosen: Vec<NearEdge> = (0..kept).map(|i| all[evenly(i, kept, all.len())]).collect();
         let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
         (chosen, each)
     }
@@ -107,15 +108,16 @@ impl Shadows {
             let at = near.place + *texel * DVec2::new(share(i % GRID), share(i / GRID));
             let Some([x, y]) = picture.pixel(at) else { continue };
             let state = self.image[y * width + x];
-            flips += usize::from(state != own && (state == TruthMask::LIT || state == TruthMask::SHADOW));
+            flips += usize::from(state != own && TruthMask::is_decided(state));
         }
         flips as f64 / (GRID * GRID) as f64
     }
     /// Pixels to the nearest edge, the larger of both axes' counts.
     fn distance(&self, size: [u32; 2]) -> Vec<u16> {
         let [w, h] = size.map(|n| n as usize);
-        let known = |i: usize| self.image[i] == TruthMask::LIT || self.image[i] == TruthMask::SHADOW;
-        let differ = |i: usize, j: usize| known(i) && known(j) && self.image[i] != self.image[j];
+        let state = |i: usize| self.image[i];
+        let decided = |i: usize| TruthMask::is_decided(state(i));
+        let differ = |i: usize, j: usize| decided(i) && decided(j) && state(i) != state(j);
         let mut distance = vec![u16::MAX; w * h];
         for y in 0..h {
             for x in 0..w {

@@ -41,33 +41,23 @@ impl Samples {
     ) -> Option<(RayFrame, Vec<RayEdge>)> {
         let (eye, picture) = (camera.eye(), self.picture.as_ref()?);
         let rays = RayFrame::new(light, eye)?;
-        let pixel = |p: DVec3, n: DVec3| pixel_per_ray(picture, &rays, p, n);
         let mut found = Vec::new();
-        let mut add = |p: DVec3, n: DVec3, edge: DVec2, weight: f64| {
-            if let Some(pixel) = pixel(p - eye, n) {
-                found.push(RayEdge { ray: rays.ray(p - eye), across: pixel.transpose() * edge, weight });
+        let add = |found: &mut Vec<RayEdge>, (p, n): (DVec3, DVec3), normals: &[DVec2], weight: f64| {
+            if let Some(pixel) = pixel_per_ray(picture, &rays, p - eye, n) {
+                let ray = rays.ray(p - eye);
+                found.extend(normals.iter().map(|edge| RayEdge { ray, across: pixel.transpose() * *edge, weight }));
             }
         };
         let edges = self.shadows.iter().flat_map(|shadows| &shadows.edges);
-        let here = edges.filter(|edge| {
-            let (p, n) = self.sample(edge.sample as usize);
-            counts(camera, light, region, p, n)
-        });
-        for edge in here.take(count) {
-            let (p, n) = self.sample(edge.sample as usize);
-            add(p, n, DVec2::from_array(edge.normal.map(f64::from)), f64::from(edge.weight));
+        let seen = edges.map(|edge| (edge, self.sample(edge.sample as usize)));
+        for (edge, sample) in seen.filter(|(_, (p, n))| counts(camera, light, region, *p, *n)).take(count) {
+            add(&mut found, sample, &[DVec2::from_array(edge.normal.map(f64::from))], f64::from(edge.weight));
         }
         if found.is_empty() {
-            let add = &mut |p: DVec3, n: DVec3| {
-                if let Some(pixel) = pixel(p - eye, n) {
-                    let ray = rays.ray(p - eye);
-                    let edges =
-                        [DVec2::X, DVec2::Y].map(|e| RayEdge { ray, across: pixel.transpose() * e, weight: 1.0 });
-                    found.extend(edges);
-                }
-            };
             let step = (2 * self.len()).div_ceil(count.max(1)).max(1);
-            self.lit(camera, light, region).step_by(step).for_each(|(p, n)| add(p, n));
+            for sample in self.lit(camera, light, region).step_by(step) {
+                add(&mut found, sample, &[DVec2::X, DVec2::Y], 1.0);
+            }
         }
         Some((rays, found))
     }

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use super::light_space::LightSpace;
-use super::maps::{Maps, Part};
+use super::maps::{Maps, Part, with_length};
 use super::settings::{Holds, Range, Settings};
 use super::spec::Spec;
 use super::technique::{Fitting, Named, Needs, Provisional, Spacing, Technique, Warp};
@@ -58,8 +58,8 @@ impl Focused {
             (Fitting::UnitCube, focus, _) => {
                 let seen = Seen::of(self, part)?;
                 let near_far = seen.depths.filter(|_| self.range == Range::Seen && focus != Focus::Scene);
-                let cut = match near_far {
-                    Some([near, far]) => camera.with_depths(near.min(far * (1.0 - LEAST_LENGTH)), far)?,
+                let cut = match near_far.map(with_length) {
+                    Some([near, far]) => camera.with_depths(near, far)?,
                     None => *camera,
                 };
                 let view = FocusedView::new(scene, &cut, light, focus).restricted(scene, region);
@@ -159,9 +159,6 @@ impl Focused {
         }
     }
 }
-
-/// The least length of the depths that are seen, as a share of their far end: half of the digits of their difference are left.
-const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
 
 /// What samples say of a part of a view.
 struct Seen {

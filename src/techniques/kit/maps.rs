@@ -23,6 +23,15 @@ pub struct Part<'a> {
     pub region: Region,
 }
 
+/// The least length of depths that a map is made for, as a share of their far end. Derived from f64: half of the digits of
+/// their difference are left.
+const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
+
+/// Depths with a length, whatever they are: nothing seen, or one depth alone, still gets a valid map.
+pub fn with_length([near, far]: [f64; 2]) -> [f64; 2] {
+    [near.min(far * (1.0 - LEAST_LENGTH)), far]
+}
+
 /// The maps of a part of a view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Maps {

@@ -4,6 +4,7 @@ pub(super) mod along_view;
 mod edge_width;
 pub(super) mod faces;
 pub(super) mod focused;
+mod kind;
 pub(super) mod light_projection;
 mod light_space;
 mod maps;
@@ -13,8 +14,8 @@ mod spec;
 mod technique;
 mod warp_space;
 
-pub use edge_width::{CAP_PX, edge_width};
-pub use maps::{Maps, Part};
+pub use edge_width::{capped_px, edge_width};
+pub use maps::{Maps, Part, with_length};
 pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use settings::{Holds, Range, Settings};
 pub use spec::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, RANGE, Spec};

@@ -14,7 +14,8 @@ use glam::{DMat2, DMat3, DVec2};
 use super::measure::{Measure, across_along_per_ndc};
 use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
-use crate::techniques::kit::{CAP_PX, WarpSpace};
+use crate::geometry::planar_image;
+use crate::techniques::kit::{WarpSpace, capped_px};
 
 /// Samples of the first look at a strength.
 const FEW: usize = 384;
@@ -53,15 +54,10 @@ impl<'a> Unwarped<'a> {
     }
     /// x from the reference point's, eta along the axis and d(ray) / d(x, y); nothing where the space's w is not positive.
     pub fn at(&self, ray: DVec2) -> Option<(f64, f64, DMat2)> {
-        let (homography, space) = (&self.homography, self.space);
-        let clip = *homography * ray.extend(1.0);
-        let at = clip.truncate() / clip.z;
-        let gradient = |i: usize| (homography.row(i) - homography.row(2) * at[i]).truncate() / clip.z;
-        // d(x, y) / d(ray), its rows the gradients.
-        let jacobian = DMat2::from_cols(gradient(0), gradient(1)).transpose();
-        let ray_per_unit = jacobian.inverse();
-        let eta = (at.y - space.y[0]) * self.per_extent;
-        (clip.z > 0.0 && ray_per_unit.is_finite()).then_some((at.x - space.x_ref, eta, ray_per_unit))
+        let (at, w, per_ray) = planar_image(&self.homography, ray);
+        let ray_per_unit = per_ray.inverse();
+        let eta = (at.y - self.space.y[0]) * self.per_extent;
+        (w > 0.0 && ray_per_unit.is_finite()).then_some((at.x - self.space.x_ref, eta, ray_per_unit))
     }
 }
 
@@ -87,7 +83,7 @@ impl SeenError {
             let q = ((1.0 + mu * p.eta) * scale).max(0.0);
             let along = p.across.x * p.x * k + p.across.y * q;
             let width = q * (p.across.x.abs() * texel.x + along.abs() * texel.y);
-            sum += p.weight * CAP_PX * (1.0 - (-width / CAP_PX).exp());
+            sum += p.weight * capped_px(width);
             weights += p.weight;
         }
         if weights > 0.0 { sum / weights } else { 0.0 }

@@ -20,7 +20,9 @@ use crate::focus::{Focus, FocusedView};
 use crate::note::{self, Note};
 use crate::parameterization::{Selection, Value};
 use crate::scene::Light;
-use crate::techniques::kit::{Default, Kind, LightSupport, Maps, Needs, ParamSpec, Part, Settings, Spec, Technique};
+use crate::techniques::kit::{
+    Default, Kind, LightSupport, Maps, Needs, ParamSpec, Part, Settings, Spec, Technique, with_length,
+};
 use crate::techniques::{technique, techniques_of};
 
 /// What the technique says of itself.
@@ -102,10 +104,6 @@ pub static SPEC: Spec = Spec {
 
 /// Most splits.
 const MOST: usize = 16;
-
-/// The least length of what a map is made for, as a share of its depth: splits without length still get a valid map. Derived
-/// from f64: half of the digits of the difference of two depths are left.
-const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
 
 #[derive(Debug, Clone, PartialEq)]
 enum Rule {
@@ -297,10 +295,7 @@ impl ZPartition {
                 }
             }
         };
-        let split = |(i, &serves): (usize, &[f64; 2])| {
-            let [near, far] = covered(i, serves);
-            Split { serves, covers: [near.min(far * (1.0 - LEAST_LENGTH)), far] }
-        };
+        let split = |(i, &serves): (usize, &[f64; 2])| Split { serves, covers: with_length(covered(i, serves)) };
         served.iter().enumerate().map(split).collect()
     }
     /// Splits from the depths of what is seen.

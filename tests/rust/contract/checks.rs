@@ -1,120 +1,18 @@
 //! What one parameterization is held against: the contract itself.
 
-use std::collections::BTreeMap;
-
 use glam::{DMat3, DMat4, DVec3, DVec4};
-use shadowlab::fit::BORDER_TEXELS;
+use shadowlab::Parameterization;
 use shadowlab::focus::{Coverage, Focus, FocusedView, Samples, SpotFrustum};
 use shadowlab::geometry::{OrientedBox, Rows};
 use shadowlab::note::{Kind, Note};
-use shadowlab::parameterization::{Factors, Held, Partition, PostWarp, Region};
+use shadowlab::parameterization::{Factors, Held, Partition, PostWarp};
 use shadowlab::rays::LightRays;
 use shadowlab::scene::{Light, SpotLight};
-use shadowlab::techniques::{Technique, Value, techniques_of};
-use shadowlab::{Error, Parameterization, Result};
+use shadowlab::techniques::Value;
 
 use super::TOLERANCE;
+use super::promise::Promise;
 use crate::support::views::{Random, View};
-
-/// What techniques answered: maps, or that a view does not suit them.
-#[derive(Debug, Default)]
-pub struct Answers(BTreeMap<&'static str, [usize; 2]>);
-
-impl Answers {
-    pub fn count(&mut self, technique: &'static str, maps: bool) {
-        self.0.entry(technique).or_default()[usize::from(!maps)] += 1;
-    }
-    /// A technique that answers nothing but errors is none.
-    pub fn assert_maps_of_all(&self) {
-        for (technique, [maps, unsuited]) in &self.0 {
-            println!("{technique}: {maps} answers with maps, {unsuited} views that do not suit it");
-            assert!(*maps > 0, "{technique}: no view suits it");
-        }
-    }
-}
-
-/// What a technique's maps promise to hold; every promise holds what those after it do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Promise {
-    /// All of the instances' boxes that can be seen and lit.
-    Body,
-    /// That, within the depths of the samples that face the light.
-    Depths,
-    /// The samples that face the light.
-    Seen,
-    /// Those in shadow and their neighbours.
-    Shadow,
-}
-
-impl Promise {
-    pub fn of(p: &Parameterization) -> Self {
-        let promise = Self::of_settings(&p.settings);
-        let says = |kind: Kind| p.notes.iter().any(|note| note.kind() == kind);
-        match promise {
-            // This promises no more than its samples.
-            _ if says(Kind::CoversSamples) => promise.max(Self::Seen),
-            // Without samples there is the body, without shadows all samples.
-            _ if p.partitions.len() == 1 && says(Kind::NoLitSample) => Self::Body,
-            Self::Shadow if p.partitions.len() == 1 && says(Kind::NoShadow) => Self::Seen,
-            _ => promise,
-        }
-    }
-    fn of_settings(settings: &[(&str, Value)]) -> Self {
-        let is = |name: &str, word: &str| {
-            settings.iter().any(|(n, value)| *n == name && matches!(value, Value::Choice(w) if w == word))
-        };
-        if let Some((_, Value::Choice(inner))) = settings.iter().find(|(name, _)| *name == "inner") {
-            let inner = techniques_of(inner).expect("a technique made it");
-            return inner.iter().map(|t| Self::of_settings(&t.settings())).max().expect("one");
-        }
-        if settings.contains(&("stable", Value::Flag(true))) {
-            Self::Body
-        } else if is("fit", "shadow") {
-            Self::Shadow
-        } else if is("fit", "seen") {
-            Self::Seen
-        } else if is("range", "seen") {
-            Self::Depths
-        } else {
-            Self::Body
-        }
-    }
-    /// Positions, world, and normals of samples that it holds.
-    pub fn held(self, v: &View, samples: &Samples) -> Vec<(DVec3, DVec3)> {
-        match (self, &samples.shadows) {
-            (Self::Shadow, Some(shadows)) => {
-                let shaded = shadows.shaded.iter().map(|&i| samples.sample(i as usize));
-                let in_depth =
-                    |(p, _): &(DVec3, DVec3)| (v.camera.near()..=v.camera.far()).contains(&v.camera.depth_of(*p));
-                shaded.filter(in_depth).collect()
-            }
-            _ => samples.lit(&v.camera, &v.light, &Region::ALL).collect(),
-        }
-    }
-}
-
-/// The maps; nothing where the view does not suit the technique.
-pub fn answer(t: &dyn Technique, v: &View, resolution: u32, samples: &Samples) -> Result<Option<Parameterization>> {
-    match t.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(samples)) {
-        Ok(p) => Ok(Some(p)),
-        Err(Error::UnsuitedView { reason, fix, .. }) if !reason.is_empty() && !fix.is_empty() => Ok(None),
-        Err(Error::InvalidArgument { name, .. }) if name == "margin" && margin_is_too_wide(t, resolution) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// Whether a margin, of the technique or one inside, leaves less than half of the texels between the borders of a map.
-pub fn margin_is_too_wide(t: &dyn Technique, resolution: u32) -> bool {
-    let between = f64::from(resolution - 2 * BORDER_TEXELS);
-    t.settings().iter().any(|(name, value)| match (*name, value) {
-        ("margin", Value::Number(margin)) => *margin > 0.25 * between,
-        ("inner", Value::Choice(text)) => {
-            let inner = techniques_of(text).expect("a technique made it");
-            inner.iter().any(|t| margin_is_too_wide(t.as_ref(), resolution))
-        }
-        _ => false,
-    })
-}
 
 /// What a map of this view has to show: points of instances' boxes that the camera can see and the light reaches.
 pub struct Receivers {

@@ -21,8 +21,9 @@ use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::techniques::{Needs, TECHNIQUES, Technique, Value, technique};
 use shadowlab::{Error, Parameterization, Partition, Progress};
 
-use super::checks::{Promise, margin_is_too_wide};
+use super::answers::margin_is_too_wide;
 use super::configuration::{Configuration, random_settings};
+use super::promise::Promise;
 use crate::support::boxes::Boxes;
 use crate::support::views::{Random, View};
 

@@ -7,6 +7,7 @@ pub mod cpu;
 pub mod gpu;
 pub mod measure;
 pub mod published_view;
+pub mod settings;
 pub mod setup;
 pub mod tables;
 pub mod views;

@@ -9,7 +9,7 @@ use shadowlab::parameterization::Region;
 use shadowlab::scene::{Camera, Scene};
 use shadowlab::techniques::{Make, Named, Part, Provisional, TECHNIQUES, Value};
 
-use crate::support::by_body::of_body;
+use crate::support::by_body::by_body_with;
 use crate::support::tables::{box_scene, camera, sun, vector};
 
 /// Of f64 through a dozen operations on numbers of size 100.
@@ -44,7 +44,8 @@ impl Setup {
     /// The provisional map of a technique with some of its parameters.
     pub fn provisional(&self, name: &str, params: &[(&str, Value)]) -> Provisional {
         let entry = TECHNIQUES.iter().find(|e| e.spec.name == name).expect(name);
-        let params = of_body(name, params);
+        let of_body = by_body_with(name, params).settings();
+        let params: Vec<_> = of_body.into_iter().map(|(name, value)| (name.to_string(), value)).collect();
         let Make::Warp(make) = entry.make else { panic!("{name} is no warp") };
         let warp = make(&entry.spec.resolve(&params).expect("settings")).expect("a warp");
         let size = MapSize::new(1024).expect("a size");

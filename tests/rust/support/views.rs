@@ -9,8 +9,8 @@ use shadowlab::image::GBuffer;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, DirectionalLight, Instance, Light, Mesh, PointLight, Scene, SpotLight, library};
-use shadowlab::techniques::{self, Kind, Needs, Technique, Value, technique_of};
-use shadowlab::{Error, Progress, survey};
+use shadowlab::techniques::Needs;
+use shadowlab::{Progress, survey};
 
 /// Uniform random numbers from a seed (SplitMix64).
 pub struct Random(pub u64);
@@ -283,90 +283,4 @@ pub fn from_library() -> Vec<View> {
             View { name: name.to_string(), scene: built.scene, camera: built.camera, light: built.light }
         })
         .collect()
-}
-
-/// Settings that depend on each other.
-const TOGETHER: [&str; 20] = [
-    "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",
-    "lispsm:near=optimal,norm=linf,axis=middle,near_weight=1e-6,fit=intersection",
-    "lispsm:near=optimal,over=body,norm=storage,range=body,fit=exact",
-    "lispsm:near=optimal,norm=edge,range=body,fit=exact,near_factor=0.5",
-    "lispsm:near=delta-z,range=body,fit=shadow,margin=0",
-    "lispsm:near=basic,range=seen,fit=exact",
-    "tsm:range=body,fit=seen,margin=16",
-    "uniform:focus=frustum,range=seen,fit=shadow",
-    "z_partition:count=3,range=seen,inner=(uniform:range=seen,fit=seen)/lispsm",
-    "z_partition:count=3,inner=(lispsm:near=optimal)",
-    "z_partition:splits=min-max,cover=samples",
-    "z_partition:splits=equal-log,cover=samples,inner=lispsm",
-    "z_partition:splits=equal-log,count=16",
-    "z_partition:count=3,overlap=0.3,inner=(lispsm:near=basic)/uniform",
-    "z_partition:count=2,stable=true,inner=uniform:focus=frustum",
-    "z_partition:distances=(0.5,20),range=camera,inner=uniform:focus=frustum",
-    "z_partition:count=2,inner=face_partition",
-    "z_partition:count=2,inner=(z_partition:count=2,splits=uniform)",
-    "face_partition:inner=(z_partition:count=2)/uniform",
-    "face_partition:inner=uniform:focus=none",
-];
-
-/// Every technique with its defaults, with each word, flag and a few numbers of each parameter, and settings that belong
-/// together.
-pub fn settings() -> Vec<(String, Box<dyn Technique>)> {
-    let mut all = Vec::new();
-    for spec in techniques::specs() {
-        let mut add = |params: &[(String, Value)]| {
-            let shown: Vec<String> = params.iter().map(|(n, v)| format!("{n}={v}")).collect();
-            match techniques::technique(spec.name, params) {
-                Ok(t) => all.push((format!("{}({})", spec.name, shown.join(",")), t)),
-                // A value may need another beside it; it has its line above then.
-                Err(Error::InvalidArgument { name, .. }) if params.iter().any(|(n, _)| *n == name) => {
-                    let assigned = params.iter().map(|(n, v)| format!("{n}={v}").replace('"', ""));
-                    let together =
-                        |text: &&str| text.starts_with(spec.name) && assigned.clone().all(|a| text.contains(&a));
-                    assert!(TOGETHER.iter().any(together), "{}({})", spec.name, shown.join(","));
-                }
-                Err(error) => panic!("{}({}): {error}", spec.name, shown.join(",")),
-            }
-        };
-        add(&[]);
-        for p in spec.params {
-            for value in values_of(&p.kind).into_iter().filter(|v| *v != p.default.value()) {
-                add(&[(p.name.to_string(), value)]);
-            }
-        }
-    }
-    all.extend(TOGETHER.map(|text| (text.to_string(), technique_of(text).expect(text))));
-    all
-}
-
-fn values_of(kind: &Kind) -> Vec<Value> {
-    let mut values: Vec<Value> = Vec::new();
-    if let Kind::Choice(words) | Kind::ChoiceOrNumber { words, .. } | Kind::Numbers { words, .. } = *kind {
-        values.extend(words.iter().map(|w| Value::Choice(w.to_string())));
-    }
-    if let Kind::Number { min, max } | Kind::ChoiceOrNumber { min, max, .. } = *kind {
-        let probes: [f64; 5] = [0.0, 1e-3, 0.1, 10.0, 1e9];
-        values.extend(probes.iter().map(|x| Value::Number(x.clamp(min, max))));
-        values.extend([Value::Number(min), Value::Number(max)]);
-    }
-    match *kind {
-        Kind::Flag => values.extend([Value::Flag(true), Value::Flag(false)]),
-        Kind::Integer { min, max } => {
-            values.extend([min, min.midpoint(max), max].map(Value::Integer));
-        }
-        Kind::Numbers { count: [fewest, most], min, max, .. } => {
-            let lists = [fewest, (fewest + 1).min(most), most.min(8)];
-            let ascending = |n: usize| (0..n).map(|i| (0.5 * 4_f64.powi(i as i32)).clamp(min, max)).collect();
-            values.extend(lists.map(|n| Value::Numbers(ascending(n))));
-        }
-        // Each by itself, but for those that would nest in themselves: they have their lines among [`TOGETHER`].
-        Kind::Techniques => values.extend(
-            techniques::specs()
-                .filter(|spec| spec.params.iter().all(|p| p.kind != Kind::Techniques))
-                .map(|spec| Value::Choice(spec.name.to_string())),
-        ),
-        Kind::Number { .. } | Kind::Choice(_) | Kind::ChoiceOrNumber { .. } => {}
-    }
-    values.dedup();
-    values
 }

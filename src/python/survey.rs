@@ -1,0 +1,47 @@
+//! What of a view is in shadow by an ordinary map, and wrong pixels foretold from samples.
+
+use numpy::PyArray2;
+use pyo3::prelude::*;
+
+use super::camera::{PyCamera, camera};
+use super::convert::{OrRaise, image, run_watched, size2};
+use super::gbuffer::{PyGBuffer, gbuffer};
+use super::light::light;
+use super::parameterization::as_parameterization;
+use super::samples::{PySamples, samples};
+use super::scene::{PyScene, scene};
+use crate::survey;
+
+/// Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8.
+#[pyfunction]
+#[pyo3(signature = (scene, camera, light, gbuffer))]
+pub fn mapped_states<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+) -> PyResult<Bound<'py, PyArray2<i8>>> {
+    let (scene, camera) = (&scene.get().scene, &camera.get().camera);
+    let [w, h] = gbuffer.get().picture().map(|n| n as usize);
+    let states = gbuffer.get().with_surfaces(py, |surfaces| {
+        run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
+    })?;
+    image(py, states, [h, w])
+}
+
+/// Wrong pixels foretold from samples for maps of a resolution (10.9).
+#[pyfunction]
+#[pyo3(signature = (samples, parameterization, *, resolution=None))]
+pub fn predict_wrong(
+    #[pyo3(from_py_with = samples)] samples: Bound<'_, PySamples>,
+    parameterization: &Bound<'_, PyAny>,
+    resolution: Option<&Bound<'_, PyAny>>,
+) -> PyResult<f64> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let p = &p.get().p;
+    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let samples = &samples.get().samples;
+    py.detach(|| survey::predict(samples, p, resolution)).or_raise(py)
+}

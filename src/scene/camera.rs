@@ -155,6 +155,15 @@ impl Camera {
     pub fn clip_from_world(&self) -> DMat4 {
         self.projection() * self.view()
     }
+    /// The same with z from 1 at near to 0 at far (`[lapidous1999]`): of a depth in floating point no digit is lost however
+    /// near the near plane is.
+    pub fn reversed_clip_from_world(&self) -> DMat4 {
+        // Not 1 minus the other, of which hardly a digit is left where near / far is small.
+        let per_depth = -self.near / (self.far - self.near);
+        let mut projection = self.projection();
+        (projection.z_axis.z, projection.w_axis.z) = (-per_depth, -per_depth * self.far);
+        projection * self.view()
+    }
     /// Where the centre of pixel (x, y) of a width x height image meets the plane at depth 1: `p - eye`, not normalised, so
     /// that `eye + z * ray` has camera depth `z`.
     pub fn pixel_ray(&self, x: f64, y: f64, size: [u32; 2]) -> DVec3 {

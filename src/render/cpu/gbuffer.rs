@@ -26,7 +26,7 @@ fn resolve(
     scene: &Scene,
     camera: &Camera,
     size: [u32; 2],
-    depth: Vec<f32>,
+    mut depth: Vec<f32>,
     ids: &[u32],
     progress: &Progress,
 ) -> Result<GBuffer> {
@@ -41,12 +41,13 @@ fn resolve(
     let (mut triangle, mut instance) = (unwritten::<i32>(n)?, unwritten::<i32>(n)?);
     let rows = (position.par_chunks_mut(width), normal.par_chunks_mut(width));
     let rows = rows.0.zip(rows.1).zip(triangle.par_chunks_mut(width).zip(instance.par_chunks_mut(width)));
-    let rows = rows.zip(ids.par_chunks(width).zip(depth.par_chunks(width))).enumerate();
+    let rows = rows.zip(ids.par_chunks(width).zip(depth.par_chunks_mut(width))).enumerate();
     rows.try_for_each(|(y, (((position, normal), (triangle, instance)), (ids, depth)))| {
         progress.check()?;
         let mut known: Option<Surface> = None;
         for x in 0..width {
             if ids[x] == NO_TRIANGLE {
+                depth[x] = 1.0;
                 position[x].write([0.0; 3]);
                 normal[x].write([0.0; 3]);
                 triangle[x].write(-1);
@@ -60,7 +61,9 @@ fn resolve(
             };
             known = Some(surface);
             let ray = corner + x as f64 * right + y as f64 * down;
-            let (p_from_eye, n) = surface.seen_along(camera, ray, f64::from(depth[x]));
+            let (t, n) = surface.seen_along(camera, ray, f64::from(depth[x]));
+            depth[x] = ndc_depth(camera, t) as f32;
+            let p_from_eye = t * ray;
             position[x].write((eye_from_origin + p_from_eye).as_vec3().to_array());
             normal[x].write(n.as_vec3().to_array());
             triangle[x].write(surface.triangle);
@@ -130,15 +133,15 @@ impl Surface {
         }
     }
 
-    /// Where the ray from the eye meets the triangle's plane, relative to the eye, and the unit normal towards the eye.
+    /// The camera depth at which the ray from the eye meets the triangle's plane, and the unit normal towards the eye.
     ///
     /// `ray` has camera depth 1. A triangle seen nearly edge on covers pixels on the grid that its plane misses by up to
     /// 1/512 pixel, where the plane is met far away; the point is therefore held within the camera depths of the triangle.
     /// A plane seen exactly edge on, or none (no area), leaves the rasterised depth.
-    fn seen_along(&self, camera: &Camera, ray: DVec3, depth_ndc: f64) -> (DVec3, DVec3) {
+    fn seen_along(&self, camera: &Camera, ray: DVec3, to_far: f64) -> (f64, DVec3) {
         let along = self.normal.dot(ray);
         let t = self.normal.dot(self.corner) / along;
-        let t = if t.is_finite() { t } else { eye_depth(camera, depth_ndc) };
+        let t = if t.is_finite() { t } else { eye_depth(camera, to_far) };
         // Not `clamp`: a triangle on the far plane may have its ends in the wrong order by a rounding.
         let t = t.max(self.depths[0]).min(self.depths[1]);
         let normal = match self.normal {
@@ -146,14 +149,20 @@ impl Surface {
             n if along > 0.0 => -n,
             n => n,
         };
-        (t * ray, normal)
+        (t, normal)
     }
 }
 
-/// The camera depth of an NDC depth.
-fn eye_depth(camera: &Camera, z_ndc: f64) -> f64 {
+/// The camera depth of a depth from -1 at the near plane to 0 at the far plane.
+fn eye_depth(camera: &Camera, to_far: f64) -> f64 {
     let (near, far) = (camera.near(), camera.far());
-    near * far / (far - z_ndc * (far - near))
+    near * far / (near - to_far * (far - near))
+}
+
+/// The NDC depth, 0 at the near plane and 1 at the far plane, of a camera depth.
+fn ndc_depth(camera: &Camera, depth: f64) -> f64 {
+    let (near, far) = (camera.near(), camera.far());
+    far * (depth - near) / (depth * (far - near))
 }
 
 /// The unit vector along the cross product, at any scale of the edges; zero where they are parallel.

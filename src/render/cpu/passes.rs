@@ -40,7 +40,9 @@ impl Pass<'_> {
         self.draw_depth(drawn_size, depth)
     }
 
-    /// Depth, and the scene-wide number of the triangle seen, [`NO_TRIANGLE`] where nothing is.
+    /// Depth, -1 at the near plane and 0 at the far plane or where nothing is, and the scene-wide number of the triangle seen,
+    /// [`NO_TRIANGLE`] where nothing is. For an eye, whose surfaces may be at any multiple of its near depth: f32 has as many
+    /// digits of a depth close to 0 as of any other, while those close to 1 are all alike.
     pub fn depth_and_ids(&mut self) -> Result<(Vec<f32>, Vec<u32>)> {
         let drawn_size = drawn_size(self.size);
         let n = pixel_count(drawn_size);
@@ -61,12 +63,12 @@ impl Pass<'_> {
 
     fn draw_depth(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let progress = self.progress;
-        self.for_each_round(size, |scratch, bands, first| {
+        self.for_each_round(size, DepthPixels::FAR, |scratch, bands, first| {
             let part = bands.rows() * size[0] as usize;
             depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
                 progress.check()?;
                 // SAFETY: the first round writes everything.
-                let depth = if first { filled(depth, 1.0) } else { unsafe { written_part(depth) } };
+                let depth = if first { filled(depth, DepthPixels::FAR) } else { unsafe { written_part(depth) } };
                 let area = band_area(size, bands, band);
                 for bins in scratch.bins() {
                     let pixels = &mut DepthPixels { depth };
@@ -79,14 +81,14 @@ impl Pass<'_> {
 
     fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
         let progress = self.progress;
-        self.for_each_round(size, |scratch, bands, first| {
+        self.for_each_round(size, IdPixels::FAR, |scratch, bands, first| {
             let part = bands.rows() * size[0] as usize;
             let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
             parts.try_for_each(|(band, (depth, id))| {
                 progress.check()?;
                 // SAFETY: the first round writes everything.
                 let (depth, id) = if first {
-                    (filled(depth, 1.0), filled(id, NO_TRIANGLE))
+                    (filled(depth, IdPixels::FAR), filled(id, NO_TRIANGLE))
                 } else {
                     unsafe { (written_part(depth), written_part(id)) }
                 };
@@ -100,15 +102,17 @@ impl Pass<'_> {
         })
     }
 
-    /// Calls `draw` with each round of triangles, binned, and whether it is the first; at least once.
+    /// Calls `draw` with each round of triangles before the depth of the far plane, binned, and whether it is the first; at
+    /// least once.
     fn for_each_round(
         &mut self,
         drawn_size: [u32; 2],
+        far: f32,
         mut draw: impl FnMut(&Scratch, Bands, bool) -> Result<()>,
     ) -> Result<()> {
-        let batches = Batches::new(self.scene, &self.clip_from_world)?;
+        let viewport = Viewport::new(self.size, drawn_size, far);
+        let batches = Batches::new(self.scene, &self.clip_from_world, &viewport)?;
         let bands = Bands::new(drawn_size);
-        let viewport = Viewport::new(self.size, drawn_size);
         let mut first = true;
         batches.for_each_round(&viewport, bands, self.scratch, self.progress, |scratch| {
             draw(scratch, bands, std::mem::take(&mut first))

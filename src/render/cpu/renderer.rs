@@ -3,6 +3,8 @@
 use std::mem::MaybeUninit;
 use std::sync::Mutex;
 
+use glam::{DMat4, DVec3};
+
 use super::gbuffer::gbuffer;
 use super::log_rows::UnevenMap;
 use super::lookup::{Lookups, MaskInput};
@@ -90,7 +92,8 @@ impl Renderer for CpuRenderer {
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
         let size = check_size("size", size)?;
-        let clip_from_world = camera.clip_from_world();
+        // Nearer is less.
+        let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
         self.with_scratch(|scratch| gbuffer(&mut Pass { scene, clip_from_world, size, scratch, progress }, camera))
     }
 

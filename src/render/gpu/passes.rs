@@ -79,7 +79,7 @@ impl Session<'_> {
             let view = layer_view(&texture, layer as u32);
             let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
                 label: Some("depth"),
-                depth_stencil_attachment: Some(depth_attachment(&view)),
+                depth_stencil_attachment: Some(depth_attachment(&view, 1.0)),
                 ..Default::default()
             });
             guard.set(&mut pass);
@@ -141,8 +141,8 @@ pub(super) fn layer_view(texture: &Texture, layer: u32) -> TextureView {
     })
 }
 
-/// Depth cleared to 1 and kept.
-pub(super) fn depth_attachment(view: &TextureView) -> RenderPassDepthStencilAttachment<'_> {
-    let depth_ops = Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store });
+/// Depth cleared to that of the far plane and kept.
+pub(super) fn depth_attachment(view: &TextureView, far: f32) -> RenderPassDepthStencilAttachment<'_> {
+    let depth_ops = Some(Operations { load: LoadOp::Clear(far), store: StoreOp::Store });
     RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
 }

@@ -120,7 +120,8 @@ fn module(device: &Device, label: &str, source: String) -> ShaderModule {
         .create_shader_module(ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(source.into()) })
 }
 
-/// A pipeline that draws the nearest surface; with a target, its fragments go through the entry point "ids".
+/// A pipeline that draws the nearest surface of a map, or with a target, where depth is reversed and fragments go through the
+/// entry point "ids", of an eye.
 fn render_pipeline(
     device: &Device,
     label: &str,
@@ -129,6 +130,7 @@ fn render_pipeline(
     target: Option<ColorTargetState>,
 ) -> RenderPipeline {
     let module = module(device, label, source.into());
+    let nearer = if target.is_some() { CompareFunction::Greater } else { CompareFunction::Less };
     let targets = [target];
     let fragment = targets[0].is_some().then_some(FragmentState {
         module: &module,
@@ -150,7 +152,7 @@ fn render_pipeline(
         depth_stencil: Some(DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(true),
-            depth_compare: Some(CompareFunction::Less),
+            depth_compare: Some(nearer),
             stencil: Default::default(),
             bias: Default::default(),
         }),

@@ -52,7 +52,7 @@ pub(super) struct Drawn {
 }
 
 impl Session<'_> {
-    /// Records the ids and the depth of what a camera sees.
+    /// Records the ids and the depth, reversed, of what a camera sees.
     pub fn draw_ids(
         &mut self,
         encoder: &mut CommandEncoder,
@@ -65,7 +65,7 @@ impl Session<'_> {
         let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
         let guard = GuardBand::new(self.gpu, size);
         let mut list = DrawList::default();
-        let draws = list.push_pass(scene, &on_device, &camera.clip_from_world(), guard);
+        let draws = list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let mut placements = space.placements(scene, &on_device, &list.instances);
@@ -96,7 +96,7 @@ impl Session<'_> {
                 resolve_target: None,
                 ops: Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store },
             })],
-            depth_stencil_attachment: Some(depth_attachment(&depth_view)),
+            depth_stencil_attachment: Some(depth_attachment(&depth_view, 0.0)),
             ..Default::default()
         });
         guard.set(&mut pass);

@@ -4,5 +4,6 @@ mod against_truth;
 mod cpu;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod near_plane;
 mod selection;
 mod strong;

@@ -6,7 +6,7 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Bands, Bins, Draw, fill};
-use super::vertices::{OUTSIDE, Projection, ScreenVertex, Viewport, outcode};
+use super::vertices::{OUTSIDE, Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -57,7 +57,7 @@ impl<'a> Batches<'a> {
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a scene whose triangles cannot be numbered in 32 bits.
-    pub fn new(scene: &'a Scene, clip_from_world: &DMat4) -> Result<Self> {
+    pub fn new(scene: &'a Scene, clip_from_world: &DMat4, viewport: &Viewport) -> Result<Self> {
         if scene.triangle_count() >= u64::from(u32::MAX) {
             return Err(Error::argument(
                 "scene",
@@ -71,7 +71,8 @@ impl<'a> Batches<'a> {
             .map(|i| {
                 let bounds = scene.mesh_of(i).bounds_local();
                 let projection = Projection::new(&scene.clip_from_local(clip_from_world, i), bounds);
-                let outside = bounds.corners().iter().fold(OUTSIDE, |all, &p| all & outcode(projection.clip(p)));
+                let outside =
+                    bounds.corners().iter().fold(OUTSIDE, |all, &p| all & viewport.outcode(projection.clip(p)));
                 (outside == 0).then_some(projection)
             })
             .collect();

@@ -1,7 +1,7 @@
 //! Clipping of the few triangles that need it, in homogeneous space.
 //!
-//! Source: Sutherland, Hodgman 1974 `[sutherland1974]`, on the planes z >= 0, z <= 2 w and the guard band
-//! |x| <= g w, |y| <= g w. Together the first two give w >= 0, so nothing behind the projection centre is ever divided.
+//! Source: Sutherland, Hodgman 1974 `[sutherland1974]`, on the planes z >= n w (n is 0 or -1), z <= (n + 2) w and the guard
+//! band |x| <= g w, |y| <= g w. Together the first two give w >= 0, so nothing behind the projection centre is ever divided.
 //! Vertices that are kept keep the screen coordinates the fast path gives them; an edge is cut from its inner to its outer
 //! end, so neighbours that share it cut it at the same point. Only edges with an end that bears [`CLIP`] are cut: triangles
 //! on both sides of such an edge come here.
@@ -27,9 +27,10 @@ pub struct ExactVertex {
 /// `clip` are the corners' clip coordinates, `screen` what the fast path made of them.
 pub fn clip_triangle(viewport: &Viewport, clip: [[f64; 4]; 3], screen: [ScreenVertex; 3], out: &mut Vec<ExactVertex>) {
     let [gx, gy] = viewport.guard.map(f64::from);
+    let near = f64::from(viewport.near);
     let planes: [[f64; 4]; 6] = [
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, -1.0, f64::from(FAR_GUARD)],
+        [0.0, 0.0, 1.0, -near],
+        [0.0, 0.0, -1.0, near + f64::from(FAR_GUARD)],
         [1.0, 0.0, 0.0, gx],
         [-1.0, 0.0, 0.0, gx],
         [0.0, 1.0, 0.0, gy],
@@ -72,7 +73,7 @@ fn cut(inside: &Corner, outside: &Corner, d0: f64, d1: f64, plane: [f64; 4]) -> 
     let mut clip: [f64; 4] = std::array::from_fn(|i| inside.clip[i] + t * (outside.clip[i] - inside.clip[i]));
     // Exactly on the near plane: rounding must not put it a hair before.
     if plane[2] == 1.0 {
-        clip[2] = 0.0;
+        clip[2] = -plane[3] * clip[3];
     }
     Corner { clip, own: None }
 }
@@ -95,7 +96,8 @@ fn projected(viewport: &Viewport, clip: [f64; 4]) -> Option<ExactVertex> {
     }
     // Divided in f64: w may be far below the range of f32. The guard is enforced against the rounding of the cuts.
     let [gx, gy] = viewport.guard.map(f64::from);
-    let ndc = [(x / w).clamp(-gx, gx), (y / w).clamp(-gy, gy), (z / w).clamp(0.0, f64::from(FAR_GUARD))];
+    let near = f64::from(viewport.near);
+    let ndc = [(x / w).clamp(-gx, gx), (y / w).clamp(-gy, gy), (z / w).clamp(near, near + f64::from(FAR_GUARD))];
     let exact = viewport.project_exactly([ndc[0], ndc[1], ndc[2], 1.0]);
     let [x, y, z] = exact.map(|v| v as f32);
     Some(ExactVertex { screen: ScreenVertex { x, y, z, code: 0 }, exact })

@@ -8,7 +8,7 @@
 use super::binning::{Entry, Fragment};
 #[cfg(target_arch = "x86_64")]
 use super::lanes::Avx2;
-use super::lanes::{Lanes, Plain};
+use super::lanes::{FAR_OF_IDS, Lanes, Plain};
 use super::simd::LANES;
 use super::triangle_setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
 use super::vertices::ScreenVertex;
@@ -19,6 +19,8 @@ const BLOCK: [i32; 2] = [32, 8];
 
 /// Where a pass keeps its pixels.
 pub trait Pixels {
+    /// Depth of the far plane, where nothing is drawn; that of the near plane is 1 less.
+    const FAR: f32;
     /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
     /// depths, and negative numbers where they are not covered.
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
@@ -43,6 +45,7 @@ fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
 }
 
 impl Pixels for DepthPixels<'_> {
+    const FAR: f32 = 1.0;
     #[inline(always)]
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
         lanes.nearest(lanes_at(self.depth, at), z, outside);
@@ -56,6 +59,7 @@ impl Pixels for DepthPixels<'_> {
 }
 
 impl Pixels for IdPixels<'_> {
+    const FAR: f32 = FAR_OF_IDS;
     #[inline(always)]
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32) {
         lanes.nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
@@ -64,8 +68,8 @@ impl Pixels for IdPixels<'_> {
     #[inline(always)]
     fn draw_fragment(&mut self, f: &Fragment) {
         let (old, old_id) = (&mut self.depth[f.at as usize], &mut self.id[f.at as usize]);
-        // At the far plane (1) nothing is drawn: its pixels belong to no triangle, whose number is the largest.
-        if f.z < *old || (f.z == *old && f.z < 1.0 && f.id < *old_id) {
+        // At the far plane nothing is drawn: its pixels belong to no triangle, whose number is the largest.
+        if f.z < *old || (f.z == *old && f.z < Self::FAR && f.id < *old_id) {
             (*old, *old_id) = (f.z, f.id);
         }
     }
@@ -293,12 +297,12 @@ mod tests {
                 }
                 let reach = [0.02, 0.1, 1.0, 20.0][i / 3 % 4];
                 let p = middle + reach * (glam::Vec3::new(number(), number(), number()) - 0.5);
-                p.with_z(0.5 + 0.4 * p.z.clamp(-1.0, 1.0))
+                p.with_z(-0.5 + 0.4 * p.z.clamp(-1.0, 1.0))
             })
             .collect();
         let identity = glam::Mat4::IDENTITY.to_cols_array_2d();
         let mut out = vec![ScreenVertex::default(); count];
-        project_all(&identity, &Viewport::new(size, size), &positions, &mut out);
+        project_all(&identity, &Viewport::new(size, size, IdPixels::FAR), &positions, &mut out);
         out
     }
 
@@ -324,7 +328,7 @@ mod tests {
         let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large };
         let drawn = |plain: bool, first_row: i32, rows: i32| {
             let n = size[0] as usize * rows as usize;
-            let (mut depth, mut id) = (vec![1.0f32; n], vec![u32::MAX; n]);
+            let (mut depth, mut id) = (vec![IdPixels::FAR; n], vec![u32::MAX; n]);
             let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
             let area = BandArea { size, first_row, rows };
             if plain {
@@ -332,7 +336,7 @@ mod tests {
             } else {
                 draw(work, area, pixels)
             }
-            let mut alone = vec![1.0f32; n];
+            let mut alone = vec![IdPixels::FAR; n];
             let pixels = &mut DepthPixels { depth: &mut alone };
             if plain {
                 draw_entries(Plain, work, area, pixels)

@@ -5,6 +5,9 @@
 
 use super::simd::LANES;
 
+/// Depth of the far plane where triangles are numbered; less than what is there.
+pub const FAR_OF_IDS: f32 = 0.0;
+
 /// [`LANES`] 32-bit numbers side by side.
 pub trait Lanes: Copy {
     type Int: Copy;
@@ -19,7 +22,8 @@ pub trait Lanes: Copy {
     fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float;
     /// Keeps the smaller depth where `outside` is not negative.
     fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
-    /// The same, with the number of the triangle; of equal depths below 1 the smaller number.
+    /// The same, with the number of the triangle; of equal depths before the far plane the smaller
+    /// number.
     fn nearest_with_id(
         self,
         depth: &mut [f32; LANES],
@@ -82,7 +86,7 @@ impl Lanes for Plain {
         new_id: u32,
     ) {
         for l in 0..LANES {
-            let first = z[l] == depth[l] && z[l] < 1.0 && new_id < id[l];
+            let first = z[l] == depth[l] && z[l] < FAR_OF_IDS && new_id < id[l];
             if outside[l] >= 0 && (z[l] < depth[l] || first) {
                 (depth[l], id[l]) = (z[l], new_id);
             }
@@ -108,7 +112,7 @@ impl Avx2 {
 mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::{Avx2, LANES, Lanes};
+    use super::{Avx2, FAR_OF_IDS, LANES, Lanes};
 
     impl Lanes for Avx2 {
         type Int = __m256i;
@@ -166,7 +170,7 @@ mod avx2 {
                 let old = _mm256_loadu_ps(depth.as_ptr());
                 let old_id = _mm256_loadu_si256(id.as_ptr().cast());
                 let new_id = _mm256_set1_epi32(new_id as i32);
-                let before_far = _mm256_cmp_ps::<_CMP_LT_OQ>(z, _mm256_set1_ps(1.0));
+                let before_far = _mm256_cmp_ps::<_CMP_LT_OQ>(z, _mm256_set1_ps(FAR_OF_IDS));
                 let equal = _mm256_and_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(z, old), before_far);
                 // The new number where depths are equal, else the largest of all.
                 let candidate =

@@ -21,8 +21,8 @@ pub const SUBPIXEL_BITS: u32 = 8;
 pub const SUBPIXEL: f32 = (1 << SUBPIXEL_BITS) as f32;
 /// Largest distance from pixel 0 in pixels that the fixed-point edge functions are proven for (see `fill_large`).
 const GUARD_PIXELS: f64 = 32768.0;
-/// Largest z / w that needs no clipping: depth beyond the far plane (1) is told to 2^-24 at least, and pixels of it are
-/// dropped one by one.
+/// From the near plane to the largest z / w that needs no clipping: depth beyond the far plane (1) is told to 2^-24 at least,
+/// and pixels of it are dropped one by one.
 pub const FAR_GUARD: f32 = 2.0;
 /// Beyond the left, right, bottom, top, near, far plane of the clip volume.
 pub const OUTSIDE: u32 = 0b11_1111;
@@ -36,7 +36,7 @@ pub const CLIP: u32 = 1 << 6;
 pub struct ScreenVertex {
     pub x: f32,
     pub y: f32,
-    /// NDC depth.
+    /// Depth, z / w.
     pub z: f32,
     /// Bits of [`OUTSIDE`] and [`CLIP`].
     pub code: u32,
@@ -60,18 +60,35 @@ pub struct Viewport {
     offset: [f32; 2],
     /// Largest |x| / w and |y| / w that need no clipping.
     pub guard: [f32; 2],
+    /// z / w of the near plane; that of the far plane is 1 more.
+    pub near: f32,
 }
 
 impl Viewport {
-    /// The viewport of an image of `size` pixels, drawn into memory of `drawn_size` pixels from the same corner.
-    pub fn new(size: [u32; 2], drawn_size: [u32; 2]) -> Self {
+    /// The viewport of an image of `size` pixels, drawn into memory of `drawn_size` pixels from the same corner, with z / w of
+    /// 1 below `far` to `far`.
+    pub fn new(size: [u32; 2], drawn_size: [u32; 2], far: f32) -> Self {
         let half = size.map(|n| 0.5 * f64::from(n));
         Self {
             size: drawn_size,
             scale: [half[0] as f32 * SUBPIXEL, half[1] as f32 * -SUBPIXEL],
             offset: half.map(|h| h as f32 * SUBPIXEL),
             guard: half.map(|h| ((GUARD_PIXELS - h) / h) as f32),
+            near: far - 1.0,
         }
+    }
+
+    /// The planes of the clip volume a point is beyond.
+    #[inline(always)]
+    pub fn outcode(&self, [x, y, z, w]: [f64; 4]) -> u32 {
+        let bit = |condition: bool, bit: u32| u32::from(condition) << bit;
+        let near = f64::from(self.near);
+        bit(x < -w, 0)
+            | bit(x > w, 1)
+            | bit(y < -w, 2)
+            | bit(y > w, 3)
+            | bit(z < near * w, 4)
+            | bit(z > (near + 1.0) * w, 5)
     }
 
     /// The grid position and depth of a clip-space point with w > 0.
@@ -166,26 +183,19 @@ dispatch! {
 
 #[inline(always)]
 fn project_all_exactly_body(m: &[[f64; 4]; 4], viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) {
-    let guard = viewport.guard.map(f64::from);
+    let (guard, near) = (viewport.guard.map(f64::from), f64::from(viewport.near));
     for (p, o) in positions.iter().zip(out) {
         let clip = clip_of(m, p.as_dvec3());
         let [x, y, z, w] = clip;
         let guarded = (x.abs() <= guard[0] * w)
             & (y.abs() <= guard[1] * w)
-            & (z >= 0.0)
-            & (z <= f64::from(FAR_GUARD) * w)
+            & (z >= near * w)
+            & (z <= (near + f64::from(FAR_GUARD)) * w)
             & (w >= f64::MIN_POSITIVE);
-        let code = outcode(clip) | if guarded { 0 } else { CLIP };
+        let code = viewport.outcode(clip) | if guarded { 0 } else { CLIP };
         let [x, y, z] = if guarded { viewport.project_exactly(clip).map(|v| v as f32) } else { [0.0; 3] };
         *o = ScreenVertex { x, y, z, code };
     }
-}
-
-/// The planes of the clip volume a point is beyond.
-#[inline(always)]
-pub fn outcode([x, y, z, w]: [f64; 4]) -> u32 {
-    let bit = |condition: bool, bit: u32| u32::from(condition) << bit;
-    bit(x < -w, 0) | bit(x > w, 1) | bit(y < -w, 2) | bit(y > w, 3) | bit(z < 0.0, 4) | bit(z > w, 5)
 }
 
 dispatch! {
@@ -223,16 +233,16 @@ fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [
         let bit = |condition: bool, bit: u32| u32::from(condition) << bit;
         let guarded = (x.abs() <= viewport.guard[0] * w)
             & (y.abs() <= viewport.guard[1] * w)
-            & (z >= 0.0)
-            & (z <= FAR_GUARD * w)
+            & (z >= viewport.near * w)
+            & (z <= (viewport.near + FAR_GUARD) * w)
             // The smallest w whose inverse is finite.
             & (w >= f32::MIN_POSITIVE);
         code[l] = bit(x < -w, 0)
             | bit(x > w, 1)
             | bit(y < -w, 2)
             | bit(y > w, 3)
-            | bit(z < 0.0, 4)
-            | bit(z > w, 5)
+            | bit(z < viewport.near * w, 4)
+            | bit(z > (viewport.near + 1.0) * w, 5)
             | bit(!guarded, 6);
         for (s, v) in screen.iter_mut().zip(viewport.project([x, y, z, w])) {
             s[l] = if guarded { v } else { 0.0 };
@@ -249,7 +259,7 @@ mod tests {
     fn both_instruction_sets_project_the_same_bits() {
         let m = normalized(&glam::dcamera::rh::proj::directx::perspective(1.0, 1.3, 0.1, 30.0));
         let single = m.map(|c| c.map(|x| x as f32));
-        let viewport = Viewport::new([640, 480], [640, 480]);
+        let viewport = Viewport::new([640, 480], [640, 480], 1.0);
         let positions: Vec<Vec3> = (0..1003)
             .map(|i| Vec3::new((i as f32 * 0.37).sin(), (i as f32 * 0.71).cos(), -1.0 + (i as f32 * 0.11).sin() * 1.1))
             .collect();
@@ -276,7 +286,7 @@ mod tests {
     fn what_is_divided_by_w_stays_finite() {
         // z is 1, w as small as can be: the quotient would be infinite, and the plane of depth NaN.
         let columns = [[0.0; 4], [0.0; 4], [0.0, 0.0, 8.0, 0.0], [0.0, 0.0, 0.0, f64::from(f32::MIN_POSITIVE)]];
-        let (viewport, mut out) = (Viewport::new([64, 64], [64, 64]), [ScreenVertex::default(); 2]);
+        let (viewport, mut out) = (Viewport::new([64, 64], [64, 64], 1.0), [ScreenVertex::default(); 2]);
         let positions = [Vec3::Z, Vec3::Z * f32::MIN_POSITIVE * 0.125];
         project_all(&columns.map(|c| c.map(|x| x as f32)), &viewport, &positions, &mut out);
         assert!(out[0].z.is_finite() && out[0].code & CLIP != 0 && out[1].code & CLIP == 0, "{out:?}");

@@ -1,6 +1,6 @@
 // The G-buffer out of the ids of a pass; surface.wgsl comes before this text.
 //
-// Group 1: 0 depth of the pass (NDC), 1 result: for the n pixels of the rows at hand n depths, 3n of position relative to
+// Group 1: 0 depth of the pass (1 at near to 0 at far), 1 result: for the n pixels of the rows at hand n depths, 3n of position relative to
 // the scene's origin (world units), 3n of normal, n triangles, n instances.
 
 @group(1) @binding(0) var depth: texture_depth_2d;
@@ -24,7 +24,7 @@ fn gbuffer(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let n = view.width * view.rows;
     let i = invocation.y * view.width + invocation.x;
-    result[i] = bitcast<u32>(textureLoad(depth, pixel.xy, 0));
+    result[i] = bitcast<u32>(1.0 - textureLoad(depth, pixel.xy, 0));
     if id.x == 0 {
         write(n + 3 * i, vec3f());
         write(4 * n + 3 * i, vec3f());

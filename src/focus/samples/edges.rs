@@ -56,24 +56,24 @@ pub(super) fn edges_of(
     };
     let mut found: Vec<(u32, usize)> = Vec::new();
     let (w, mut is_found) = (width as usize, vec![false; image.len()]);
-    for pixel in 0..image.len() {
-        let mut meet = |other: usize| {
-            // One state is lit, 1, and one is in shadow, 0.
-            let differ = image[pixel] | image[other] == 1 && image[pixel] & image[other] == 0;
-            if differ && is_one_surface(picture, seen(pixel), seen(other)) {
-                for one in [pixel, other] {
-                    if !is_found[one] {
-                        is_found[one] = true;
-                        found.push((morton((one % w) as u32, (one / w) as u32), one));
-                    }
+    let mut meet = |pixel: usize, other: usize| {
+        if is_one_surface(picture, seen(pixel), seen(other)) {
+            for one in [pixel, other] {
+                if !is_found[one] {
+                    is_found[one] = true;
+                    found.push((morton((one % w) as u32, (one / w) as u32), one));
                 }
             }
-        };
-        if (pixel + 1) % w != 0 {
-            meet(pixel + 1);
         }
-        if pixel + w < image.len() {
-            meet(pixel + w);
+    };
+    let mut differ = vec![0; w];
+    for (y, row) in image.chunks_exact(w).enumerate() {
+        let first = y * w;
+        differing(&row[..w - 1], &row[1..], &mut differ[..w - 1]);
+        places(&differ[..w - 1]).for_each(|x| meet(first + x, first + x + 1));
+        if let Some(below) = image.get(first + w..first + 2 * w) {
+            differing(row, below, &mut differ);
+            places(&differ).for_each(|x| meet(first + x, first + x + w));
         }
     }
     let shaded = shaded(image, facing, w);
@@ -131,37 +131,47 @@ pub(super) fn evenly(i: usize, kept: usize, all: usize) -> usize {
 /// The four beside a pixel.
 const NEIGHBOURS: [(i64, i64); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
+/// Whether, pair by pair, one state is lit and one is in shadow: 1 and 0 are the only two numbers with this `or` and `xor`.
+fn differing(a: &[i8], b: &[i8], differ: &mut [u8]) {
+    for ((a, b), differ) in a.iter().zip(b).zip(differ) {
+        *differ =
+            u8::from((a | b == TruthMask::LIT | TruthMask::SHADOW) & (a ^ b == TruthMask::LIT ^ TruthMask::SHADOW));
+    }
+}
+
+/// Where numbers are not 0, which is rare: eight at once are looked at.
+fn places(numbers: &[u8]) -> impl Iterator<Item = usize> {
+    let eights = numbers.chunks(8).enumerate().filter(|(_, eight)| eight.iter().fold(0, |any, n| any | n) != 0);
+    eights.flat_map(|(k, eight)| (0..eight.len()).filter(|&i| eight[i] != 0).map(move |i| 8 * k + i))
+}
+
 /// The samples of pixels that face the light and are in shadow, or whose state is not known, or that are beside one in shadow.
 fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
-    let dark = |i: usize| u8::from(facing[i] != NO_SAMPLE && image[i] == TruthMask::SHADOW);
     let height = image.len() / width;
-    // Dark pixels of a row with the ones beside them, for the row above, this one and the one below.
-    let spread = |y: usize, into: &mut Vec<u8>| {
-        into.clear();
-        into.extend((0..width).map(|x| dark(y * width + x)));
-        let mut before = 0;
-        for x in 0..width {
-            let own = into[x];
-            let after = if x + 1 < width { into[x + 1] } else { 0 };
-            into[x] = before | own | after;
-            before = own;
+    // Pixels of a row in shadow, and the ones beside them; 0 at both ends. An image has no state where nothing faces the light.
+    let spread = |y: usize, dark: &mut [u8], into: &mut [u8]| {
+        let row = &image[y * width..(y + 1) * width];
+        dark[1..=width].iter_mut().zip(row).for_each(|(dark, state)| *dark = u8::from(*state == TruthMask::SHADOW));
+        for (x, into) in into.iter_mut().enumerate() {
+            *into = dark[x] | dark[x + 1] | dark[x + 2];
         }
     };
-    let [mut above, mut here, mut below] = [vec![0; width], Vec::with_capacity(width), Vec::with_capacity(width)];
-    spread(0, &mut here);
-    let mut found = Vec::new();
+    let mut dark = vec![0; width + 2];
+    let [mut above, mut here, mut below] = [vec![0; width], vec![0; width], vec![0; width]];
+    spread(0, &mut dark, &mut here);
+    let (mut found, mut chosen) = (Vec::new(), vec![0; width]);
     for y in 0..height {
         if y + 1 < height {
-            spread(y + 1, &mut below);
+            spread(y + 1, &mut dark, &mut below);
         } else {
             below.fill(0);
         }
-        for x in 0..width {
-            let i = y * width + x;
-            if facing[i] != NO_SAMPLE && (above[x] | here[x] | below[x] != 0 || image[i] != TruthMask::LIT) {
-                found.push(facing[i]);
-            }
+        let row = &image[y * width..(y + 1) * width];
+        for (x, chosen) in chosen.iter_mut().enumerate() {
+            *chosen = above[x] | here[x] | below[x] | u8::from(row[x] != TruthMask::LIT);
         }
+        let facing = &facing[y * width..(y + 1) * width];
+        found.extend(places(&chosen).map(|x| facing[x]).filter(|&sample| sample != NO_SAMPLE));
         std::mem::swap(&mut above, &mut here);
         std::mem::swap(&mut here, &mut below);
     }

@@ -2,9 +2,11 @@
 
 mod edges;
 mod flips;
+mod growing;
 mod outline;
 mod part;
 mod picture;
+mod runs;
 #[expect(clippy::module_inception, reason = "the samples themselves, beside what is found of them")]
 mod samples;
 

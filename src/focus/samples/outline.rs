@@ -12,10 +12,13 @@
 
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
+use super::growing::Growing;
 use super::picture::Picture;
-use crate::geometry::{Rows, clipped, convex_hull};
+use super::runs::{Chosen, Run};
+use crate::geometry::{Rows, clipped};
 use crate::rays::LightFrame;
 use crate::scene::Light;
+use crate::simd::dispatch;
 
 /// Coordinates of a light's rays: two numbers a ray, linear in a plane across the light.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +41,7 @@ impl RayFrame {
         }
     }
     /// The ray through a point. Before a placed light only.
+    #[inline(always)]
     pub fn ray(&self, p: DVec3) -> DVec2 {
         let LightFrame { right, up, along } = self.frame;
         match self.apex {
@@ -89,6 +93,7 @@ impl RayFrame {
         Rows { x: row(0), y: row(1), z, w: row(2) }
     }
     /// How far the ray may move as a point moves by `reach`.
+    #[inline(always)]
     fn moved(&self, p: DVec3, ray: DVec2, reach: f64) -> f64 {
         match self.apex {
             None => reach,
@@ -97,6 +102,32 @@ impl RayFrame {
                 if depth > 0.0 { reach * (1.0 + ray.length()) / depth } else { f64::INFINITY }
             }
         }
+    }
+    /// Whether a point does not lie before a placed light.
+    #[inline(always)]
+    fn is_behind(&self, p: DVec3) -> bool {
+        self.apex.is_some_and(|(apex, _)| (p - apex).dot(self.frame.along) <= 0.0)
+    }
+    /// A box around the rays of a run's samples and of the corners of their pixels; nothing where it has no bound.
+    #[inline(always)]
+    fn range(&self, run: &Run, picture: Option<&Picture>) -> Option<[DVec2; 2]> {
+        let reach = picture.map_or(0.0, |picture| run.reach(picture));
+        let LightFrame { right, up, along } = self.frame;
+        let [x, y] = [right, up].map(|axis| run.range(axis));
+        let Some((apex, _)) = self.apex else {
+            return Some([DVec2::new(x[0], y[0]) - reach, DVec2::new(x[1], y[1]) + reach]);
+        };
+        let near = run.range(along)[0] - along.dot(apex) - reach;
+        let ends = |axis: DVec3, [low, high]: [f64; 2]| {
+            let off = axis.dot(apex);
+            [low - off - reach, high - off + reach]
+        };
+        let far = run.range(along)[1] - along.dot(apex) + reach;
+        let quotients = |[low, high]: [f64; 2]| {
+            [if low < 0.0 { low / near } else { low / far }, if high > 0.0 { high / near } else { high / far }]
+        };
+        let [x, y] = [quotients(ends(right, x)), quotients(ends(up, y))];
+        (near > 0.0).then_some([DVec2::new(x[0], y[0]), DVec2::new(x[1], y[1])])
     }
     /// A polygon of rays without what lies outside of a spot's pyramid.
     fn inside(&self, polygon: Vec<DVec2>) -> Vec<DVec2> {
@@ -118,54 +149,12 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of so many samples (position relative to the eye, and normal), with the corners of their pixels where they
-    /// come from a picture; nothing without samples.
-    pub fn of(
-        rays: RayFrame,
-        picture: Option<&Picture>,
-        count: usize,
-        sample: impl Fn(usize) -> (DVec3, DVec3),
-    ) -> Option<Self> {
-        let mut hull = Growing::default();
-        let mut sum = DVec2::ZERO;
-        let add = |hull: &mut Growing, p: DVec3, n: DVec3| {
-            let Some(picture) = picture else {
-                hull.add(&[rays.ray(p)]);
-                return;
-            };
-            let corners = picture.corners(p, n);
-            let behind =
-                rays.apex.is_some_and(|(apex, _)| corners.iter().any(|c| (*c - apex).dot(rays.frame.along) <= 0.0));
-            // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
-            hull.add(&[rays.ray(p)]);
-            if !behind {
-                hull.add(&corners.map(|c| rays.ray(c)));
-            }
-        };
-        // A hull of a few first, so that the pass over all hardly adds.
-        for (p, n) in (0..count).step_by(SEED_STEP).map(&sample) {
-            add(&mut hull, p, n);
-        }
-        hull.settle();
-        for first in (0..count).step_by(RUN) {
-            // Most runs of neighbours lie in the hull so far as a whole.
-            let run = first..(first + RUN).min(count);
-            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-            for (p, n) in run.clone().map(&sample) {
-                let ray = rays.ray(p);
-                sum += ray;
-                let reach = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
-                (low, high) = (low.min(ray - reach), high.max(ray + reach));
-            }
-            let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
-            if !corners.iter().all(|p| hull.holds(*p)) {
-                run.map(&sample).for_each(|(p, n)| add(&mut hull, p, n));
-            }
-        }
-        hull.settle();
-        let mean = sum / count.max(1) as f64;
+    /// The outline of samples, with the corners of their pixels where they come from a picture; nothing without samples.
+    pub(super) fn of(rays: RayFrame, chosen: &Chosen) -> Option<Self> {
+        let (hull, sum) = hull_of(&rays, chosen);
+        let mean = rays.ray(sum / chosen.len().max(1) as f64);
         let off = |p: DVec3| (rays.ray(p) - mean).length_squared();
-        let some = (0..count).step_by(count.div_ceil(MOST_FOR_MIDDLE).max(1)).map(|i| sample(i).0);
+        let some = chosen.some(MOST_FOR_MIDDLE).map(|(p, _)| p);
         let middle = some.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
         let corners = rays.inside(hull.corners);
         let corners = if corners.is_empty() { vec![rays.ray(middle)] } else { corners };
@@ -195,62 +184,61 @@ impl Outline {
     }
 }
 
-/// Samples, neighbours in the picture, that are asked for together.
-const RUN: usize = 32;
-/// Every so manyth sample makes the first hull.
-const SEED_STEP: usize = 61;
-/// Samples that are looked at for the one in the middle.
-const MOST_FOR_MIDDLE: usize = 1024;
-/// Points that wait for the next hull.
-const MOST_WAITING: usize = 4096;
-
-/// A hull that grows.
-#[derive(Debug, Default)]
-struct Growing {
-    /// The hull's corners, and behind them what waits.
-    corners: Vec<DVec2>,
-    settled: usize,
-    /// Index of the hull's rightmost corner; the first is the leftmost.
-    rightmost: usize,
-    room: Vec<DVec2>,
+dispatch! {
+    /// The hull of samples and of the corners of their pixels, and about the sum of their positions.
+    fn hull_of(rays: &RayFrame, chosen: &Chosen) -> (Growing, DVec3) = hull_of_body
 }
 
-impl Growing {
-    fn add(&mut self, points: &[DVec2]) {
-        for p in points {
-            if p.is_finite() && !self.holds(*p) {
-                self.corners.push(*p);
+#[inline(always)]
+fn hull_of_body(rays: &RayFrame, chosen: &Chosen) -> (Growing, DVec3) {
+    let mut hull = Growing::default();
+    // A hull of a few first, so that the pass over all hardly adds.
+    for (p, n) in chosen.some((chosen.len() / SEED_SHARE).clamp(1, MOST_SEEDS)) {
+        add(&mut hull, rays, chosen.picture(), p, n);
+    }
+    hull.settle();
+    let mut sum = DVec3::ZERO;
+    for run in &chosen.runs {
+        sum += run.middle * run.len() as f64;
+        let is_held = rays.range(run, chosen.picture()).is_some_and(|[low, high]| hull.holds(low, high));
+        if !is_held {
+            for (p, n) in chosen.of_run(run) {
+                add(&mut hull, rays, chosen.picture(), p, n);
             }
         }
-        if self.corners.len() > self.settled + MOST_WAITING {
-            self.settle();
-        }
     }
-    /// The hull of all that was added.
-    fn settle(&mut self) {
-        convex_hull(&mut self.corners, &mut self.room);
-        self.settled = self.corners.len();
-        let right = |i: &usize| self.corners[*i].x;
-        self.rightmost = (0..self.settled).max_by(|a, b| right(a).total_cmp(&right(b))).unwrap_or(0);
+    hull.settle();
+    (hull, sum)
+}
+
+/// Adds a sample and the corners of its pixel.
+#[inline(always)]
+fn add(hull: &mut Growing, rays: &RayFrame, picture: Option<&Picture>, p: DVec3, n: DVec3) {
+    let ray = rays.ray(p);
+    let Some(picture) = picture else { return hull.add(ray) };
+    let reach = rays.moved(p, ray, picture.reach(p, n));
+    if hull.holds(ray - reach, ray + reach) {
+        return;
     }
-    /// Whether a point lies in the hull so far.
-    fn holds(&self, p: DVec2) -> bool {
-        let hull = &self.corners[..self.settled];
-        if hull.len() < 3 {
-            return false;
+    // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
+    hull.add(ray);
+    let [a, b, c, d] = picture.corners(p, n);
+    if rays.is_behind(a) || rays.is_behind(b) || rays.is_behind(c) || rays.is_behind(d) {
+        return;
+    }
+    let corners = [rays.ray(a), rays.ray(b), rays.ray(c), rays.ray(d)];
+    let low = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
+    let high = corners[0].max(corners[1]).max(corners[2].max(corners[3]));
+    if !hull.holds(low, high) {
+        for corner in corners {
+            hull.add(corner);
         }
-        // From the leftmost corner below to the rightmost, and back above.
-        let (below, above) = (&hull[..=self.rightmost], &hull[self.rightmost..]);
-        let i = below.partition_point(|a| a.x <= p.x);
-        if i == 0 || i == below.len() {
-            return false;
-        }
-        let over = |a: DVec2, b: DVec2| (b - a).perp_dot(p - a) >= 0.0;
-        if !over(below[i - 1], below[i]) {
-            return false;
-        }
-        let j = above.partition_point(|a| a.x > p.x);
-        let next = above.get(j).unwrap_or(&hull[0]);
-        j > 0 && over(above[j - 1], *next)
     }
 }
+
+/// Samples that make the first hull: a share of all, and the most. Chosen because most of more would lie in it, and fewer leave
+/// more to the pass over all.
+const SEED_SHARE: usize = 61;
+const MOST_SEEDS: usize = 2048;
+/// Samples that are looked at for the one in the middle.
+const MOST_FOR_MIDDLE: usize = 1024;

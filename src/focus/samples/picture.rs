@@ -74,6 +74,7 @@ impl Picture {
         [across(right) * self.pixels.x, across(up) * self.pixels.y]
     }
     /// The point on a ray of depth 1 of the plane through `p` with this normal, within the share of its depth.
+    #[inline(always)]
     pub fn on_plane(&self, p: DVec3, normal: DVec3, ray: DVec3) -> DVec3 {
         let depth = p.dot(self.camera.forward());
         // 1 / t is what rounds to nothing on a plane along the ray.
@@ -85,25 +86,53 @@ impl Picture {
         ray * (depth * share)
     }
     /// The corners of the pixel of a sample on the plane of its surface.
+    #[inline(always)]
     pub fn corners(&self, p: DVec3, normal: DVec3) -> [DVec3; 4] {
         let center = p / p.dot(self.camera.forward());
         let (x, y) = (0.5 * self.per_x, 0.5 * self.per_y);
-        [center - x - y, center + x - y, center + x + y, center - x + y].map(|ray| self.on_plane(p, normal, ray))
+        // Written out: a closure over the four is not compiled for the instructions of its caller.
+        [
+            self.on_plane(p, normal, center - x - y),
+            self.on_plane(p, normal, center + x - y),
+            self.on_plane(p, normal, center + x + y),
+            self.on_plane(p, normal, center - x + y),
+        ]
     }
-    /// The share of a sample's depth by which the corners of its pixel are nearer or farther at the most.
-    pub fn most_depth_share(&self) -> f64 {
-        MOST_DEPTH_SHARE
+    /// Camera depths of the corners of a sample's pixel on the plane of its surface, at the least and at the most.
+    pub fn depths(&self, p: DVec3, normal: DVec3) -> [f64; 2] {
+        let depth = p.dot(self.camera.forward());
+        // The corners' rays have products with the normal that differ from the middle's by at most this.
+        let aside = 0.5 * (normal.dot(self.per_x).abs() + normal.dot(self.per_y).abs());
+        depth_shares(aside * depth / normal.dot(p).abs()).map(|share| share * depth)
+    }
+    /// Shares of their depth at which those corners are, of samples no farther than a depth whose planes are no nearer to the eye
+    /// than a distance.
+    pub fn depth_shares_within(&self, depth: f64, off_plane: f64) -> [f64; 2] {
+        depth_shares(self.half_pixel * depth / off_plane)
     }
     /// How far the corners of a sample's pixel lie from it at the most.
+    #[inline(always)]
     pub fn reach(&self, p: DVec3, normal: DVec3) -> f64 {
-        let depth = p.dot(self.camera.forward());
+        self.reach_within(p.dot(self.camera.forward()), normal.dot(p).abs())
+    }
+    /// The same of samples no farther than a depth, whose planes are no nearer to the eye than a distance.
+    #[inline(always)]
+    pub fn reach_within(&self, depth: f64, off_plane: f64) -> f64 {
         let half = self.half_pixel * depth;
         let distance = depth * self.longest_ray;
         // A step of `half` across the ray changes the depth of the plane by half / tan of the angle between them, and twice
         // that far bounds the change of that angle over the step; where it does not, the share does.
-        let along = (2.0 * half * distance / normal.dot(p).abs()).min(MOST_DEPTH_SHARE * distance);
+        let along = (2.0 * half * distance / off_plane).min(MOST_DEPTH_SHARE * distance);
         (1.0 + MOST_DEPTH_SHARE) * half + if along.is_nan() { MOST_DEPTH_SHARE * distance } else { along }
     }
+}
+
+/// Shares of a sample's depth at which the corners of its pixel are, whose rays have products with the normal that differ from
+/// the middle's by a share of it.
+fn depth_shares(share: f64) -> [f64; 2] {
+    let far = if share < 1.0 { (1.0 - share).recip().min(1.0 + MOST_DEPTH_SHARE) } else { 1.0 + MOST_DEPTH_SHARE };
+    // A NaN, of a plane through the eye, is no bound.
+    [(1.0 + share).recip().max(1.0 - MOST_DEPTH_SHARE), far]
 }
 
 #[cfg(test)]
@@ -144,6 +173,8 @@ mod tests {
                     assert!((*corner - p).length() <= picture.reach(p, normal), "{normal} {at}");
                     let depth = corner.dot(picture.camera.forward()) / 3.0;
                     let on_plane = (*corner - p).dot(normal).abs() < 1e-12;
+                    let [near, far] = picture.depths(p, normal).map(|depth| depth / 3.0);
+                    assert!((near - 1e-12..=far + 1e-12).contains(&depth), "{normal} {at}: {near} {depth} {far}");
                     assert!(on_plane || (depth - 1.0).abs() > 0.249, "{normal} {at}: {depth}");
                 }
             }

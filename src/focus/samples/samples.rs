@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::edges::{EdgeSample, NO_SAMPLE, edges_of, thinned};
 use super::outline::{Outline, RayFrame};
 use super::picture::Picture;
+use super::runs::Chosen;
 use crate::image::{Surfaces, TruthMask};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
@@ -73,11 +74,16 @@ impl Samples {
     }
     /// One sample for each pixel of the camera's picture that shows anything.
     pub fn of_surfaces(surfaces: &Surfaces, camera: &Camera) -> Self {
-        let seen: Vec<usize> = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0).collect();
+        let count = surfaces.triangle.iter().filter(|&&triangle| triangle >= 0).count();
+        let of_seen = |of: &[[f32; 3]]| {
+            let mut seen = Vec::with_capacity(count);
+            seen.extend(of.iter().zip(surfaces.triangle).filter(|(_, triangle)| **triangle >= 0).map(|(v, _)| *v));
+            seen
+        };
         Self {
             origin: surfaces.origin,
-            points: seen.iter().map(|&i| surfaces.position[i]).collect(),
-            normals: seen.iter().map(|&i| surfaces.normal[i]).collect(),
+            points: of_seen(surfaces.position),
+            normals: of_seen(surfaces.normal),
             picture: Some(Picture::new(camera, surfaces.size)),
             ..Self::default()
         }
@@ -104,8 +110,9 @@ impl Samples {
             }
         }
         let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);
+        self.outlines = self.outlines_of(light, &facing, &shaded);
         self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
-        self.outlined_from(&facing)
+        self
     }
     /// Samples of an engine's own: world positions and unit normals as they are seen in a picture of a camera, and, under a
     /// light, their states and the normals of shadows' edges in the picture (zero for a sample at no edge) with weights.
@@ -120,23 +127,23 @@ impl Samples {
         self.outlined()
     }
     /// Finds the outlines of all samples.
-    pub fn outlined(self) -> Self {
-        let facing = match (&self.picture, &self.shadows) {
-            (Some(picture), Some(shadows)) => self.facing(&picture.camera, &shadows.light, &Region::ALL),
-            _ => Vec::new(),
-        };
-        self.outlined_from(&facing)
-    }
-    /// The same of those that face the light of the shadows.
-    fn outlined_from(mut self, facing: &[u32]) -> Self {
+    pub fn outlined(mut self) -> Self {
         if let (Some(picture), Some(shadows)) = (&self.picture, &self.shadows) {
-            let (camera, light) = (picture.camera, shadows.light);
-            let depths = self.depths_of(&camera, facing);
-            let seen = self.outline_of(&camera, &light, facing);
-            let shaded = self.outline_of(&camera, &light, &self.shaded_of(&camera, &light, &Region::ALL));
-            self.outlines = Some(Outlines { camera, depths, seen, shaded });
+            let (camera, light) = (&picture.camera, &shadows.light);
+            let (facing, shaded) =
+                (self.facing(camera, light, &Region::ALL), self.shaded_of(camera, light, &Region::ALL));
+            self.outlines = self.outlines_of(light, &facing, &shaded);
         }
         self
+    }
+    /// The same of those that face a light, and of those of them that are in shadow or beside one that is.
+    fn outlines_of(&self, light: &Light, facing: &[u32], shaded: &[u32]) -> Option<Outlines> {
+        let camera = self.picture?.camera;
+        let rays = RayFrame::new(light, camera.eye());
+        let [facing, shaded] = [facing, shaded].map(|indices| Chosen::new(self, indices, camera.eye()));
+        let depths = depths_of(&camera, &facing);
+        let [seen, shaded] = [facing, shaded].map(|chosen| Outline::of(rays?, &chosen));
+        Some(Outlines { camera, depths, seen, shaded })
     }
     /// The samples at shadows' edges; where none is known, some of all samples, evenly chosen, with zero normals.
     pub fn chosen(&self) -> Vec<EdgeSample> {
@@ -232,47 +239,38 @@ impl Samples {
         let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
         self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
     }
-    fn outline_of(&self, camera: &Camera, light: &Light, samples: &[u32]) -> Option<Outline> {
-        let (rays, moved) = (RayFrame::new(light, camera.eye())?, self.origin - camera.eye());
-        let of = |i: usize| {
-            let i = samples[i] as usize;
-            (moved + vector(self.points[i]), vector(self.normals[i]))
-        };
-        Outline::of(rays, self.picture.as_ref(), samples.len(), of)
+    fn outline_of(&self, camera: &Camera, light: &Light, indices: &[u32]) -> Option<Outline> {
+        Outline::of(RayFrame::new(light, camera.eye())?, &Chosen::new(self, indices, camera.eye()))
     }
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
     pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
         match self.known(camera, light, region) {
             Some(known) => known.depths,
-            None => self.depths_of(camera, &self.facing(camera, light, region)),
+            None => depths_of(camera, &Chosen::new(self, &self.facing(camera, light, region), camera.eye())),
         }
     }
-    fn depths_of(&self, camera: &Camera, samples: &[u32]) -> Option<[f64; 2]> {
-        let (moved, forward) = (self.origin - camera.eye(), camera.forward());
-        let at = forward.dot(moved);
-        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        let room = self.picture.as_ref().map_or(0.0, Picture::most_depth_share);
-        let mut farthest = 0.0_f64;
-        for &i in samples {
-            let from_origin = vector(self.points[i as usize]);
-            farthest = farthest.max(from_origin.length_squared());
-            let depth = at + forward.dot(from_origin);
-            if depth * (1.0 - room) >= range[0] && depth * (1.0 + room) <= range[1] {
-                continue;
-            }
-            let mut add = |depth: f64| range = [range[0].min(depth), range[1].max(depth)];
-            add(depth);
-            if let Some(picture) = &self.picture {
-                let (p, n) = (moved + from_origin, vector(self.normals[i as usize]));
-                picture.corners(p, n).iter().for_each(|c| add(forward.dot(*c)));
-            }
+}
+
+/// Near and far camera depth of samples, out to the corners of their pixels and within the camera's planes; nothing without any.
+fn depths_of(camera: &Camera, chosen: &Chosen) -> Option<[f64; 2]> {
+    let forward = camera.forward();
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    for run in &chosen.runs {
+        let picture = chosen.picture();
+        let [near, far] = picture.map_or_else(|| run.range(forward), |picture| run.depths(picture));
+        if near >= range[0] && far <= range[1] {
+            continue;
         }
-        // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
-        let step = f64::from(f32::EPSILON) * farthest.sqrt();
-        let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
-        (range[0] <= range[1]).then_some(ends)
+        for (p, n) in chosen.of_run(run) {
+            let [near, far] = picture.map_or_else(|| [forward.dot(p); 2], |picture| picture.depths(p, n));
+            range = [range[0].min(near), range[1].max(far)];
+        }
     }
+    // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
+    let step = f64::from(f32::EPSILON) * chosen.farthest_from_origin();
+    let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
+    (range[0] <= range[1]).then_some(ends)
 }
 
 /// Samples that are shown where none lies at an edge.

@@ -80,13 +80,13 @@ fn parameterize(c: &mut Criterion) {
             for (light_name, light) in [("sun", sun()), ("spot", lamp())] {
                 let samples = samples_of_view(scene, &camera, &light, t.needs(), &Progress::new()).expect("samples");
                 let samples = samples.as_ref();
-                if t.parameterize_seen(scene, &camera, &light, 1024, samples).is_err() {
+                if t.parameterize_seen(scene, &camera, &light, [1024; 2], samples).is_err() {
                     continue;
                 }
                 c.bench_function(&format!("parameterize/{name}/{scene_name}/{light_name}"), |b| {
                     b.iter(|| {
                         let (scene, camera, light) = (black_box(scene), black_box(&camera), black_box(&light));
-                        t.parameterize_seen(scene, camera, light, 1024, black_box(samples))
+                        t.parameterize_seen(scene, camera, light, [1024; 2], black_box(samples))
                     });
                 });
             }
@@ -102,7 +102,7 @@ fn parts(c: &mut Criterion) {
     let view = FocusedView::new(&one, &camera, &light, Focus::SceneFit);
     c.bench_function("focus/casters B", |b| b.iter(|| black_box(&view).casters()));
     let frame = LightFrame::any(DVec3::new(0.4, -1.0, -0.3).normalize());
-    let size = MapSize::new(1024).expect("a size");
+    let size = MapSize::new([1024; 2]).expect("a size");
     for (name, scene) in [("one mesh", &one), ("10,000 instances", &many)] {
         let view = FocusedView::new(scene, &camera, &light, Focus::SceneFit);
         c.bench_function(&format!("focus/unit cube/{name}"), |b| {

@@ -48,7 +48,7 @@ fn scene() -> Scene {
 fn parameterization(light_direction: DVec3) -> Parameterization {
     let view = glam::dcamera::rh::view::look_to_mat4(-60.0 * light_direction, light_direction, DVec3::Z);
     let projection = glam::dcamera::rh::proj::directx::orthographic(-30.0, 30.0, -30.0, 30.0, 1.0, 120.0);
-    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], 1024)
+    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], [1024; 2])
 }
 
 fn bench(c: &mut Criterion) {

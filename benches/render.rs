@@ -53,7 +53,7 @@ fn map(scene: &Scene, direction: DVec3) -> Parameterization {
     let view = glam::dcamera::rh::view::look_to_mat4(eye, direction, DVec3::Z);
     let projection =
         glam::dcamera::rh::proj::directx::orthographic(-radius, radius, -radius, radius, radius, 3.0 * radius);
-    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], 1024)
+    Parameterization::of_partitions(vec![Partition::of_matrix(projection * view)], [1024; 2])
 }
 
 fn render(c: &mut Criterion) {

@@ -114,7 +114,7 @@ fn times(c: &Configuration, techniques: &[(String, Box<dyn Technique>)], rounds:
     let mut bodies = f64::INFINITY;
     let made = |t: &dyn Technique| {
         let (scene, camera, light) = (black_box(&c.scene), black_box(&c.camera), black_box(&c.light));
-        t.parameterize_seen(scene, camera, light, 1024, Some(black_box(&c.samples)))
+        t.parameterize_seen(scene, camera, light, [1024; 2], Some(black_box(&c.samples)))
     };
     let serves: Vec<bool> = techniques.iter().map(|(_, t)| made(t.as_ref()).is_ok()).collect();
     for _ in 0..rounds {

@@ -125,8 +125,8 @@ pub struct Parameterization {
     pub partitions: Vec<Partition>,
     /// How a receiver finds its map.
     pub selection: Selection,
-    /// Texels along each side the fit (border, snapping) was made for.
-    pub resolution: u32,
+    /// Texels along x and y the fit (border, snapping) was made for.
+    pub resolution: [u32; 2],
     /// Texels at each side that no receiver maps to.
     pub border_texels: u32,
     /// What the user should know of all maps, or of some of them: those of the maps are gathered here.
@@ -245,7 +245,7 @@ impl Partition {
 
 impl Parameterization {
     /// Somebody else's maps.
-    pub fn of_partitions(partitions: Vec<Partition>, resolution: u32) -> Self {
+    pub fn of_partitions(partitions: Vec<Partition>, resolution: [u32; 2]) -> Self {
         Self {
             technique: "matrix".into(),
             settings: Vec::new(),
@@ -313,7 +313,8 @@ mod tests {
 
     #[test]
     fn a_receiver_finds_the_first_map_from_its_depth_that_holds_it() {
-        let mut p = Parameterization::of_partitions(vec![square(1.0, 1.0), square(2.0, 2.0), square(4.0, 3.0)], 64);
+        let mut p =
+            Parameterization::of_partitions(vec![square(1.0, 1.0), square(2.0, 2.0), square(4.0, 3.0)], [64; 2]);
         let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
         assert_eq!(p.choose(at(0.5, 0.5), 0.5), Some(0));
         assert_eq!(p.choose(at(0.5, 0.5), 1.0), Some(0), "the end is part of the range");
@@ -338,13 +339,13 @@ mod tests {
         p.partitions[1] = square(4.0, 3.0);
         p.partitions[2] = square(2.0, 3.0);
         assert_eq!(p.choose(at(3.5, 0.5), 3.1), Some(1));
-        assert_eq!(Parameterization::of_partitions(vec![], 1).choose(DVec3::ZERO, 0.0), None);
+        assert_eq!(Parameterization::of_partitions(vec![], [1; 2]).choose(DVec3::ZERO, 0.0), None);
     }
 
     #[test]
     fn points_behind_the_projection_centre_are_in_no_map() {
         let behind = DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, -DVec4::W);
-        let p = Parameterization::of_partitions(vec![Partition::of_matrix(behind)], 64);
+        let p = Parameterization::of_partitions(vec![Partition::of_matrix(behind)], [64; 2]);
         assert_eq!(p.choose(DVec3::ZERO, 0.0), None);
         let mut log = Partition::of_matrix(behind);
         log.post_warp = PostWarp::Log { scale: 1.0, offset: 0.0 };

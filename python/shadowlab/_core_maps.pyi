@@ -43,7 +43,7 @@ class Technique:
         camera: Camera,
         light: _Light,
         *,
-        resolution: int = 1024,
+        resolution: int | Sequence[int] = 1024,
         samples: Samples | GBuffer | None = None,
     ) -> Parameterization:
         """The maps of this technique for a scene, camera and light.
@@ -53,8 +53,9 @@ class Technique:
         scene : Scene
         camera : Camera
         light : DirectionalLight, SpotLight or PointLight
-        resolution : int
-            Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
+        resolution : int or (int, int), optional
+            Texels along the sides of the map, width and height where they differ; 1024 where none are given. The fit keeps a
+            border of whole texels and `stable` snaps to them.
         samples : Samples or GBuffer, optional
             What the camera sees, for techniques that need it (`needs_samples`); they draw a G-buffer of about 128 by 128
             pixels, and a uniform map for its shadows, where none is given. Others leave it unread.
@@ -238,7 +239,7 @@ class Parameterization:
         matrix: Matrices,
         *,
         convention: ConventionLike | str | None = None,
-        resolution: int = 1024,
+        resolution: int | Sequence[int] = 1024,
         eye_depth: npt.ArrayLike | None = None,
         selection: _Selection = "depth",
         post_warp: Sequence[tuple[str, float, float] | None] | None = None,
@@ -253,8 +254,8 @@ class Parameterization:
             or as the convention says.
         convention : Convention or str, optional
             How the matrices are written, "opengl" for example; as ours where none is given.
-        resolution : int
-            Texels along a side the matrix was made for.
+        resolution : int or (int, int), optional
+            Texels along the sides, width and height where they differ, that the matrix was made for; 1024 where none are given.
         eye_depth : (K, 2) array_like, optional
             Near and far camera depth that each map serves, world units; all depths where none are given.
         selection : str
@@ -307,8 +308,8 @@ class Parameterization:
     def notes(self) -> tuple[Note, ...]:
         """What to know about this result; `str` of a note is its text. Equal notes of several maps are one."""
     @property
-    def resolution(self) -> int:
-        """Texels along a side it was fitted for."""
+    def resolution(self) -> int | tuple[int, int]:
+        """Texels along the sides it was fitted for: one number, or (width, height) where they differ."""
     @property
     def border_texels(self) -> int:
         """Texels at each side that no receiver maps to."""

@@ -52,7 +52,7 @@ fn logarithm(
     let aside = view.rays.direction_at(view.receivers.vertex_mean())?.cross(axis).try_normalize()?;
     let (left, right) = view.receivers.range(aside.extend(0.0));
     let thickness = (reference / high - reference / low).abs() / axis.length();
-    if thickness * f64::from(size.resolution) < right - left {
+    if thickness * size.texels().x < right - left {
         // Thinner along the axis than a texel is across it: the ordinary fit gives it room.
         return None;
     }
@@ -61,7 +61,7 @@ fn logarithm(
     if !(range.is_finite() && range.abs() > LEAST_RANGE) {
         return None;
     }
-    let border = 0.5 * range * (size.inset().recip() - 1.0);
+    let border = 0.5 * range * (size.inset().y.recip() - 1.0);
     let mut map: Aabb = with_border(&receivers, size);
     (map.min.y, map.max.y) = (low * border.exp(), high * (-border).exp());
     let mut fitted = cut_to(&rows, &map, view, scene, tightening).canonical(view);
@@ -71,7 +71,7 @@ fn logarithm(
     fitted.crop.w_axis.y = 0.0;
     // The fit leaves w alone but for its scale.
     let w_low = reference / low * (fitted.clip_from_local.w.truncate().length() / rows.w.truncate().length());
-    let scale = 2.0 * size.inset() / range;
+    let scale = 2.0 * size.inset().y / range;
     Some((fitted, PostWarp::Log { scale, offset: -scale * (w_low.ln() + 0.5 * range) }))
 }
 

@@ -52,7 +52,7 @@ fn ray_texel(outline: &Outline, size: &MapSize) -> f64 {
     outline.corners.iter().for_each(|p| (low, high) = (low.min(*p), high.max(*p)));
     let extent = (high - low).max_element();
     let least = POINT_EXTENT * outline.middle.length() / outline.rays.scale(outline.middle);
-    (extent / f64::from(size.resolution)).max(least)
+    (extent / size.fewest()).max(least)
 }
 
 /// The same in the world, at the middle.

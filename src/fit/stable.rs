@@ -27,8 +27,8 @@ pub struct StableGrid {
     pub frame: LightFrame,
     /// What crops it, an affine map.
     pub crop: DMat4,
-    /// World size of a texel; does not depend on the camera's pose.
-    pub texel: f64,
+    /// World size of a texel along x and y; does not depend on the camera's pose.
+    pub texel: DVec2,
     /// Radius of the sphere around the frustum before it is rounded up.
     pub radius: f64,
     /// Middle of the sphere, world.
@@ -42,9 +42,8 @@ pub fn stable_grid(camera: &Camera, along: DVec3, depth_range: [f64; 2], size: &
     let center = camera.eye() + camera.forward() * center_depth;
     let quantum = RADIUS_QUANTUM * radius.log2().floor().exp2();
     let rounded = (radius / quantum).ceil() * quantum;
-    let n = f64::from(size.resolution);
-    let texel = 2.0 * rounded / f64::from(size.resolution - 2 * size.border);
-    let half = 0.5 * texel * n;
+    let texel = 2.0 * rounded / size.between();
+    let half = 0.5 * texel * size.texels();
     let light = DVec2::new(frame.right.dot(center), frame.up.dot(center));
     let snapped = (light / texel).round() * texel;
     let [near, far] = depth_range;

@@ -165,7 +165,7 @@ fn box_of(bounds: &Aabb) -> OrientedBox {
 
 /// What the whole map spans where receivers fill it up to its border.
 pub(super) fn with_border(receivers: &Aabb, size: &MapSize) -> Aabb {
-    let border = (0.5 * (size.inset().recip() - 1.0) * receivers.extent()).truncate().extend(0.0);
+    let border = (0.5 * (size.inset().recip() - 1.0) * receivers.extent().truncate()).extend(0.0);
     Aabb { min: receivers.min - border, max: receivers.max + border }
 }
 
@@ -274,7 +274,7 @@ impl<'a> Room<'a> {
         };
         let across = length(frame.right).max(length(frame.up));
         let texel = if across > 0.0 {
-            across / f64::from(size.resolution)
+            across / size.fewest()
         } else {
             POINT_EXTENT * (mean - view.eye).length().max(view.camera.near())
         };

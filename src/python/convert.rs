@@ -266,16 +266,9 @@ pub fn instance_of<'py, T: PyTypeInfo>(
     })
 }
 
-/// Texels along a side: a whole number in the range of images.
-pub fn resolution(value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    let limit = crate::render::MAX_IMAGE_SIDE;
-    match value.extract::<i64>() {
-        Ok(n) if (1..=i64::from(limit)).contains(&n) => Ok(n as u32),
-        _ => {
-            let expected = format!("a whole number between 1 and {limit}");
-            Err(argument_error(value.py(), "resolution", expected, shown(value), "choose another size"))
-        }
-    }
+/// Texels along the sides of a map, 1024 where none are given.
+pub fn texels(resolution: Option<&Bound<'_, PyAny>>) -> PyResult<[u32; 2]> {
+    resolution.map_or(Ok([1024; 2]), |value| size2(value, "resolution"))
 }
 
 /// A count of texels or pixels: one positive whole number, or a pair (width, height).

@@ -37,7 +37,7 @@ pub fn footprint<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| core_footprint(surfaces, camera, &light, p, resolution, progress))
@@ -61,7 +61,7 @@ pub fn footprint_at<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let size = size2(size, "size")?;
     let points = array::<f64>(points, "points", &[None, Some(3)])?;
     let normals = array::<f64>(normals, "normals", &[Some(points.shape()[0]), Some(3)])?;

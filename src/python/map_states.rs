@@ -155,7 +155,7 @@ impl State for PyParameterization {
         to.count(p.partitions.len() as u64);
         p.partitions.iter().for_each(|partition| write_partition(partition, to));
         to.text(SELECTIONS.iter().find(|s| s.1 == p.selection).map_or("depth", |s| s.0));
-        to.count(u64::from(p.resolution));
+        p.resolution.iter().for_each(|&texels| to.count(u64::from(texels)));
         to.count(u64::from(p.border_texels));
         write_notes(&p.notes, to);
     }
@@ -168,9 +168,9 @@ impl State for PyParameterization {
         let selection = from.text()?;
         let selection =
             SELECTIONS.iter().find(|s| s.0 == selection).ok_or_else(|| format!("maps are chosen by {selection:?}"))?.1;
-        let (resolution, border_texels) = (from.count()?, from.count()?);
-        if !(1..=MAX_IMAGE_SIDE).contains(&resolution) {
-            return Err(format!("its resolution is {resolution}"));
+        let (resolution, border_texels) = ([from.count()?, from.count()?], from.count()?);
+        if !resolution.iter().all(|texels| (1..=MAX_IMAGE_SIDE).contains(texels)) {
+            return Err(format!("its resolution is {resolution:?}"));
         }
         let notes = read_notes(from)?;
         Ok(Parameterization { technique, settings, partitions, selection, resolution, border_texels, notes }.into())

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, resolution, rows3, to_exception};
+use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, rows3, texels, to_exception};
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
@@ -70,8 +70,8 @@ impl PyParameterization {
     ///     or as the convention says.
     /// convention : Convention or str, optional
     ///     How the matrices are written, "opengl" for example; as ours where none is given.
-    /// resolution : int
-    ///     Texels along a side the matrix was made for.
+    /// resolution : int or (int, int), optional
+    ///     Texels along the sides, width and height where they differ, that the matrix was made for; 1024 where none are given.
     /// eye_depth : (K, 2) array_like, optional
     ///     Near and far camera depth that each map serves, world units; all depths where none are given.
     /// selection : str
@@ -89,19 +89,21 @@ impl PyParameterization {
     /// UnknownNameError
     ///     For a convention or a selection that does not exist.
     #[staticmethod]
-    #[pyo3(signature = (matrix, *, convention=None, resolution=1024, eye_depth=None, selection="depth", post_warp=None,
-        regions=None))]
+    #[pyo3(signature = (matrix, *, convention=None, resolution=None, eye_depth=None, selection="depth", post_warp=None,
+        regions=None),
+        text_signature = "(matrix, *, convention=None, resolution=1024, eye_depth=None, selection='depth', post_warp=None, regions=None)")]
     #[allow(clippy::too_many_arguments)]
     fn from_matrix(
         matrix: &Bound<'_, PyAny>,
         convention: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = resolution)] resolution: u32,
+        resolution: Option<&Bound<'_, PyAny>>,
         eye_depth: Option<&Bound<'_, PyAny>>,
         selection: &str,
         post_warp: Option<&Bound<'_, PyAny>>,
         regions: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = matrix.py();
+        let resolution = texels(resolution)?;
         let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)])
             .or_else(|_| array::<f64>(matrix, "matrix", &[Some(4), Some(4)]))?;
         let numbers = stack.as_slice()?;
@@ -203,10 +205,15 @@ impl PyParameterization {
     fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         notes_tuple(py, &self.p.notes)
     }
-    /// Texels along a side it was fitted for.
+    /// Texels along the sides it was fitted for: one number, or (width, height) where they differ.
     #[getter]
-    fn resolution(&self) -> u32 {
-        self.p.resolution
+    fn resolution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let [width, height] = self.p.resolution;
+        Ok(if width == height {
+            width.into_pyobject(py)?.into_any()
+        } else {
+            (width, height).into_pyobject(py)?.into_any()
+        })
     }
     /// Texels at each side that no receiver maps to.
     #[getter]
@@ -250,7 +257,10 @@ impl PyParameterization {
             self.p.technique,
             settings.concat(),
             self.p.partitions.len(),
-            self.p.resolution
+            match self.p.resolution {
+                [width, height] if width == height => width.to_string(),
+                [width, height] => format!("({width}, {height})"),
+            }
         )
     }
 }

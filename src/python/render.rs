@@ -229,7 +229,7 @@ impl PyRenderer {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
-        let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+        let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
         let scene = &scene.get().scene;
         let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, progress))?;
         let [w, h] = maps.size.map(|n| n as usize);
@@ -361,7 +361,7 @@ impl PyRenderer {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let own = &p.get().p;
-        let resolution = resolution.map_or(Ok([own.resolution; 2]), |r| size2(r, "resolution"))?;
+        let resolution = resolution.map_or(Ok(own.resolution), |r| size2(r, "resolution"))?;
         let size = size2(size, "size")?;
         let (scene, eye) = (&scene.get().scene, &camera.get().camera);
         let found =
@@ -421,7 +421,7 @@ impl PyRenderer {
     ) -> PyResult<ShadowMask> {
         let own = &p.get().p;
         let settings = MaskSettings {
-            resolution: resolution.map_or(Ok([own.resolution; 2]), |r| size2(r, "resolution"))?,
+            resolution: resolution.map_or(Ok(own.resolution), |r| size2(r, "resolution"))?,
             size: size2(size, "size")?,
             bias,
             filter,

@@ -41,7 +41,7 @@ pub fn predict_wrong(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let samples = &samples.get().samples;
     py.detach(|| survey::predict(samples, p, resolution)).or_raise(py)
 }

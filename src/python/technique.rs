@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, resolution, run_watched};
+use super::convert::{OrRaise, argument_error, run_watched, texels};
 use super::light::light;
 use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
@@ -84,8 +84,9 @@ impl PyTechnique {
     /// scene : Scene
     /// camera : Camera
     /// light : DirectionalLight, SpotLight or PointLight
-    /// resolution : int
-    ///     Texels along a side of the map; the fit keeps a border of whole texels and `stable` snaps to them.
+    /// resolution : int or (int, int), optional
+    ///     Texels along the sides of the map, width and height where they differ; 1024 where none are given. The fit keeps a
+    ///     border of whole texels and `stable` snaps to them.
     /// samples : Samples or GBuffer, optional
     ///     What the camera sees, for techniques that need it (`needs_samples`); they draw a G-buffer of about 128 by 128
     ///     pixels, and a uniform map for its shadows, where none is given. Others leave it unread.
@@ -100,20 +101,21 @@ impl PyTechnique {
     ///     The technique does not serve this kind of light, or this view.
     /// ArgumentError
     ///     An argument of the wrong type or outside its range.
-    #[pyo3(signature = (scene, camera, light, *, resolution=1024, samples=None))]
+    #[pyo3(signature = (scene, camera, light, *, resolution=None, samples=None),
+        text_signature = "($self, scene, camera, light, *, resolution=1024, samples=None)")]
     fn parameterize<'py>(
         &self,
         py: Python<'py>,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
         #[pyo3(from_py_with = light)] light: crate::Light,
-        #[pyo3(from_py_with = resolution)] resolution: u32,
+        resolution: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = given)] samples: Option<Given<'py>>,
     ) -> PyResult<PyParameterization> {
         let (scene, camera, technique) = (&scene.get().scene, &camera.get().camera, &self.technique);
-        let needs = technique.needs();
+        let (needs, resolution) = (technique.needs(), texels(resolution)?);
         if needs == Needs::Nothing {
-            return Ok(technique.parameterize(scene, camera, &light, resolution).or_raise(py)?.into());
+            return Ok(technique.parameterize_seen(scene, camera, &light, resolution, None).or_raise(py)?.into());
         }
         technique.serves(&light).or_raise(py)?;
         let fitted =

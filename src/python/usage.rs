@@ -26,7 +26,7 @@ pub fn texel_coordinates<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
     let (located, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let work = |progress: &_| usage::locate(surfaces, camera, &light, p, resolution, progress);
@@ -50,7 +50,7 @@ pub fn reads<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok([p.resolution; 2]), |r| size2(r, "resolution"))?;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let taps = (2.0 * filter_of(py, filter)?.reach_texels()) as u32;
     let camera = &camera.get().camera;
     let layers = p.partitions.len();

@@ -6,7 +6,8 @@
 //!
 //! The reference point of the projective part is the eye's image itself, so under an overhead light a texel is as wide as a
 //! pixel and equally long everywhere. That image must lie before the receivers as the light sees them: a light that is closer
-//! to the view direction than the edge of what is seen has no such map.
+//! to the view direction than the edge of what is seen has no such map. Where there is one, it is that of `log_psm` with
+//! `warp=glpr`, unless the eye is closer to the receivers than the floor of that.
 //!
 //! ```text
 //!   eye's image            near end (Ymin)                          far end (Ymax)      along the light: ⊗
@@ -26,7 +27,7 @@ use crate::scene::Light;
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
     name: "log",
-    title: "Ideal logarithmic shadow map",
+    title: "Ideal logarithmic shadow map: that of log_psm without its floor",
     source: "Wimmer, Scherzer, Purgathofer 2004, section 4.2; Lloyd et al. 2008",
     lights: LightSupport { directional: true, spot: false, point: false },
     params: &[RANGE, FIT, MARGIN],

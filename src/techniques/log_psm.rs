@@ -34,8 +34,8 @@ pub static SPEC: Spec = Spec {
             unit: "",
             default: Default::Choice("glpr"),
             kind: Kind::Choice(&["glpr", "gmnpr", "lispsm"]),
-            doc: "the perspective before the logarithm: from the eye, GMNPR's where the eye lies among the receivers \
-                  (glpr); GMNPR's at every angle (gmnpr); LiSPSM's over the depth the body spans (lispsm)",
+            doc: "the perspective before the logarithm: from the eye, which is the map of log but for a floor, or \
+                  GMNPR's where the eye lies among the receivers (glpr); GMNPR's at every angle (gmnpr); LiSPSM's over the depth the body spans (lispsm)",
         },
         RANGE,
         FIT,

@@ -100,8 +100,9 @@ impl Warp for Uniform {
     fn values_of_fit(&self, view: &FocusedView, clip_from_local: &Rows, size: &MapSize) -> Vec<Named> {
         let mean = view.middle();
         let clip_w = clip_from_local.w.dot(mean.extend(1.0));
-        let texel = |row: DVec4| 2.0 * clip_w / (f64::from(size.resolution) * row.truncate().length());
-        vec![("texel_x", texel(clip_from_local.x)), ("texel_y", texel(clip_from_local.y))]
+        let texel = |row: DVec4, texels: f64| 2.0 * clip_w / (texels * row.truncate().length());
+        let texels = size.texels();
+        vec![("texel_x", texel(clip_from_local.x, texels.x)), ("texel_y", texel(clip_from_local.y, texels.y))]
     }
 }
 

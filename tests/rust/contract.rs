@@ -7,6 +7,7 @@ mod configuration;
 mod moved;
 mod promise;
 mod random_views;
+mod wide_maps;
 
 use glam::{DAffine3, DMat3, DVec3};
 use shadowlab::Error;
@@ -179,7 +180,7 @@ fn lights_and_resolutions_that_cannot_be_served_are_errors() {
     let (down, point) = (view(directional(DVec3::NEG_Y)), view(points(&scene, &camera)[0].1));
     let [samples, on_lamp] = [&down, &point].map(|v| shaded_samples(&scene, &camera, &v.light, &picture));
     for (name, t) in settings() {
-        let on_point = t.parameterize_seen(&scene, &camera, &point.light, RESOLUTION, Some(&on_lamp));
+        let on_point = t.parameterize_seen(&scene, &camera, &point.light, [RESOLUTION; 2], Some(&on_lamp));
         match (on_point, t.serves(&point.light)) {
             (Ok(p), Ok(())) => assert!(t.spec().lights.point && p.partitions.len() >= 6, "{name}"),
             (Err(Error::UnsuitedView { .. }), Ok(())) => {}

@@ -15,6 +15,7 @@ lengths towards its corners, by 1 / cos of the angle at most: `Footprint` counts
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..travel import Value
-from .footprint import as_maps, footprint_at, halfway_normals
+from .footprint import as_maps, footprint_at, halfway_normals, sides_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -50,7 +51,7 @@ class BeamTexels(Value):
     maps : int
         How many maps there are.
     used : float
-        Share of a map's side that receivers may fill: what its border leaves.
+        Share of a map's sides that receivers may fill, what its border leaves: of two that differ the geometric mean.
     texels_per_pixels : float
         Texels of that share of one map, over pixels of the image.
     """
@@ -141,7 +142,7 @@ def beam_texels(
     found[:, held] = along, across, np.abs(np.linalg.det(beam)) / across
     # The border is a share of the side for which the matrix was made, whatever the resolution asked for.
     p, texels = as_maps(parameterization, resolution)
-    used = 1 - 2 * p.border_texels / p.resolution
+    used = math.sqrt(math.prod(1 - 2 * p.border_texels / side for side in sides_of(p.resolution)))
     return BeamTexels(
         along=found[0],
         across=found[1],

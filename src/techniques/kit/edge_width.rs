@@ -21,7 +21,7 @@ pub fn capped_px(width: f64) -> f64 {
 /// that is cropped to an outline. An edge where w is not positive counts as the cap; 0 without edges.
 pub fn edge_width(edges: &[RayEdge], outline: &Outline, homography: &DMat3, size: &MapSize) -> f64 {
     let (low, high) = rectangle(outline, homography, size);
-    let texel = (high - low) / (f64::from(size.resolution) * size.inset());
+    let texel = (high - low) / size.receivers_texels();
     let (mut sum, mut weights) = (0.0, 0.0);
     for edge in edges {
         weights += edge.weight;

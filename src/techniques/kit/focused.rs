@@ -77,7 +77,7 @@ impl Focused {
             (Fitting::StableGrid, Focus::Frustum | Focus::SceneFit, Light::Directional(directional)) => {
                 let along = directional.direction();
                 let grid = stable_grid(camera, along, scene_depth(scene.bounds(), along), size);
-                let values = vec![("texel_x", grid.texel), ("texel_y", grid.texel), ("radius", grid.radius)];
+                let values = vec![("texel_x", grid.texel.x), ("texel_y", grid.texel.y), ("radius", grid.radius)];
                 let view = FocusedView::new(scene, camera, light, Focus::Scene);
                 let lift = grid.frame.orthographic().matrix();
                 let factors = Factors { lift, warp: DMat4::IDENTITY, fit: grid.crop };

@@ -55,9 +55,9 @@ pub trait Technique: Debug + Send + Sync {
     /// # Errors
     /// As [`Technique::parameterize_seen`].
     fn parameterize(&self, scene: &Scene, camera: &Camera, light: &Light, resolution: u32) -> Result<Parameterization> {
-        self.parameterize_seen(scene, camera, light, resolution, None)
+        self.parameterize_seen(scene, camera, light, [resolution; 2], None)
     }
-    /// The maps for one scene, camera and light, made for `resolution` texels along each side; `samples` of what the camera
+    /// The maps for one scene, camera and light, made for `resolution` texels along x and y; `samples` of what the camera
     /// sees are used by techniques that [need them](Technique::needs).
     ///
     /// # Errors
@@ -68,7 +68,7 @@ pub trait Technique: Debug + Send + Sync {
         scene: &Scene,
         camera: &Camera,
         light: &Light,
-        resolution: u32,
+        resolution: [u32; 2],
         samples: Option<&Samples>,
     ) -> Result<Parameterization> {
         self.serves(light)?;

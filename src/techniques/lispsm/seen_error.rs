@@ -27,7 +27,7 @@ pub struct SeenError {
     /// 1 over the extent of the body along the axis.
     per_extent: f64,
     /// Texels along the receivers.
-    texels: f64,
+    texels: DVec2,
 }
 
 /// An edge: x from the reference point's, eta along the axis, pixels across the edge per unit of x and y.
@@ -70,7 +70,7 @@ impl SeenError {
             let (x, eta, ray_per_unit) = unwarped.at(edge.ray)?;
             Some(Point { x, eta, across: ray_per_unit.transpose() * edge.across, weight: edge.weight })
         };
-        let texels = f64::from(size.resolution) * size.inset();
+        let texels = size.receivers_texels();
         let points = edges.iter().filter_map(point).collect();
         Self { points, per_extent: unwarped.per_extent, texels }
     }

@@ -25,7 +25,7 @@ pub struct SeenFlips<'a> {
     shadows: &'a Shadows,
     points: Vec<(f64, f64, DMat2, RayFlip)>,
     per_extent: f64,
-    texels: f64,
+    texels: DVec2,
 }
 
 impl<'a> SeenFlips<'a> {
@@ -44,7 +44,7 @@ impl<'a> SeenFlips<'a> {
             Some((x, eta, flip.pixel * ray_per_unit, *flip))
         };
         let points = receivers.iter().filter_map(point).collect();
-        let texels = f64::from(size.resolution) * size.inset();
+        let texels = size.receivers_texels();
         Self { picture, shadows, points, per_extent: unwarped.per_extent, texels }
     }
     fn over(&self, step: usize, mu: f64, ndc: DVec2) -> f64 {

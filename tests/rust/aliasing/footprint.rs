@@ -48,7 +48,7 @@ fn the_jacobian_of_the_tables() {
     let (_, scene, _) = by_hand().swap_remove(0);
     let light = directional(vector(&inputs["light_direction_unnormalised"]));
     let v = View { name: "tables".into(), scene, camera, light };
-    let p = Parameterization::of_partitions(vec![Partition::of_matrix(map)], 1024);
+    let p = Parameterization::of_partitions(vec![Partition::of_matrix(map)], [1024; 2]);
     let sizes = Sizes { image: side(&case["screen"]), map: side(&case["shadow"]) };
     let (x, n) = (vector(&case["X"]), vector(&case["N"]));
     let texel = one(&v, &p, sizes, x, n);
@@ -163,7 +163,7 @@ fn check_all(v: &View, made: &[(String, Box<dyn Technique>)], most: usize, tally
     let samples = v.samples();
     let on = receivers(v, 9, most);
     for (name, t) in made.iter().filter(|(_, t)| t.serves(&v.light).is_ok()) {
-        match t.parameterize_seen(&v.scene, &v.camera, &v.light, RESOLUTION, Some(&samples)) {
+        match t.parameterize_seen(&v.scene, &v.camera, &v.light, [RESOLUTION; 2], Some(&samples)) {
             Ok(p) => check(v, name, &p, &on, tally),
             Err(Error::UnsuitedView { .. }) => {}
             Err(error) => panic!("{}, {name}: {error}", v.name),

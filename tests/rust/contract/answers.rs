@@ -28,7 +28,7 @@ impl Answers {
 
 /// The maps; nothing where the view does not suit the technique.
 pub fn answer(t: &dyn Technique, v: &View, resolution: u32, samples: &Samples) -> Result<Option<Parameterization>> {
-    match t.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(samples)) {
+    match t.parameterize_seen(&v.scene, &v.camera, &v.light, [resolution; 2], Some(samples)) {
         Ok(p) => Ok(Some(p)),
         Err(Error::UnsuitedView { reason, fix, .. }) if !reason.is_empty() && !fix.is_empty() => Ok(None),
         Err(Error::InvalidArgument { name, .. }) if name == "margin" && margin_is_too_wide(t, resolution) => Ok(None),

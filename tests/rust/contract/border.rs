@@ -68,7 +68,7 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
             let samples = shaded_samples(&ground, &camera, &light, &picture_of(&ground, &camera));
             for t in [technique(spec.name, &[]).expect("a technique"), by_body(spec.name)] {
                 let map = |scene: &Scene| {
-                    t.parameterize_seen(scene, &camera, &light, RESOLUTION, Some(&samples)).expect("a map")
+                    t.parameterize_seen(scene, &camera, &light, [RESOLUTION; 2], Some(&samples)).expect("a map")
                 };
                 let before = map(&ground);
                 let middles = [(edge, along), (-edge, along), (along, edge), (along, -edge)].map(DVec2::from);

@@ -12,6 +12,7 @@ use shadowlab::techniques::Value;
 
 use super::TOLERANCE;
 use super::promise::Promise;
+use crate::support::measure::inset;
 use crate::support::views::{Random, View};
 
 /// What a map of this view has to show: points of instances' boxes that the camera can see and the light reaches.
@@ -248,7 +249,7 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
     // Samples may be served by a map that is made for others.
     let promise = Promise::of(p);
     let by_samples = promise >= Promise::Seen;
-    let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
+    let inset = inset(p).x;
     let locals: Vec<Local> = p.partitions.iter().map(|partition| Local::new(partition, r.view.origin)).collect();
     let rays = LightRays::new(&v.light, r.view.origin);
     let holds = |k: usize, q: DVec3| {

@@ -190,12 +190,13 @@ fn check(
         tally.receivers += 1;
         // With several maps the border of one may hold what another is made for; a stable one moves by up to a texel.
         let border = if p.partitions.len() == 1 && !stable { p.border_texels } else { 0 };
-        let inset = f64::from(p.resolution - 2 * border) / f64::from(p.resolution);
+        let texels = f64::from(p.resolution[0]);
+        let inset = 1.0 - 2.0 * f64::from(border) / texels;
         let local = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(boxes.origin)));
         let per_step = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| local.derivative(receiver, d).z.abs());
         let ends = room + step * per_step.iter().sum::<f64>();
         let inside = w > 0.0
-            && ndc.truncate().abs().max_element() <= inset + room + SLIGHT / f64::from(p.resolution)
+            && ndc.truncate().abs().max_element() <= inset + room + SLIGHT / texels
             && (-ends..=1.0 + ends).contains(&ndc.z);
         assert!(
             inside || (gaps && above.is_empty()),
@@ -244,7 +245,7 @@ fn random_samples(c: &Configuration, random: &mut Random) -> Samples {
 
 fn attempt(c: &Configuration, t: &dyn Technique, boxes: &Boxes, random: &mut Random, tally: &mut Tally) {
     let samples = (t.needs() != Needs::Nothing).then(|| random_samples(c, random));
-    match t.parameterize_seen(&c.scene, &c.camera, &c.light, c.resolution, samples.as_ref()) {
+    match t.parameterize_seen(&c.scene, &c.camera, &c.light, [c.resolution; 2], samples.as_ref()) {
         Ok(p) => {
             tally.maps += 1;
             check(c, boxes, &p, samples.as_ref(), random, tally);

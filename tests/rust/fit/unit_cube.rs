@@ -68,7 +68,7 @@ fn map_of(name: &str, fit: &str, at: &(Scene, Camera, Light), b: &Boxes) -> Opti
         return None;
     }
     let samples = (t.needs() != Needs::Nothing).then(|| b.samples(&mut Random(3), 64));
-    match t.parameterize_seen(&at.0, &at.1, &at.2, RESOLUTION, samples.as_ref()) {
+    match t.parameterize_seen(&at.0, &at.1, &at.2, [RESOLUTION; 2], samples.as_ref()) {
         Ok(p) => Some(p),
         Err(Error::UnsuitedView { .. }) => None,
         Err(error) => panic!("{name}: {error}"),

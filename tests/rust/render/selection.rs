@@ -79,7 +79,7 @@ fn maps_that_are_the_same_give_the_same_mask() {
 #[test]
 fn where_no_map_holds_it_a_pixel_is_lit_and_says_so() {
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = Parameterization::of_partitions(vec![Partition::of_matrix(nowhere()); 3], 512);
+    let p = Parameterization::of_partitions(vec![Partition::of_matrix(nowhere()); 3], [512; 2]);
     let m = mask(&s.scene, &s.camera, &s.light, &p);
     assert!(m.partition.iter().all(|&k| k == ShadowMask::NO_MAP));
     assert!(m.data.iter().filter(|&&x| x == 1.0).count() > 1000);
@@ -108,7 +108,7 @@ fn maps_that_nobody_asks_may_be_wrong_but_not_infinite() {
 #[test]
 fn more_maps_than_a_mask_can_number_are_refused() {
     let s = library::build("robots", 1, &[]).unwrap();
-    let p = Parameterization::of_partitions(vec![Partition::of_matrix(nowhere()); 1 << 15], 16);
+    let p = Parameterization::of_partitions(vec![Partition::of_matrix(nowhere()); 1 << 15], [16; 2]);
     let r = CpuRenderer::new().shadow_mask(&s.scene, &s.camera, &s.light, &p, &SETTINGS, &Progress::new());
     assert!(r.unwrap_err().to_string().contains("32767"));
 }

@@ -56,8 +56,8 @@ impl Boxes {
             let view = FocusedView::new(scene, camera, &light, Focus::SceneFit);
             if let Some(spot) = view.spot() {
                 // A point at this depth along the axis may be that much farther away, at a corner of the map with its border.
-                let inset = MapSize::new(resolution).expect("a size").inset();
-                let slant = 1.0_f64.hypot(spot.frustum.tan_half[0] / inset * std::f64::consts::SQRT_2);
+                let inset = MapSize::new([resolution; 2]).expect("a size").inset();
+                let slant = 1.0_f64.hypot(spot.frustum.tan_half[0] / inset.x * std::f64::consts::SQRT_2);
                 nearest = nearest.max(spot.frustum.near * slant);
             }
             if view.coverage == Coverage::NothingSeen {

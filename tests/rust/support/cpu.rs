@@ -15,7 +15,7 @@ pub fn one_map(shadow_clip_from_world: DMat4) -> Parameterization {
 }
 
 pub fn maps(matrices: &[DMat4]) -> Parameterization {
-    Parameterization::of_partitions(matrices.iter().map(|m| Partition::of_matrix(*m)).collect(), 1)
+    Parameterization::of_partitions(matrices.iter().map(|m| Partition::of_matrix(*m)).collect(), [1; 2])
 }
 
 /// `clip_from_world` for a world in pixels: x right, y down, z depth in [0, 1].

@@ -28,7 +28,7 @@ pub fn renderer() -> Option<GpuRenderer> {
 
 /// A parameterization of one map.
 pub fn single_map(shadow_clip_from_world: DMat4) -> Parameterization {
-    Parameterization::of_partitions(vec![Partition::of_matrix(shadow_clip_from_world)], 64)
+    Parameterization::of_partitions(vec![Partition::of_matrix(shadow_clip_from_world)], [64; 2])
 }
 
 /// A camera at a height above the origin that looks down, x to the right, -z to the top.

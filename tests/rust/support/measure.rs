@@ -44,9 +44,15 @@ pub struct LocalMap {
     inset: f64,
 }
 
+/// The shares of a map along x and y that receivers fill.
+pub fn inset(p: &Parameterization) -> DVec2 {
+    let texels = DVec2::from_array(p.resolution.map(f64::from));
+    1.0 - 2.0 * f64::from(p.border_texels) / texels
+}
+
 impl LocalMap {
     pub fn new(p: &Parameterization, partition: &Partition, origin: DVec3) -> Self {
-        let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
+        let inset = inset(p).x;
         let rows = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(origin)));
         Self { rows, post_warp: partition.post_warp, inset }
     }

@@ -41,7 +41,7 @@ impl View {
     }
     pub fn try_map(&self, technique: &str, samples: Option<&Samples>) -> shadowlab::Result<Parameterization> {
         let t = by_body(technique);
-        t.parameterize_seen(&self.scene, &self.camera, &self.light, 1024, samples)
+        t.parameterize_seen(&self.scene, &self.camera, &self.light, [1024; 2], samples)
     }
     pub fn map(&self, technique: &str) -> Parameterization {
         self.try_map(technique, None).unwrap_or_else(|e| panic!("{technique}: {e}"))

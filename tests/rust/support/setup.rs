@@ -48,7 +48,7 @@ impl Setup {
         let params: Vec<_> = of_body.into_iter().map(|(name, value)| (name.to_string(), value)).collect();
         let Make::Warp(make) = entry.make else { panic!("{name} is no warp") };
         let warp = make(&entry.spec.resolve(&params).expect("settings")).expect("a warp");
-        let size = MapSize::new(1024).expect("a size");
+        let size = MapSize::new([1024; 2]).expect("a size");
         let (camera, light) = (self.camera, sun(self.along));
         let part = Part { scene: &self.scene, camera, light, size, samples: None, region: Region::ALL };
         warp.warp(&self.view, &part).expect("a map")

@@ -11,7 +11,9 @@ use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Scene};
 
 use crate::support::by_body::by_body;
+use crate::support::measure::inset;
 use crate::support::tables::{box_scene, number, numbers, sun, tables, vector};
+use crate::support::views::{Random, by_hand, directional};
 
 const RESOLUTION: u32 = 512;
 /// Of central differences of ln w: the square of the step over z, 1e-8, and rounding over it.
@@ -41,7 +43,7 @@ fn made(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameteri
 
 /// (s, t) of theory.md E.1 in the receivers' part of a map, both from 0 to 1.
 fn st(p: &Parameterization, partition: &Partition, at: DVec3) -> [f64; 2] {
-    let inset = f64::from(p.resolution - 2 * p.border_texels) / f64::from(p.resolution);
+    let inset = inset(p).x;
     let (ndc, w) = partition.project(at);
     assert!(w > 0.0);
     [0.5 * (ndc.y / inset + 1.0), 0.5 * (ndc.x / inset + 1.0)]
@@ -210,6 +212,36 @@ fn a_light_near_the_view_has_no_ideal_map_and_is_told_of_the_other() {
         let result = by_body(text).parameterize(&scene, &camera, &Light::Point(lamp), RESOLUTION);
         assert!(matches!(result, Err(Error::UnsupportedLight { .. })));
     }
+}
+
+#[test]
+fn an_ideal_map_is_that_of_log_psm_but_for_its_floor() {
+    let mut random = Random(7);
+    let (mut same, mut floored) = (0, 0);
+    for (name, scene, camera) in by_hand() {
+        for _ in 0..12 {
+            let light = directional(random.direction());
+            let [log, log_psm] =
+                ["log", "log_psm"].map(|t| by_body(t).parameterize(&scene, &camera, &light, RESOLUTION));
+            let (Ok(log), Ok(log_psm)) = (log, log_psm) else { continue };
+            if log_psm.notes.iter().any(|note| note.kind() == Kind::NoWarp) {
+                continue;
+            }
+            let [a, b] = [&log, &log_psm].map(|p| &p.partitions[0]);
+            let strength = |map: &Partition| match map.post_warp {
+                PostWarp::Log { scale, .. } => scale.abs().recip(),
+                PostWarp::None => 0.0,
+            };
+            if strength(a) > strength(b) {
+                // By the floor, for an eye closer to what it sees than that.
+                floored += 1;
+                continue;
+            }
+            assert_eq!((a.shadow_clip_from_world, a.post_warp), (b.shadow_clip_from_world, b.post_warp), "{name}");
+            same += 1;
+        }
+    }
+    assert!(same > 40 && floored < same / 4, "{same} views have the same map, {floored} another");
 }
 
 #[test]

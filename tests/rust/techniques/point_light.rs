@@ -61,7 +61,7 @@ fn compare(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Compare
     const SIZE: [u32; 2] = [280, 200];
     let (renderer, progress) = (CpuRenderer::new(), Progress::new());
     let t = by_body(text);
-    let p = t.parameterize_seen(scene, camera, light, 1024, Some(&samples_of(scene, camera))).expect(text);
+    let p = t.parameterize_seen(scene, camera, light, [1024; 2], Some(&samples_of(scene, camera))).expect(text);
     let bias = Bias::default();
     let settings = MaskSettings { resolution: [1024; 2], size: SIZE, bias, filter: Filter::Nearest };
     let mask = renderer.shadow_mask(scene, camera, light, &p, &settings, &progress).expect("a mask").data;

@@ -79,7 +79,7 @@ fn missing_samples_shadows_and_those_of_another_light_are_errors_that_say_what_t
     let other = shaded_samples(&v.scene, &v.camera, &sun(DVec3::new(-0.5, -1.0, 0.3)), &picture);
     let own = v.samples();
     let try_map = |text: &str, samples: Option<&Samples>| {
-        technique_of(text).expect(text).parameterize_seen(&v.scene, &v.camera, &v.light, RESOLUTION, samples)
+        technique_of(text).expect(text).parameterize_seen(&v.scene, &v.camera, &v.light, [RESOLUTION; 2], samples)
     };
     for text in ["lispsm", "tsm", "uniform:fit=shadow", "z_partition:count=2,inner=lispsm", "face_partition"] {
         let refusal = |samples: Option<&Samples>| match try_map(text, samples) {
@@ -156,7 +156,7 @@ fn a_map_holds_the_corners_of_its_samples_pixels_and_a_margin() {
                 let params: Vec<_> = params.map(|(n, value)| (n.to_string(), value)).into();
                 let t = technique(name, &params).expect("a technique");
                 let what = format!("{name} {fit} {margin} {}", light.kind());
-                let p = match t.parameterize_seen(&v.scene, &v.camera, &v.light, RESOLUTION, Some(&samples)) {
+                let p = match t.parameterize_seen(&v.scene, &v.camera, &v.light, [RESOLUTION; 2], Some(&samples)) {
                     Ok(p) => p,
                     Err(Error::UnsuitedView { .. }) => continue,
                     Err(error) => panic!("{what}: {error}"),
@@ -184,7 +184,7 @@ fn margins_that_leave_no_map_are_refused() {
     let samples = v.samples();
     let made = |margin: f64, resolution: u32| {
         let params = vec![("margin".to_string(), Value::Number(margin))];
-        technique("lispsm", &params)?.parameterize_seen(&v.scene, &v.camera, &v.light, resolution, Some(&samples))
+        technique("lispsm", &params)?.parameterize_seen(&v.scene, &v.camera, &v.light, [resolution; 2], Some(&samples))
     };
     // A quarter of the texels between the borders.
     assert!(made(127.5, 512).is_ok() && made(1.0, 6).is_ok() && made(0.0, 3).is_ok());

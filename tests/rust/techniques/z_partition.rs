@@ -28,7 +28,7 @@ pub fn filled(near: f64, far: f64, fov: f64) -> (Scene, Camera) {
 /// The maps of a technique, with samples of what the camera sees.
 pub fn maps(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Parameterization {
     let t = by_body(text);
-    t.parameterize_seen(scene, camera, light, RESOLUTION, Some(&samples_of(scene, camera))).expect(text)
+    t.parameterize_seen(scene, camera, light, [RESOLUTION; 2], Some(&samples_of(scene, camera))).expect(text)
 }
 
 /// Begin of the first and the ends of all maps.

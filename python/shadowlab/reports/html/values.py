@@ -68,7 +68,8 @@ def camera_html(camera: Camera) -> str:
 def parameterization_html(p: Parameterization) -> str:
     """Settings, notes, and for each map its camera depths, values and matrix."""
     maps = p.partitions
-    count = f"{len(maps)} of {p.resolution}²" + (f", found by {p.selection}" if len(maps) > 1 else "")
+    texels = f"{p.resolution}²" if isinstance(p.resolution, int) else " × ".join(map(str, p.resolution))
+    count = f"{len(maps)} of {texels}" + (f", found by {p.selection}" if len(maps) > 1 else "")
     rows = [
         ("technique", p.technique),
         ("settings", settings_line(p.settings)),

@@ -11,7 +11,7 @@ use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::{Parameterization, Progress};
 
 use super::measured::{DEPTH, EXACT, MAJOR, Picture, SINGLE, Sizes, assert_close, gbuffer, one, ways};
-use crate::support::measure::{degrees, frustum, made};
+use crate::support::measure::{degrees, frustum, inset, made};
 use crate::support::views::{View, placed, square};
 
 /// Rows of maps come from cuts of the frustum's planes, and warps divide by their differences.
@@ -30,7 +30,7 @@ fn tan() -> f64 {
 /// The part of a side that receivers fill, texels.
 fn inner(p: &Parameterization) -> f64 {
     assert!(p.border_texels > 0, "borders are part of the form");
-    f64::from(SIZES.map[0]) * (1.0 - 2.0 * f64::from(p.border_texels) / f64::from(p.resolution))
+    f64::from(SIZES.map[0]) * inset(p).x
 }
 
 /// A floor in a frustum that the boxes around it fill.

@@ -26,7 +26,7 @@ pub fn maps_of(v: &View, text: &str) -> Parameterization {
 }
 
 pub fn of_matrix(m: DMat4) -> Parameterization {
-    Parameterization::of_partitions(vec![Partition::of_matrix(m)], 512)
+    Parameterization::of_partitions(vec![Partition::of_matrix(m)], [512; 2])
 }
 
 /// Every pixel is one of these codes or a map with finite numbers, and NaN where there is none.

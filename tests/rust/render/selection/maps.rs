@@ -55,7 +55,7 @@ pub fn faces(light: &PointLight, near: f64, far: f64) -> Parameterization {
         Partition { region, ..Partition::of_matrix(matrix) }
     };
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let mut p = Parameterization::of_partitions(axes.map(face).to_vec(), 1024);
+    let mut p = Parameterization::of_partitions(axes.map(face).to_vec(), [1024; 2]);
     p.selection = Selection::Containment;
     p
 }

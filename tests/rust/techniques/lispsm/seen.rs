@@ -71,7 +71,7 @@ fn towns(seed: u64, count: usize) -> Vec<(View, Samples)> {
 
 fn map(text: &str, v: &View, samples: &Samples) -> Parameterization {
     let t = technique_of(text).expect(text);
-    t.parameterize_seen(&v.scene, &v.camera, &v.light, RESOLUTION, Some(samples)).expect(text)
+    t.parameterize_seen(&v.scene, &v.camera, &v.light, [RESOLUTION; 2], Some(samples)).expect(text)
 }
 
 /// Differences along two steps on a surface: columns (f(p + a) - f(p - a)) / 2.

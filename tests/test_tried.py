@@ -16,7 +16,8 @@ from shadowlab.experiments.memory import DEFAULT_MEMORY, bytes_of
 from shadowlab.experiments.noise import outcomes_to_decide
 from shadowlab.experiments.phases import PHASES
 from shadowlab.experiments.ranking import standings
-from shadowlab.experiments.tried import SETTINGS, Untried, default_techniques, untried_of
+from shadowlab.experiments.tried import SAME, SETTINGS, Untried, default_techniques, untried_of
+from shadowlab.reports.advice_remarks import tried_sentences
 
 PIXELS = 100_000
 
@@ -42,7 +43,7 @@ def serving(kind):
 def test_every_technique_that_serves_the_light_is_tried_and_none_twice(kind):
     found = default_techniques([kind])
     made = [sl.technique(text) for text in found]
-    assert {one.name for one in made} == serving(kind)
+    assert {one.name for one in made} == serving(kind) - set(SAME)
     assert len({(one.name, repr(sorted(one.settings.items(), key=str))) for one in made}) == len(made)
     assert set(SETTINGS) <= set(names())
 
@@ -57,7 +58,7 @@ def test_settings_that_matter_begin_with_the_defaults_and_splits_have_every_coun
 
 def test_several_kinds_of_light_leave_what_serves_all():
     both = {sl.technique(text).name for text in default_techniques(["directional", "point"])}
-    assert both == serving("directional") & serving("point")
+    assert both == (serving("directional") & serving("point")) - set(SAME)
 
 
 def test_what_is_not_tried_has_its_cause():
@@ -65,6 +66,25 @@ def test_what_is_not_tried_has_its_cause():
     assert found.keys() == set(names()) - {"uniform", "lispsm"}
     for name, one in found.items():
         assert one == (Untried(name, "not_asked") if name in serving("point") else Untried(name, "light", ("point",)))
+
+
+def test_a_technique_that_makes_the_map_of_another_is_named_and_not_drawn():
+    found = {one.technique: one for one in untried_of(["log_psm", "uniform"], ["directional"])}
+    assert found["log"] == Untried("log", "same", twin="log_psm")
+    assert "log (the map of log_psm)" in tried_sentences([], list(found.values()))[-1]
+    # Named alone it is drawn, and where the other was not asked for neither was it.
+    assert "log" not in {one.technique for one in untried_of(["log"], ["directional"])}
+    assert {one.technique: one for one in untried_of(["uniform"], ["directional"])}["log"] == Untried(
+        "log", "not_asked"
+    )
+
+
+@pytest.mark.parametrize(("name", "twin"), SAME.items())
+def test_twins_have_the_same_map(name, twin):
+    scene = sl.library.scene("robots")
+    one, other = (sl.technique(t).parameterize(scene, scene.camera, scene.light, resolution=512) for t in (name, twin))
+    assert (one.matrix == other.matrix).all()
+    assert one.partitions[0].post_warp_terms == other.partitions[0].post_warp_terms
 
 
 def test_an_advice_needs_no_budget(view):

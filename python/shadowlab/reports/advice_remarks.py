@@ -125,7 +125,7 @@ def tried_sentences(ranking: Sequence[Standing], untried: Sequence[Untried]) -> 
         at = "" if left.memory is None else f" at {memory_text(left.memory)}"
         causes = {
             "light": f"not for {listed(list(left.lights) or ['such'])} lights", "not_asked": "not asked for",
-            "predicted": f"predicted to be worse{at}",
+            "same": f"the map of {left.twin}", "predicted": f"predicted to be worse{at}",
         }  # fmt: skip
         alike.setdefault(causes[left.cause], []).append(left.technique)
     told = [f"{listed(names)} ({cause})" for cause, names in alike.items()]

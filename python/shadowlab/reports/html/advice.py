@@ -230,6 +230,8 @@ def cause(one: Untried) -> str:
         return f"does not serve {escape(listed(list(one.lights)))} lights"
     if one.cause == "not_asked":
         return "not asked for"
+    if one.cause == "same":
+        return f"the map of {escape(one.twin)}"
     at = "" if one.memory is None else f" at {memory_text(one.memory)}"
     wrong = "" if one.predicted is None else f": about {one.predicted:,.0f} wrong pixels over all views"
     return f"predicted to be worse{at}{wrong}"

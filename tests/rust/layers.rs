@@ -27,7 +27,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("parameterization", &["error", "geometry", "note"]),
     ("scene", &["digest", "error", "geometry", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
-    ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene"]),
+    ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene", "simd"]),
     ("fit", &["error", "focus", "geometry", "parameterization", "rays", "scene"]),
     ("aliasing", &["error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"]),
     // A renderer on a device has a pass that is the twin of aliasing's footprint; the one on the processor calls it.

@@ -194,16 +194,16 @@ fn hull_of_body(rays: &RayFrame, chosen: &Chosen) -> (Growing, DVec3) {
     let mut hull = Growing::default();
     // A hull of a few first, so that the pass over all hardly adds.
     for (p, n) in chosen.some((chosen.len() / SEED_SHARE).clamp(1, MOST_SEEDS)) {
-        add(&mut hull, rays, chosen.picture(), p, n);
+        add(&mut hull, rays, chosen.picture, p, n);
     }
     hull.settle();
     let mut sum = DVec3::ZERO;
     for run in &chosen.runs {
         sum += run.middle * run.len() as f64;
-        let is_held = rays.range(run, chosen.picture()).is_some_and(|[low, high]| hull.holds(low, high));
+        let is_held = rays.range(run, chosen.picture).is_some_and(|[low, high]| hull.holds(low, high));
         if !is_held {
             for (p, n) in chosen.of_run(run) {
-                add(&mut hull, rays, chosen.picture(), p, n);
+                add(&mut hull, rays, chosen.picture, p, n);
             }
         }
     }

@@ -4,7 +4,6 @@
 use glam::{DVec3, Vec3};
 
 use super::picture::Picture;
-use super::samples::Samples;
 
 /// Samples in a run. Chosen because shorter runs cost more boxes, and longer ones have boxes that stick out more often.
 const RUN: usize = 16;
@@ -14,8 +13,11 @@ const PRODUCT_ERROR: f64 = 6.0 * f32::EPSILON as f64;
 
 /// Some of the samples, relative to the eye.
 pub(super) struct Chosen<'a> {
-    samples: &'a Samples,
+    points: &'a [[f32; 3]],
+    normals: &'a [[f32; 3]],
     indices: &'a [u32],
+    /// The picture that they come from, where there is one.
+    pub picture: Option<&'a Picture>,
     /// From the eye to what positions are relative to.
     moved: DVec3,
     pub runs: Vec<Run>,
@@ -33,15 +35,19 @@ pub(super) struct Run {
 }
 
 impl<'a> Chosen<'a> {
-    /// Samples of these indices, seen from `eye`.
-    pub fn new(samples: &'a Samples, indices: &'a [u32], eye: DVec3) -> Self {
-        let moved = samples.origin - eye;
+    /// The samples of these indices among points and normals, told from `moved` off the eye.
+    pub fn new(
+        [points, normals]: [&'a [[f32; 3]]; 2],
+        indices: &'a [u32],
+        picture: Option<&'a Picture>,
+        moved: DVec3,
+    ) -> Self {
         let single = moved.as_vec3();
         let run = |k: usize| {
             let (first, end) = (RUN * k, (RUN * (k + 1)).min(indices.len()));
             let (mut low, mut high, mut off_plane) = (Vec3::INFINITY, Vec3::NEG_INFINITY, f32::INFINITY);
             for &i in &indices[first..end] {
-                let [p, n] = [samples.points[i as usize], samples.normals[i as usize]].map(Vec3::from_array);
+                let [p, n] = [points[i as usize], normals[i as usize]].map(Vec3::from_array);
                 (low, high) = (low.min(p), high.max(p));
                 off_plane = off_plane.min(n.dot(single + p).abs());
             }
@@ -54,15 +60,11 @@ impl<'a> Chosen<'a> {
             let off_plane = (f64::from(off_plane) - PRODUCT_ERROR * reach).max(0.0);
             Run { first, end, middle, half, off_plane }
         };
-        Self { samples, indices, moved, runs: (0..indices.len().div_ceil(RUN)).map(run).collect() }
+        Self { points, normals, indices, picture, moved, runs: (0..indices.len().div_ceil(RUN)).map(run).collect() }
     }
     /// How many there are.
     pub fn len(&self) -> usize {
         self.indices.len()
-    }
-    /// The picture that they come from, where there is one.
-    pub fn picture(&self) -> Option<&'a Picture> {
-        self.samples.picture.as_ref()
     }
     /// At least how far they lie from what positions are relative to.
     pub fn farthest_from_origin(&self) -> f64 {
@@ -74,7 +76,7 @@ impl<'a> Chosen<'a> {
     pub fn at(&self, k: usize) -> (DVec3, DVec3) {
         let i = self.indices[k] as usize;
         let double = |v: [f32; 3]| Vec3::from_array(v).as_dvec3();
-        (self.moved + double(self.samples.points[i]), double(self.samples.normals[i]))
+        (self.moved + double(self.points[i]), double(self.normals[i]))
     }
     /// At most so many of them, evenly chosen.
     pub fn some(&self, count: usize) -> impl Iterator<Item = (DVec3, DVec3)> + use<'_, 'a> {

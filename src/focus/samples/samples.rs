@@ -140,7 +140,7 @@ impl Samples {
     fn outlines_of(&self, light: &Light, facing: &[u32], shaded: &[u32]) -> Option<Outlines> {
         let camera = self.picture?.camera;
         let rays = RayFrame::new(light, camera.eye());
-        let [facing, shaded] = [facing, shaded].map(|indices| Chosen::new(self, indices, camera.eye()));
+        let [facing, shaded] = [facing, shaded].map(|indices| self.of_indices(indices, camera.eye()));
         let depths = depths_of(&camera, &facing);
         let [seen, shaded] = [facing, shaded].map(|chosen| Outline::of(rays?, &chosen));
         Some(Outlines { camera, depths, seen, shaded })
@@ -239,15 +239,18 @@ impl Samples {
         let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
         self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
     }
+    fn of_indices<'a>(&'a self, indices: &'a [u32], eye: DVec3) -> Chosen<'a> {
+        Chosen::new([&self.points, &self.normals], indices, self.picture.as_ref(), self.origin - eye)
+    }
     fn outline_of(&self, camera: &Camera, light: &Light, indices: &[u32]) -> Option<Outline> {
-        Outline::of(RayFrame::new(light, camera.eye())?, &Chosen::new(self, indices, camera.eye()))
+        Outline::of(RayFrame::new(light, camera.eye())?, &self.of_indices(indices, camera.eye()))
     }
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
     pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {
         match self.known(camera, light, region) {
             Some(known) => known.depths,
-            None => depths_of(camera, &Chosen::new(self, &self.facing(camera, light, region), camera.eye())),
+            None => depths_of(camera, &self.of_indices(&self.facing(camera, light, region), camera.eye())),
         }
     }
 }
@@ -257,7 +260,7 @@ fn depths_of(camera: &Camera, chosen: &Chosen) -> Option<[f64; 2]> {
     let forward = camera.forward();
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for run in &chosen.runs {
-        let picture = chosen.picture();
+        let picture = chosen.picture;
         let [near, far] = picture.map_or_else(|| run.range(forward), |picture| run.depths(picture));
         if near >= range[0] && far <= range[1] {
             continue;

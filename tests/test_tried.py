@@ -16,7 +16,7 @@ from shadowlab.experiments.memory import DEFAULT_MEMORY, bytes_of
 from shadowlab.experiments.noise import outcomes_to_decide
 from shadowlab.experiments.phases import PHASES
 from shadowlab.experiments.ranking import standings
-from shadowlab.experiments.tried import SAME, SETTINGS, Untried, default_techniques, untried_of
+from shadowlab.experiments.tried import SETTINGS, TWINS, Untried, default_techniques, untried_of
 from shadowlab.reports.advice_remarks import tried_sentences
 
 PIXELS = 100_000
@@ -43,7 +43,7 @@ def serving(kind):
 def test_every_technique_that_serves_the_light_is_tried_and_none_twice(kind):
     found = default_techniques([kind])
     made = [sl.technique(text) for text in found]
-    assert {one.name for one in made} == serving(kind) - set(SAME)
+    assert {one.name for one in made} == serving(kind) - set(TWINS)
     assert len({(one.name, repr(sorted(one.settings.items(), key=str))) for one in made}) == len(made)
     assert set(SETTINGS) <= set(names())
 
@@ -58,7 +58,7 @@ def test_settings_that_matter_begin_with_the_defaults_and_splits_have_every_coun
 
 def test_several_kinds_of_light_leave_what_serves_all():
     both = {sl.technique(text).name for text in default_techniques(["directional", "point"])}
-    assert both == (serving("directional") & serving("point")) - set(SAME)
+    assert both == (serving("directional") & serving("point")) - set(TWINS)
 
 
 def test_what_is_not_tried_has_its_cause():
@@ -79,7 +79,7 @@ def test_a_technique_that_makes_the_map_of_another_is_named_and_not_drawn():
     )
 
 
-@pytest.mark.parametrize(("name", "twin"), SAME.items())
+@pytest.mark.parametrize(("name", "twin"), TWINS.items())
 def test_twins_have_the_same_map(name, twin):
     scene = sl.library.scene("robots")
     one, other = (sl.technique(t).parameterize(scene, scene.camera, scene.light, resolution=512) for t in (name, twin))

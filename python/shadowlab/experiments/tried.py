@@ -14,7 +14,7 @@ from .. import _core
 WhyUntried = Literal["light", "not_asked", "same", "predicted"]
 
 #: Techniques whose map is that of another, which serves all of their views and more: only the other is tried.
-SAME: Mapping[str, str] = MappingProxyType({"log": "log_psm"})
+TWINS: Mapping[str, str] = MappingProxyType({"log": "log_psm"})
 
 #: The settings of techniques that matter: the crop without a warp, the warp as papers place it beside the one that is
 #: placed by samples, and depth splits by both schemes with and without a warp in each. Other techniques have their
@@ -64,7 +64,7 @@ class Untried:
 def default_techniques(kinds: Collection[str]) -> list[str]:
     """What is ranked where nobody says: all techniques that serve these lights, with their settings that matter."""
     names = [spec["name"] for spec in _core.technique_specs() if set(kinds) <= set(spec["lights"])]
-    return [text for name in names if SAME.get(name) not in names for text in SETTINGS.get(name, (name,))]
+    return [text for name in names if TWINS.get(name) not in names for text in SETTINGS.get(name, (name,))]
 
 
 def untried_of(tried: Iterable[str], kinds: Collection[str]) -> list[Untried]:
@@ -74,7 +74,7 @@ def untried_of(tried: Iterable[str], kinds: Collection[str]) -> list[Untried]:
     for spec in _core.technique_specs():
         if spec["name"] not in names:
             unserved = tuple(sorted(set(kinds) - set(spec["lights"])))
-            twin = SAME.get(spec["name"], "")
+            twin = TWINS.get(spec["name"], "")
             if unserved or twin not in names:
                 found.append(Untried(spec["name"], "light" if unserved else "not_asked", unserved))
             else:

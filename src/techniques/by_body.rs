@@ -40,7 +40,9 @@ pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
             }
             Value::Choice(word) => {
                 let other = WORDS.iter().find(|(n, old, _)| n == name && old == word);
-                Value::Choice(other.map_or(word.as_str(), |(_, _, new)| new).into())
+                let new = other.map(|(_, _, new)| Value::Choice((*new).into()));
+                // A technique that is for samples alone has no other word.
+                new.and_then(|new| param.kind.accept(&new)).unwrap_or_else(|| value.clone())
             }
             other => other.clone(),
         };

@@ -15,6 +15,7 @@ mod log_psm;
 pub mod plane_optimal;
 mod psm;
 mod registry;
+pub mod scene_optimal;
 mod text;
 mod tsm;
 mod uniform;
@@ -40,6 +41,7 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &glpr::SPEC, make: Make::Warp(glpr::make) },
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
     Entry { spec: &plane_optimal::SPEC, make: Make::Warp(plane_optimal::make) },
+    Entry { spec: &scene_optimal::SPEC, make: Make::Warp(scene_optimal::make) },
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
     Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },

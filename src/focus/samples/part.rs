@@ -16,6 +16,8 @@ use crate::scene::{Camera, Light};
 pub struct RayEdge {
     /// Its ray.
     pub ray: DVec2,
+    /// d(pixel) / d(ray), along the surface.
+    pub pixel: DMat2,
     /// Pixels across the edge per unit of the ray's coordinates, along the surface.
     pub across: DVec2,
     /// Pixels at edges that it stands for.
@@ -45,7 +47,12 @@ impl Samples {
         let add = |found: &mut Vec<RayEdge>, (p, n): (DVec3, DVec3), normals: &[DVec2], weight: f64| {
             if let Some(pixel) = pixel_per_ray(picture, &rays, p - eye, n) {
                 let ray = rays.ray(p - eye);
-                found.extend(normals.iter().map(|edge| RayEdge { ray, across: pixel.transpose() * *edge, weight }));
+                found.extend(normals.iter().map(|edge| RayEdge {
+                    ray,
+                    pixel,
+                    across: pixel.transpose() * *edge,
+                    weight,
+                }));
             }
         };
         let edges = self.shadows.iter().flat_map(|shadows| &shadows.edges);

@@ -47,7 +47,7 @@ impl Kind {
     }
     /// The value as this kind stores it, or nothing when it does not fit. Whole numbers pass for numbers, and text that
     /// reads as a number or as true or false for one, so that a command line can hand over its words.
-    pub(super) fn accept(&self, value: &Value) -> Option<Value> {
+    pub(in crate::techniques) fn accept(&self, value: &Value) -> Option<Value> {
         let number = match value {
             Value::Number(x) => Some(*x),
             Value::Integer(i) => Some(*i as f64),

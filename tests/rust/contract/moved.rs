@@ -91,6 +91,9 @@ const CONDITION: f64 = 32.0;
 /// smallest warp distance there is: 41 at most.
 const CONDITION_SEEN: f64 = 128.0;
 
+/// Of the error of a map that is searched for: where a walk over its creases stops.
+const SEARCHED: f64 = 1e-3;
+
 /// Compares a view's maps with those of the same view at another scale and place; nothing where rounding alone could move a
 /// map by a few texels.
 fn compare_moved(
@@ -103,6 +106,16 @@ fn compare_moved(
 ) {
     let &Moved { ref name, ref p, scale, offset, snapped } = moved;
     assert_eq!(a.partitions.len(), p.partitions.len(), "{name}");
+    if a.partitions.iter().any(|map| map.technique == "scene_optimal") {
+        // The least of a flat error: what rounding decides is where in it the search ends.
+        for (a, p) in a.partitions.iter().zip(&p.partitions) {
+            let [a, p] = [a, p].map(|map| map.value("error"));
+            let is_same = a.zip(p).map_or(a == p, |(a, p)| (a / p - 1.0).abs() < SEARCHED);
+            assert!(is_same, "{name}: {a:?} and {p:?}");
+        }
+        *compared = true;
+        return;
+    }
     let r = Receivers::new(v);
     // The rounding of the moved scene's coordinates, and what each map makes of it.
     let size = v.scene.bounds().corners().iter().fold(r.view.origin.length(), |m, q| m.max(q.length()));

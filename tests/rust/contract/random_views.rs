@@ -336,8 +336,8 @@ fn every_technique_makes_a_correct_map_or_says_why_not() {
     if many {
         assert_eq!(all.len(), TECHNIQUES.len());
         for (name, t) in &all {
-            // A view that shows nothing lit has no dominant plane.
-            let unlit = |kind: &&String| kind.contains("none of the");
+            // A view that shows nothing lit has no dominant plane, and one that shows nothing no samples.
+            let unlit = |kind: &&String| kind.contains("none of the") || kind.contains("fewer than three");
             let errors: u64 = t.errors.iter().filter(|(kind, _)| !unlit(kind)).map(|(_, count)| count).sum();
             assert!(errors <= t.maps, "{name}: {errors} errors and {} maps", t.maps);
             assert!(t.receivers > t.maps && t.casters > t.maps / 4, "{name}: hardly anything was looked at");

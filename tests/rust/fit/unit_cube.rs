@@ -34,7 +34,9 @@ fn words() -> &'static [&'static str] {
 }
 
 fn warps() -> impl Iterator<Item = &'static str> {
-    TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))).map(|entry| entry.spec.name)
+    // A map for samples alone has no such choice.
+    let warps = TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_)));
+    warps.map(|entry| entry.spec.name).filter(|name| *name != "scene_optimal")
 }
 
 /// A floor with turned boxes all around a low camera; under the sun, or a lamp above what it sees.

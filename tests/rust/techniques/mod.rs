@@ -11,6 +11,7 @@ mod point_light;
 mod psm;
 mod registry;
 mod samples;
+mod scene_optimal;
 mod storage_factors;
 mod tsm;
 mod xpsm;

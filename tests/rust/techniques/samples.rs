@@ -42,8 +42,14 @@ fn with(name: &str, words: &[(&str, &str)]) -> Box<dyn shadowlab::techniques::Te
 
 #[test]
 fn what_a_technique_needs_follows_from_what_places_it_and_what_its_map_holds() {
+    let is_by_samples = |name: &str| name == "scene_optimal";
     for entry in TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))) {
         let name = entry.spec.name;
+        if is_by_samples(name) {
+            let of = |fit: &str| with(name, &[("range", "body"), ("fit", fit)]).needs();
+            assert_eq!([of("seen"), of("shadow")], [Needs::Shadows; 2]);
+            continue;
+        }
         let formula: &[(&str, &str)] = if name == "lispsm" { &[("near", "basic")] } else { &[] };
         for (range, fit, needs) in [
             ("body", "exact", Needs::Nothing),

@@ -1,0 +1,13 @@
+//! The homography that is best for what is seen.
+
+mod objective;
+mod problem;
+mod published;
+mod search;
+mod warp;
+
+pub use objective::{Cost, Objective};
+pub use problem::{Problem, Sample, Shape, Warped};
+pub use published::{Enclosing, Published, enclosing};
+pub use search::least;
+pub use warp::{SPEC, make};

@@ -48,6 +48,18 @@ def test_no_objective_is_worse_than_that_of_the_uniform_map(views, objective):
             assert p.values["error"] <= p.values["error_uniform"]
 
 
+def test_both_searches_tell_the_error_of_the_uniform_map_in_the_same_measure(views):
+    for view in views:
+        published, full = (
+            sl.technique(text).parameterize(
+                view.scene, view.camera, view.lights[0], resolution=512, samples=view.samples()
+            )
+            for text in ("scene_optimal:search=published", "scene_optimal:objective=l2")
+        )
+        assert 0 < published.values["error"] < np.inf
+        assert np.isclose(full.values["error_uniform"], published.values["error_uniform"], rtol=1e-12)
+
+
 def test_the_same_samples_give_the_same_map(views):
     view = views[1]
     one, two = (

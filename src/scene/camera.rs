@@ -159,9 +159,9 @@ impl Camera {
     /// near the near plane is.
     pub fn reversed_clip_from_world(&self) -> DMat4 {
         // Not 1 minus the other, of which hardly a digit is left where near / far is small.
-        let per_depth = -self.near / (self.far - self.near);
+        let at_far = self.near / (self.far - self.near);
         let mut projection = self.projection();
-        (projection.z_axis.z, projection.w_axis.z) = (-per_depth, -per_depth * self.far);
+        (projection.z_axis.z, projection.w_axis.z) = (at_far, at_far * self.far);
         projection * self.view()
     }
     /// Where the centre of pixel (x, y) of a width x height image meets the plane at depth 1: `p - eye`, not normalised, so

@@ -117,12 +117,11 @@ impl RayFrame {
         let Some((apex, _)) = self.apex else {
             return Some([DVec2::new(x[0], y[0]) - reach, DVec2::new(x[1], y[1]) + reach]);
         };
-        let near = run.range(along)[0] - along.dot(apex) - reach;
         let ends = |axis: DVec3, [low, high]: [f64; 2]| {
             let off = axis.dot(apex);
             [low - off - reach, high - off + reach]
         };
-        let far = run.range(along)[1] - along.dot(apex) + reach;
+        let [near, far] = ends(along, run.range(along));
         let quotients = |[low, high]: [f64; 2]| {
             [if low < 0.0 { low / near } else { low / far }, if high > 0.0 { high / near } else { high / far }]
         };

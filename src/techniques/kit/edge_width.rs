@@ -9,12 +9,19 @@ use crate::focus::{Outline, RayEdge};
 use crate::geometry::planar_image;
 
 /// Where an edge's width stops to count, pixels (theory.md (10.8)). Chosen by leaving scenes out (docs/defaults.md).
-const CAP_PX: f64 = 32.0;
+pub const CAP_PX: f64 = 32.0;
 
-/// What the width of an edge counts, pixels: `c (1 - exp(-width / c))`, c = 32 (theory.md (10.8)).
+/// What a width counts, `c (1 - exp(-width / c))` with a finite cap c, and its derivative (theory.md (10.8)).
+#[inline]
+pub fn capped(width: f64, cap: f64) -> (f64, f64) {
+    let left = (-width / cap).exp();
+    (cap * (1.0 - left), left)
+}
+
+/// The same with [`CAP_PX`], without the derivative.
 #[inline]
 pub fn capped_px(width: f64) -> f64 {
-    CAP_PX * (1.0 - (-width / CAP_PX).exp())
+    capped(width, CAP_PX).0
 }
 
 /// The mean of what their widths count ([`capped_px`]) over edges, of the map of a homography of the light's rays

@@ -6,10 +6,12 @@
 
 use glam::{DVec2, DVec3};
 
+use super::light_projection::spot_depth_range;
 use crate::focus::{FocusedView, SpotFrustum};
 use crate::geometry::{ConvexBody, Rows};
 use crate::note::{Detail, Kind, Note};
 use crate::rays::LightFrame;
+use crate::scene::{Light, Scene};
 
 /// Below this sine between light and view (theory.md 5.2) the axis turns with every rounding error and the warp distance is a
 /// million times the near depth: no map shows such a warp.
@@ -40,6 +42,25 @@ pub struct WarpSpace {
 }
 
 impl WarpSpace {
+    /// The space of a view's light, with the axis towards `towards`; where no warp can act, the reason. Notes what the beginning
+    /// of a spot's map leaves out.
+    pub fn of(
+        view: &FocusedView,
+        scene: &Scene,
+        towards: DVec3,
+        casters: &ConvexBody,
+        notes: &mut Vec<Note>,
+    ) -> Option<Result<Self, Detail>> {
+        match (&view.light, view.spot()) {
+            (Light::Directional(l), _) => Some(Self::directional(view, l.direction(), towards, casters)),
+            (_, Some(spot)) => {
+                let depths = spot_depth_range(&spot, view, scene, notes);
+                Some(Self::spot(view, &spot, depths, towards))
+            }
+            // Refused before: a point light has no single map.
+            _ => None,
+        }
+    }
     /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3); where no warp can act, the reason.
     pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, Detail> {
         let (frame, across) = LightFrame::towards(along, towards).ok_or(Detail::LightAlongAxis)?;

@@ -24,7 +24,7 @@ use crate::focus::{Coverage, FocusedView};
 use crate::geometry::Rows;
 use crate::note::{Detail, Note};
 use crate::scene::{Light, Scene};
-use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
+use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
     Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
     WarpSpace, receivers_outline,
@@ -228,14 +228,7 @@ impl Lispsm {
             Axis::View => view.camera.forward(),
             Axis::Middle => view.middle_vector(casters.vertices()),
         };
-        match (&view.light, view.spot()) {
-            (Light::Directional(l), _) => Some(WarpSpace::directional(view, l.direction(), towards, &casters)),
-            (_, Some(spot)) => {
-                let depths = spot_depth_range(&spot, view, scene, notes);
-                Some(WarpSpace::spot(view, &spot, depths, towards))
-            }
-            _ => None,
-        }
+        WarpSpace::of(view, scene, towards, &casters, notes)
     }
     /// The distance from the reference point to the near end, in units of the warp space's y (5.2).
     fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<Note>) -> f64 {

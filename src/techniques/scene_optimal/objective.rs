@@ -2,9 +2,10 @@
 //!
 //! Source: theory.md (10.4), (10.7) and (10.8); Chong, Gortler 2007 `[chong2007]` for l2.
 
-use glam::DMat2;
+use glam::{DMat2, DVec2};
 
 use crate::geometry::singular_values;
+use crate::techniques::kit::capped;
 
 /// A sum over samples, of G = d(pixel) / d(texel) of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,11 +54,7 @@ impl Cost {
     }
     #[inline]
     fn capped(&self, length: f64) -> (f64, f64) {
-        if self.cap == f64::INFINITY {
-            return (length, 1.0);
-        }
-        let left = (-length / self.cap).exp();
-        (self.cap * (1.0 - left), left)
+        if self.cap == f64::INFINITY { (length, 1.0) } else { capped(length, self.cap) }
     }
     /// What a sample counts that no texel of the map shows.
     pub fn worst(&self) -> f64 {
@@ -70,11 +67,9 @@ fn longest_direction(g: &DMat2, largest: f64) -> DMat2 {
     // Of GᵀG the row that is not zero has the direction.
     let square = g.transpose() * *g;
     let rest = largest * largest;
-    let (a, b) = (
-        glam::DVec2::new(square.y_axis.x, rest - square.x_axis.x),
-        glam::DVec2::new(rest - square.y_axis.y, square.y_axis.x),
-    );
-    let right = if a.length_squared() > b.length_squared() { a } else { b }.try_normalize().unwrap_or(glam::DVec2::X);
-    let left = (*g * right).try_normalize().unwrap_or(glam::DVec2::X);
+    let a = DVec2::new(square.y_axis.x, rest - square.x_axis.x);
+    let b = DVec2::new(rest - square.y_axis.y, square.y_axis.x);
+    let right = if a.length_squared() > b.length_squared() { a } else { b }.normalize_or(DVec2::X);
+    let left = (*g * right).normalize_or(DVec2::X);
     DMat2::from_cols(left * right.x, left * right.y)
 }

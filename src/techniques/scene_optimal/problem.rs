@@ -71,7 +71,7 @@ impl Warped<'_> {
     /// The mean cost of a map with these axes.
     pub fn value(&self, axes: [DVec2; 2]) -> f64 {
         let Problem { texels, cost, .. } = self.problem;
-        let [a, b] = self.problem.sides(&Shape { h: self.h, axes }).sides;
+        let [a, b] = self.problem.parallelogram(&Shape { h: self.h, axes }).sides();
         let [a, b] = [a / texels.x, b / texels.y];
         let mut sum = if self.lost > 0.0 { self.lost * cost.worst() } else { 0.0 };
         for ([c, d], weight) in &self.rows {
@@ -82,11 +82,55 @@ impl Warped<'_> {
     }
 }
 
-/// Sides of the parallelogram around the hull, and the derivatives by h and by the angles of the axes.
-struct Sides {
-    sides: [DVec2; 2],
-    by_h: [[DVec2; 2]; 2],
-    by_angle: [[DVec2; 2]; 2],
+/// The parallelogram around the hull in the plane of q.
+struct Parallelogram {
+    shape: Shape,
+    /// Corners of the hull at whose images it is touched, low and high, by the sides along each axis' other one.
+    touched: [[DVec2; 2]; 2],
+}
+
+impl Parallelogram {
+    fn w(&self, y: DVec2) -> f64 {
+        1.0 + self.shape.h.dot(y)
+    }
+    /// From the lower to the higher of the touched corners, in the plane of q.
+    fn spans(&self) -> [DVec2; 2] {
+        self.touched.map(|[low, high]| high / self.w(high) - low / self.w(low))
+    }
+    /// Its sides along both axes.
+    fn sides(&self) -> [DVec2; 2] {
+        let [s, t] = self.shape.axes;
+        let (x, spans) = (cross(s, t), self.spans());
+        [s * (cross(spans[0], t) / x), t * (cross(s, spans[1]) / x)]
+    }
+    /// Derivatives of the sides by h's coordinates.
+    fn by_h(&self) -> [[DVec2; 2]; 2] {
+        let [s, t] = self.shape.axes;
+        let x = cross(s, t);
+        [0, 1].map(|j| {
+            let by = |y: DVec2| -y * (y[j] / (self.w(y) * self.w(y)));
+            let [across, along] = self.touched.map(|[low, high]| by(high) - by(low));
+            [s * (cross(across, t) / x), t * (cross(s, along) / x)]
+        })
+    }
+    /// Derivatives of the sides by the angles of the axes.
+    fn by_angle(&self) -> [[DVec2; 2]; 2] {
+        let [s, t] = self.shape.axes;
+        let (x, [across, along]) = (cross(s, t), self.spans());
+        let (e_s, e_t) = (cross(across, t), cross(s, along));
+        let (turn_s, turn_t) = (s.perp(), t.perp());
+        let (x_by_s, x_by_t) = (cross(turn_s, t), cross(s, turn_t));
+        [
+            [
+                turn_s * (e_s / x) - s * (e_s * x_by_s / (x * x)),
+                t * (cross(turn_s, along) / x - e_t * x_by_s / (x * x)),
+            ],
+            [
+                s * (cross(across, turn_t) / x - e_s * x_by_t / (x * x)),
+                turn_t * (e_t / x) - t * (e_t * x_by_t / (x * x)),
+            ],
+        ]
+    }
 }
 
 fn cross(a: DVec2, b: DVec2) -> f64 {
@@ -166,14 +210,13 @@ impl Problem {
         };
         (h, DMat2::from_cols(column(0), column(1)))
     }
-    fn sides(&self, shape: &Shape) -> Sides {
+    fn parallelogram(&self, shape: &Shape) -> Parallelogram {
         let Shape { h, axes: [s, t] } = *shape;
-        let w = |y: DVec2| 1.0 + h.dot(y);
         // Ends of the hull along a covector of q, as corners.
         let ends = |covector: DVec2| {
             let (mut low, mut high) = ((f64::INFINITY, DVec2::ZERO), (f64::NEG_INFINITY, DVec2::ZERO));
             for y in &self.hull {
-                let at = covector.dot(*y) / w(*y);
+                let at = covector.dot(*y) / (1.0 + h.dot(*y));
                 if at < low.0 {
                     low = (at, *y);
                 }
@@ -184,30 +227,7 @@ impl Problem {
             [low.1, high.1]
         };
         // q's extent across the other axis, cross(q, t) for s and cross(s, q) for t.
-        let spans = [ends(-t.perp()), ends(s.perp())];
-        let span = |[low, high]: [DVec2; 2]| high / w(high) - low / w(low);
-        let span_by = |[low, high]: [DVec2; 2], j: usize| {
-            let by = |y: DVec2| -y * (y[j] / (w(y) * w(y)));
-            by(high) - by(low)
-        };
-        let x = cross(s, t);
-        let (e_s, e_t) = (cross(span(spans[0]), t), cross(s, span(spans[1])));
-        let (turn_s, turn_t) = (s.perp(), t.perp());
-        let (x_by_s, x_by_t) = (cross(turn_s, t), cross(s, turn_t));
-        Sides {
-            sides: [s * (e_s / x), t * (e_t / x)],
-            by_h: [0, 1].map(|j| [s * (cross(span_by(spans[0], j), t) / x), t * (cross(s, span_by(spans[1], j)) / x)]),
-            by_angle: [
-                [
-                    turn_s * (e_s / x) - s * (e_s * x_by_s / (x * x)),
-                    t * (cross(turn_s, span(spans[1])) / x - e_t * x_by_s / (x * x)),
-                ],
-                [
-                    s * (cross(span(spans[0]), turn_t) / x - e_s * x_by_t / (x * x)),
-                    turn_t * (e_t / x) - t * (e_t * x_by_t / (x * x)),
-                ],
-            ],
-        }
+        Parallelogram { shape: *shape, touched: [ends(-t.perp()), ends(s.perp())] }
     }
     /// The mean cost over the first samples, at most `most`.
     pub fn value(&self, shape: &Shape, most: usize) -> f64 {
@@ -230,10 +250,10 @@ impl Problem {
     }
     /// The same with its derivatives by h and by the angles of the axes.
     pub fn slopes(&self, shape: &Shape, most: usize) -> (f64, [f64; 4]) {
-        let Sides { sides, by_h, by_angle } = self.sides(shape);
+        let around = self.parallelogram(shape);
         let per = [self.texels.x.recip(), self.texels.y.recip()];
         let told = |sides: [DVec2; 2]| [sides[0] * per[0], sides[1] * per[1]];
-        let ([a, b], by_h, by_angle) = (told(sides), by_h.map(told), by_angle.map(told));
+        let ([a, b], by_h, by_angle) = (told(around.sides()), around.by_h().map(told), around.by_angle().map(told));
         let (mut sum, mut weights, mut slopes) = (0.0, 0.0, [0.0; 4]);
         for s in self.samples.iter().take(most) {
             let w = 1.0 + shape.h.dot(s.y);
@@ -276,9 +296,5 @@ impl Problem {
             (low, high) = (low.min(q), high.max(q));
         }
         0.5 * (high - low)
-    }
-    /// Corners of the hull in the plane of q.
-    pub fn projected(&self, h: DVec2) -> Vec<DVec2> {
-        self.hull.iter().map(|y| *y / (1.0 + h.dot(*y))).collect()
     }
 }

@@ -6,7 +6,7 @@
 //! corner of the hull takes over from another the objective has a crease, on which a descent may stop early: it begins anew
 //! from there with a steepest step, as long as that gains.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 use super::problem::{Problem, Shape};
 
@@ -16,7 +16,7 @@ const STRENGTHS: [f64; 3] = [0.8, 1.8, 3.2];
 const DIRECTIONS: usize = 8;
 /// Turns of orthogonal axes in the grid, and how many of them come sheared as well.
 const TURNS: usize = 6;
-/// Samples that the grid looks at, the descents, and the last one.
+/// Samples that the grid looks at, the descents, and the last descent with the walk after it.
 const FEW: usize = 96;
 const SOME: usize = 192;
 const MANY: usize = 1024;
@@ -24,12 +24,9 @@ const MANY: usize = 1024;
 const DESCENTS: usize = 4;
 /// Steps of a descent.
 const STEPS: usize = 14;
-/// The best of them, whose axes are turned all around: a map has a least cost by turns for every few sides of the hull.
-const TURNED: usize = 1;
-/// Directions of either axis then.
+/// Directions of either axis where the best map's are turned all around: a map has a least cost by turns for every few sides of
+/// the hull.
 const ALL_TURNS: usize = 24;
-/// The best of all, from which there is one with all samples, and a walk over creases.
-const POLISHED: usize = 1;
 /// Values that a walk looks at, and its first step: of p, and of angles.
 const LOOKS: usize = 90;
 const FIRST_STEP: f64 = 0.08;
@@ -52,16 +49,16 @@ impl Point {
         let p = problem.p_of(shape.h);
         Self { z: [p.x, p.y, angle(shape.axes[0]), angle(shape.axes[1])], scale }
     }
-    fn shape(&self, problem: &Problem) -> Shape {
+    /// Its shape, and the derivatives of h by p.
+    fn shape(&self, problem: &Problem) -> (Shape, DMat2) {
         let [x, y, a, b] = self.z;
-        let axis = |angle: f64| (self.scale * DVec2::from_angle(angle)).normalize_or(DVec2::X);
-        Shape { h: problem.h_of(DVec2::new(x, y)).0, axes: [axis(a), axis(b)] }
+        let (h, by_p) = problem.h_of(DVec2::new(x, y));
+        (Shape { h, axes: [a, b].map(|angle| axis(self.scale, angle)) }, by_p)
     }
     /// The value and its derivatives by the four numbers.
     fn slopes(&self, problem: &Problem, most: usize) -> (f64, [f64; 4]) {
-        let shape = self.shape(problem);
+        let (shape, by_p) = self.shape(problem);
         let (value, [h_x, h_y, s, t]) = problem.slopes(&shape, most);
-        let (_, by_p) = problem.h_of(DVec2::new(self.z[0], self.z[1]));
         let by_p = by_p.transpose() * DVec2::new(h_x, h_y);
         let turned = |angle: f64| {
             let along = DVec2::from_angle(angle);
@@ -69,6 +66,11 @@ impl Point {
         };
         (value, [by_p.x, by_p.y, s * turned(self.z[2]), t * turned(self.z[3])])
     }
+}
+
+/// The direction of an axis at an angle, told in the units of a box.
+fn axis(scale: DVec2, angle: f64) -> DVec2 {
+    (scale * DVec2::from_angle(angle)).normalize_or(DVec2::X)
 }
 
 /// The shape of least cost that is found, and its cost: never more than that of any of `starts`.
@@ -85,7 +87,7 @@ pub fn least(problem: &Problem, starts: &[Shape]) -> Option<(Shape, f64)> {
         };
         let (h, _) = problem.h_of(p);
         let (scale, warped) = (problem.box_of(h), problem.with(h, FEW));
-        let axes = pairs().map(|angles| angles.map(|a| (scale * DVec2::from_angle(a)).normalize_or(DVec2::X)));
+        let axes = pairs().map(|angles| angles.map(|angle| axis(scale, angle)));
         let valued = axes.map(|axes| (warped.value(axes), Shape { h, axes }));
         grid.extend(valued.min_by(|a, b| a.0.total_cmp(&b.0)));
     }
@@ -93,29 +95,18 @@ pub fn least(problem: &Problem, starts: &[Shape]) -> Option<(Shape, f64)> {
     let from_grid = grid.iter().take(DESCENTS).map(|(_, shape)| *shape);
     let mut known: Vec<(f64, Shape)> = starts.iter().map(|shape| (problem.value(shape, all), *shape)).collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut found: Vec<(f64, Shape)> = known.clone();
-    let begun: Vec<Shape> = from_grid.chain(known.iter().take(2).map(|(_, shape)| *shape)).collect();
-    let mut rough: Vec<(f64, Shape)> = begun.iter().map(|shape| descended(problem, shape, SOME.min(all))).collect();
-    rough.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let turned: Vec<(f64, Shape)> = rough
-        .iter()
-        .take(TURNED)
-        .map(|(_, shape)| descended(problem, &turned(problem, shape), SOME.min(all)))
-        .collect();
-    rough.extend(turned);
-    rough.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // With all samples from the best.
-    let closer = |(_, shape): &(f64, Shape)| {
-        let (_, shape) = descended(problem, shape, MANY.min(all));
-        let (_, shape) = polished(problem, &shape, MANY.min(all));
+    let begun = from_grid.chain(known.iter().take(2).map(|(_, shape)| *shape));
+    let by_cost = |a: &(f64, Shape), b: &(f64, Shape)| a.0.total_cmp(&b.0);
+    let rough = begun.map(|shape| descended(problem, &shape, SOME)).min_by(by_cost);
+    let closer = rough.map(|rough| {
+        let turned = descended(problem, &turned(problem, &rough.1), SOME);
+        let (_, shape) = if turned.0 < rough.0 { turned } else { rough };
+        let (_, shape) = descended(problem, &shape, MANY);
+        let shape = polished(problem, &shape, MANY);
         (problem.value(&shape, all), shape)
-    };
-    found.extend(rough.iter().take(POLISHED).map(closer));
-    found
-        .into_iter()
-        .filter(|(value, _)| value.is_finite())
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(value, shape)| (shape, value))
+    });
+    let found = known.into_iter().chain(closer).filter(|(value, _)| value.is_finite());
+    found.min_by(by_cost).map(|(value, shape)| (shape, value))
 }
 
 /// Angles of pairs of axes: orthogonal ones at several turns, and sheared ones.
@@ -129,9 +120,7 @@ fn pairs() -> impl Iterator<Item = [f64; 2]> {
 /// The best axes for the same w, of all directions that are no closer than an eighth of a half turn.
 fn turned(problem: &Problem, of: &Shape) -> Shape {
     let scale = problem.box_of(of.h);
-    let axis = |i: usize| {
-        (scale * DVec2::from_angle(std::f64::consts::PI * i as f64 / ALL_TURNS as f64)).normalize_or(DVec2::X)
-    };
+    let axis = |i: usize| axis(scale, std::f64::consts::PI * i as f64 / ALL_TURNS as f64);
     let apart = ALL_TURNS / 8;
     let pairs = (0..ALL_TURNS).flat_map(|i| (i + apart..=i + ALL_TURNS - apart).map(move |j| (i, j)));
     let warped = problem.with(of.h, FEW);
@@ -198,14 +187,14 @@ fn descent(problem: &Problem, mut at: Point, most: usize) -> (f64, Shape) {
             break;
         }
     }
-    (value, at.shape(problem))
+    (value, at.shape(problem).0)
 }
 
 /// The method of Nelder and Mead `[nelder1965]`, which creases do not stop.
-fn polished(problem: &Problem, from: &Shape, most: usize) -> (f64, Shape) {
+fn polished(problem: &Problem, from: &Shape, most: usize) -> Shape {
     let start = Point::of(from, problem);
     let value = |z: &[f64; 4]| {
-        let found = problem.value(&Point { z: *z, ..start }.shape(problem), most);
+        let found = problem.value(&Point { z: *z, ..start }.shape(problem).0, most);
         if found.is_nan() { f64::INFINITY } else { found }
     };
     let mut corners: Vec<([f64; 4], f64)> = (0..5)
@@ -255,8 +244,7 @@ fn polished(problem: &Problem, from: &Shape, most: usize) -> (f64, Shape) {
         looks += 4;
     }
     let best = corners.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(start.z, |c| c.0);
-    let shape = Point { z: best, ..start }.shape(problem);
-    (problem.value(&shape, most), shape)
+    Point { z: best, ..start }.shape(problem).0
 }
 
 fn identity(scale: f64) -> [[f64; 4]; 4] {

@@ -13,13 +13,12 @@ use super::published::Published;
 use super::search::least;
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
-use crate::focus::{Coverage, FocusedView, RayEdge, RayFrame};
+use crate::focus::{Coverage, FocusedView, RayEdge};
 use crate::geometry::Rows;
-use crate::scene::Light;
-use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
+use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
-    WarpSpace, receivers_outline,
+    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings,
+    Spec, Warp, WarpSpace, receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -49,7 +48,7 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "cap",
             unit: "pixels",
-            default: Default::Number(32.0),
+            default: Default::Number(CAP_PX),
             kind: Kind::ChoiceOrNumber { words: &["none"], min: 0.5, max: 1e6 },
             doc: "width at which one sample stops to count, for edge and l1, so that none rules the sum",
         },
@@ -123,39 +122,33 @@ impl SceneOptimal {
         let outline = receivers_outline(&rays.rows(&DMat3::IDENTITY), view, part.scene, self.tightening);
         let sample = |edge: &RayEdge, rows: [DVec2; 2]| Sample { y: edge.ray, rows, weight: edge.weight };
         let both = |edge: &RayEdge| sample(edge, [edge.pixel.row(0), edge.pixel.row(1)]);
-        if self.is_published {
-            return published(&rays, outline.corners, edges.iter().map(both), view.spot().is_some(), values);
-        }
-        let told = |edge: &RayEdge| match self.cost.objective {
+        let hull = &outline.corners;
+        let cost = if self.is_published { Cost { objective: Objective::L2, cap: f64::INFINITY } } else { self.cost };
+        let told = |edge: &RayEdge| match cost.objective {
             Objective::Edge => sample(edge, [edge.across, DVec2::ZERO]),
             _ => both(edge),
         };
-        let texels = part.size.receivers_texels();
-        let problem = Problem::new(&outline.corners, edges.iter().map(told), texels, self.cost)?;
-        let starts: Vec<Shape> = self
-            .starts(view, part, upright)
-            .iter()
-            .filter_map(|rows| problem.shape_of(&rays.homography(rows)))
-            .collect();
-        let (shape, error) = least(&problem, &starts)?;
-        let uniform = problem.shape_of(&rays.homography(upright)).map(|shape| problem.value(&shape, usize::MAX));
-        values.push(("error", error));
-        values.extend(uniform.map(|error| ("error_uniform", error)));
-        Some(rays.rows(&problem.homography(&shape)))
+        let problem = Problem::new(hull, edges.iter().map(told), part.size.receivers_texels(), cost)?;
+        let shape_of = |rows: &Rows| problem.shape_of(&rays.homography(rows));
+        let error_of = |shape: Shape| problem.value(&shape, usize::MAX);
+        let (homography, error) = if self.is_published {
+            let found = published(hull, edges.iter().map(both), view.spot().is_some())?;
+            (found, problem.shape_of(&found).map(error_of))
+        } else {
+            let starts: Vec<Shape> = Self::starts(view, part, upright).iter().filter_map(shape_of).collect();
+            let (shape, error) = least(&problem, &starts)?;
+            (problem.homography(&shape), Some(error))
+        };
+        values.extend(error.map(|error| ("error", error)));
+        values.extend(shape_of(upright).map(|shape| ("error_uniform", error_of(shape))));
+        Some(rays.rows(&homography))
     }
     /// Maps that are known.
-    fn starts(&self, view: &FocusedView, part: &Part, upright: &Rows) -> Vec<Rows> {
+    fn starts(view: &FocusedView, part: &Part, upright: &Rows) -> Vec<Rows> {
         let mut starts = vec![*upright];
-        let towards = view.camera.forward();
-        let space = match (&view.light, view.spot()) {
-            (Light::Directional(l), _) => WarpSpace::directional(view, l.direction(), towards, &view.receivers).ok(),
-            (_, Some(spot)) => {
-                let depths = spot_depth_range(&spot, view, part.scene, &mut Vec::new());
-                WarpSpace::spot(view, &spot, depths, towards).ok()
-            }
-            _ => None,
-        };
-        if let Some(space) = space {
+        // `uniform_rows` has recorded the notes on the spot's depths already; discard the duplicates.
+        let space = WarpSpace::of(view, part.scene, view.camera.forward(), &view.receivers, &mut Vec::new());
+        if let Some(Ok(space)) = space {
             let [near, far] = space.line();
             starts.push(space.rows);
             starts.extend(
@@ -166,25 +159,19 @@ impl SceneOptimal {
     }
 }
 
-/// The published search, in rays told from the samples' mean in units of their extent, of a placed light in its own.
-fn published(
-    rays: &RayFrame,
-    mut hull: Vec<DVec2>,
-    samples: impl Iterator<Item = Sample>,
-    is_placed: bool,
-    values: &mut Vec<Named>,
-) -> Option<Rows> {
+/// The homography of rays that the published search ends with. Rays are told to it from the samples' mean in units of their extent,
+/// of a placed light as they are.
+fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<DMat3> {
     let mut samples: Vec<Sample> = samples.collect();
-    let all = samples.len() as f64;
     let (mut middle, mut unit) = (DVec2::ZERO, 1.0);
     if !is_placed {
-        middle = samples.iter().map(|s| s.y).sum::<DVec2>() / all;
+        middle = samples.iter().map(|s| s.y).sum::<DVec2>() / samples.len() as f64;
         unit = samples.iter().map(|s| (s.y - middle).abs().max_element()).fold(0.0, f64::max);
     }
     if !(unit > 0.0) {
         return None;
     }
-    hull.iter_mut().for_each(|y| *y = (*y - middle) / unit);
+    let hull = hull.iter().map(|y| (*y - middle) / unit).collect();
     for s in &mut samples {
         (s.y, s.rows) = ((s.y - middle) / unit, s.rows.map(|row| row * unit));
     }
@@ -192,15 +179,8 @@ fn published(
         true => samples.iter().map(|s| s.y.extend(1.0).normalize()).sum(),
         false => DVec3::Z,
     };
-    let (homography, history) = Published { hull, samples }.search(first)?;
-    values.extend([("error", history[history.len() - 1] / all), ("error_uniform", history[0] / all)]);
-    let lift = DMat3::from_cols(DVec3::X / unit, DVec3::Y / unit, (-middle / unit).extend(1.0));
-    let found = homography * lift;
+    let (found, _) = Published { hull, samples }.search(first)?;
+    let told = DMat3::from_cols(DVec3::X / unit, DVec3::Y / unit, (-middle / unit).extend(1.0));
     // As light sees it: x and y turn as those of the rays.
-    let turn = (found.determinant()).signum();
-    Some(rays.rows(&DMat3::from_cols(
-        found.col(0) * DVec3::new(turn, 1.0, 1.0),
-        found.col(1) * DVec3::new(turn, 1.0, 1.0),
-        found.col(2) * DVec3::new(turn, 1.0, 1.0),
-    )))
+    Some(DMat3::from_diagonal(DVec3::new(found.determinant().signum(), 1.0, 1.0)) * found * told)
 }

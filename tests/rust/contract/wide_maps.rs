@@ -8,6 +8,7 @@ use shadowlab::{Camera, Light, Parameterization};
 
 use crate::support::by_body::by_body;
 use crate::support::measure::inset;
+use crate::support::settings::BY_SAMPLES;
 use crate::support::views::{View, by_hand, directional, from_library, picture_of, shaded_samples};
 
 const SIZES: [[u32; 2]; 3] = [[512, 128], [96, 480], [1024, 1000]];
@@ -35,7 +36,7 @@ fn the_picture_between_the_borders_is_stretched() {
     for v in views() {
         let samples = shaded_samples(&v.scene, &v.camera, &v.light, &picture_of(&v.scene, &v.camera));
         // What is best for texels of other sides is another map.
-        let made = specs().filter(|s| s.lights.serves(&v.light) && s.name != "scene_optimal");
+        let made = specs().filter(|s| s.lights.serves(&v.light) && s.name != BY_SAMPLES);
         for t in made.map(|s| by_body(s.name)) {
             let Some(square) = maps(t.as_ref(), &v, [500; 2], &samples) else { continue };
             for size in SIZES {

@@ -12,6 +12,7 @@ use shadowlab::{Error, Parameterization};
 
 use crate::support::boxes::Boxes;
 use crate::support::by_body::by_body_with;
+use crate::support::settings::BY_SAMPLES;
 use crate::support::views::{Random, cube, directional, look, placed, square};
 
 const RESOLUTION: u32 = 512;
@@ -36,7 +37,7 @@ fn words() -> &'static [&'static str] {
 fn warps() -> impl Iterator<Item = &'static str> {
     // A map for samples alone has no such choice.
     let warps = TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_)));
-    warps.map(|entry| entry.spec.name).filter(|name| *name != "scene_optimal")
+    warps.map(|entry| entry.spec.name).filter(|name| *name != BY_SAMPLES)
 }
 
 /// A floor with turned boxes all around a low camera; under the sun, or a lamp above what it sees.

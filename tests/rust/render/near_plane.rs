@@ -21,7 +21,7 @@ fn plates(plates: &[(DVec3, f64)]) -> Scene {
     Scene::from_mesh(Mesh::new(&vertices, &triangles).unwrap()).unwrap()
 }
 
-/// The plate that a ray from the eye meets first, and the share of a plate's half side that it passes a border by at the least.
+/// The plate that a ray from the eye meets first, and how far it passes a border by at the least, over the depth there.
 fn first_plate(eye: DVec3, ray: DVec3, plates: &[(DVec3, f64)]) -> (Option<usize>, f64) {
     let (mut best, mut margin) = ((f64::INFINITY, None), f64::INFINITY);
     for (i, (middle, half)) in plates.iter().enumerate() {
@@ -38,16 +38,16 @@ fn first_plate(eye: DVec3, ray: DVec3, plates: &[(DVec3, f64)]) -> (Option<usize
     (best.1, margin)
 }
 
-/// Pixels that show another plate than a ray meets; those within a twentieth of a pixel of a border are left out.
+/// Pixels that show another plate than a ray meets; those within a twentieth of a pixel of a border, or less where it is seen at
+/// an angle, are left out.
 fn wrong_pixels(renderer: &dyn Renderer, camera: &Camera, plates_of: &[(DVec3, f64)]) -> usize {
     let g = renderer.gbuffer(&plates(plates_of), camera, SIZE, &Progress::new()).unwrap();
-    let pixel = camera.tan_half_fov().1 / f64::from(SIZE[1]);
+    let half_pixel = camera.tan_half_fov().1 / f64::from(SIZE[1]);
     let wrong = (0..g.triangle.len()).filter(|&i| {
         let (x, y) = ((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5);
         let (expected, margin) = first_plate(camera.eye(), camera.pixel_ray(x, y, SIZE), plates_of);
         let shown = (g.triangle[i] >= 0).then_some(g.triangle[i] as usize / 2);
-        // A flat view of a border is shorter in the picture by the sine of its angle; 1 / 50 of that is left.
-        shown != expected && margin > 0.1 * pixel
+        shown != expected && margin > 0.1 * half_pixel
     });
     wrong.count()
 }

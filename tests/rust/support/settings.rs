@@ -3,6 +3,9 @@
 use shadowlab::Error;
 use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
 
+/// The technique that is for what is seen alone: it has no map for the body, and searches for its own.
+pub const BY_SAMPLES: &str = "scene_optimal";
+
 /// Settings that depend on each other.
 const TOGETHER: [&str; 20] = [
     "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use shadowlab::techniques::{self, FIT, Kind, MARGIN, Make, ParamSpec, RANGE, TECHNIQUES, Value};
 
+use crate::support::settings::BY_SAMPLES;
+
 /// What `src/techniques` holds beside techniques: the list, how names and texts find its entries, what all are made with, and
 /// what makes a technique by body of any.
 const NO_TECHNIQUE: [&str; 5] = ["by_body.rs", "kit", "mod.rs", "registry.rs", "text.rs"];
@@ -64,7 +66,7 @@ fn every_warp_lets_choose_what_places_it_and_what_its_map_holds() {
             // A search over samples has no map for the body.
             let all = words(shared)
                 .iter()
-                .filter(|word| spec.name != "scene_optimal" || ["shadow", "seen", "body"].contains(word));
+                .filter(|word| spec.name != BY_SAMPLES || ["shadow", "seen", "body"].contains(word));
             assert!(all.into_iter().all(|word| words(ours).contains(word)), "{}: {ours:?}", spec.name);
             // What others are measured against looks at nothing.
             assert_eq!(ours.default == shared.default, spec.name != "uniform", "{}: {ours:?}", spec.name);

@@ -7,6 +7,7 @@ use shadowlab::scene::{DirectionalLight, Light, SpotLight};
 use shadowlab::techniques::{Make, Needs, RENAMED, TECHNIQUES, Value, technique, technique_of};
 use shadowlab::{Error, Parameterization};
 
+use crate::support::settings::BY_SAMPLES;
 use crate::support::views::{Random, View, cube, look, picture_of, placed, samples_of, shaded_samples, square};
 
 const RESOLUTION: u32 = 512;
@@ -42,10 +43,9 @@ fn with(name: &str, words: &[(&str, &str)]) -> Box<dyn shadowlab::techniques::Te
 
 #[test]
 fn what_a_technique_needs_follows_from_what_places_it_and_what_its_map_holds() {
-    let is_by_samples = |name: &str| name == "scene_optimal";
     for entry in TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))) {
         let name = entry.spec.name;
-        if is_by_samples(name) {
+        if name == BY_SAMPLES {
             let of = |fit: &str| with(name, &[("range", "body"), ("fit", fit)]).needs();
             assert_eq!([of("seen"), of("shadow")], [Needs::Shadows; 2]);
             continue;

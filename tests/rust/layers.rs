@@ -41,7 +41,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Truth knows no parameterization.
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
-    ("techniques", &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "rays", "scene"]),
+    (
+        "techniques",
+        &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "rays", "scene", "simd"],
+    ),
     // What is seen is drawn by a renderer and divided among maps; techniques get it as data.
     (
         "survey",

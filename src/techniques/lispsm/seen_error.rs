@@ -15,10 +15,13 @@ use super::measure::{Measure, across_along_per_ndc};
 use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
 use crate::geometry::planar_image;
+use crate::simd::dispatch;
 use crate::techniques::kit::{WarpSpace, capped_px};
 
 /// Samples of the first look at a strength.
 const FEW: usize = 384;
+/// Edges whose widths are counted at once.
+const LANES: usize = 8;
 
 /// The measure over the edges of shadows for every warp distance of a warp space.
 #[derive(Debug, Clone)]
@@ -77,17 +80,46 @@ impl SeenError {
     fn over(&self, points: &[Point], mu: f64, ndc: DVec2) -> f64 {
         let texel = ndc * across_along_per_ndc(mu) / self.texels;
         let (scale, k) = (1.0 / (1.0 + mu), mu / (1.0 + mu) * self.per_extent);
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for p in points {
-            // Before the reference point there is no map.
-            let q = ((1.0 + mu * p.eta) * scale).max(0.0);
-            let along = p.across.x * p.x * k + p.across.y * q;
-            let width = q * (p.across.x.abs() * texel.x + along.abs() * texel.y);
-            sum += p.weight * capped_px(width);
-            weights += p.weight;
-        }
+        let map = Map { mu, scale, k, texel };
+        let (sum, weights) = sums_of(points, &map);
         if weights > 0.0 { sum / weights } else { 0.0 }
     }
+}
+
+/// A warp's strength with what follows from it, and a texel's sides.
+struct Map {
+    mu: f64,
+    scale: f64,
+    k: f64,
+    texel: DVec2,
+}
+
+dispatch! {
+    /// The sum of what edges count, and of their weights.
+    fn sums_of(points: &[Point], map: &Map) -> (f64, f64) = sums_body
+}
+
+#[inline(always)]
+fn sums_body(points: &[Point], map: &Map) -> (f64, f64) {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for points in points.chunks(LANES) {
+        let mut widths = [0.0; LANES];
+        for (width, p) in widths.iter_mut().zip(points) {
+            // Before the reference point there is no map.
+            let q = ((1.0 + map.mu * p.eta) * map.scale).max(0.0);
+            let along = p.across.x * p.x * map.k + p.across.y * q;
+            *width = q * (p.across.x.abs() * map.texel.x + along.abs() * map.texel.y);
+        }
+        // A loop, as a closure would not be compiled for the instruction set of the dispatch.
+        for width in &mut widths {
+            *width = capped_px(*width);
+        }
+        for (counts, p) in widths.iter().zip(points) {
+            sum += p.weight * counts;
+            weights += p.weight;
+        }
+    }
+    (sum, weights)
 }
 
 impl Measure for SeenError {

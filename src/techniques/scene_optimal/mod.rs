@@ -1,5 +1,7 @@
 //! The homography that is best for what is seen.
 
+mod flips;
+mod kernel;
 mod objective;
 mod problem;
 mod published;

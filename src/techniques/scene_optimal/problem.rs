@@ -18,6 +18,7 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
+use super::kernel::{Block, LANES, Sides, Sums, blocks_of, slopes, sum};
 use super::objective::Cost;
 
 /// A sample.
@@ -49,37 +50,44 @@ pub struct Problem {
     /// Corners, in units of the search.
     hull: Vec<DVec2>,
     /// Samples, so that every beginning is spread over all.
-    pub samples: Vec<Sample>,
+    blocks: Vec<Block>,
+    /// The weight of the first 0, 1, 2, ... blocks.
+    weights: Vec<f64>,
     /// Texels that receivers fill along x and y.
     texels: DVec2,
     cost: Cost,
 }
 
-/// Samples under a w, whatever the axes.
+/// The hull under a w, whatever the axes.
 #[derive(Debug, Clone)]
 pub struct Warped<'a> {
     problem: &'a Problem,
     h: DVec2,
-    /// d(pixel) / dq, and weights.
-    rows: Vec<([DVec2; 2], f64)>,
-    weights: f64,
-    /// Weight of samples that w is not positive at.
-    lost: f64,
+    /// Corners of the hull in the plane of q.
+    corners: Vec<DVec2>,
 }
 
 impl Warped<'_> {
-    /// The mean cost of a map with these axes.
-    pub fn value(&self, axes: [DVec2; 2]) -> f64 {
-        let Problem { texels, cost, .. } = self.problem;
-        let [a, b] = self.problem.parallelogram(&Shape { h: self.h, axes }).sides();
-        let [a, b] = [a / texels.x, b / texels.y];
-        let mut sum = if self.lost > 0.0 { self.lost * cost.worst() } else { 0.0 };
-        for ([c, d], weight) in &self.rows {
-            let g = DMat2::from_cols_array(&[c.dot(a), d.dot(a), c.dot(b), d.dot(b)]);
-            sum += weight * cost.of(&g).0;
-        }
-        if self.weights > 0.0 { sum / self.weights } else { 0.0 }
+    /// The mean cost of a map with these axes over the first samples, about `most`.
+    pub fn value(&self, axes: [DVec2; 2], most: usize) -> f64 {
+        let [s, t] = axes;
+        let span = |covector: DVec2| {
+            let at = self.corners.iter().map(|q| covector.dot(*q));
+            let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (lower(l, x), higher(h, x)));
+            high - low
+        };
+        let x = cross(s, t);
+        self.problem.mean(self.h, [s * (span(-t.perp()) / x), t * (span(s.perp()) / x)], most)
     }
+}
+
+/// The lower of two numbers; one that is none is passed over.
+fn lower(least: f64, x: f64) -> f64 {
+    if x < least { x } else { least }
+}
+
+fn higher(most: f64, x: f64) -> f64 {
+    if x > most { x } else { most }
 }
 
 /// The parallelogram around the hull in the plane of q.
@@ -150,7 +158,13 @@ impl Problem {
         }
         let hull = hull.iter().map(|p| (*p - middle) / unit).collect();
         let told = |s: Sample| Sample { y: (s.y - middle) / unit, rows: s.rows.map(|row| row * unit), ..s };
-        Some(Self { middle, unit, hull, samples: samples.map(told).collect(), texels, cost })
+        let blocks = blocks_of(&samples.map(told).collect::<Vec<_>>());
+        let mut weights = vec![0.0];
+        weights.extend(blocks.iter().scan(0.0, |sum, block| {
+            *sum += block.weight();
+            Some(*sum)
+        }));
+        Some(Self { middle, unit, hull, blocks, weights, texels, cost })
     }
     /// The shape of a homography of rays; nothing where its w is not positive on the hull.
     pub fn shape_of(&self, homography: &DMat3) -> Option<Shape> {
@@ -229,64 +243,54 @@ impl Problem {
         // q's extent across the other axis, cross(q, t) for s and cross(s, q) for t.
         Parallelogram { shape: *shape, touched: [ends(-t.perp()), ends(s.perp())] }
     }
-    /// The mean cost over the first samples, at most `most`.
+    /// The first samples in blocks, about `most`, and their weight.
+    fn first(&self, most: usize) -> (&[Block], f64) {
+        let count = most.div_ceil(LANES).min(self.blocks.len());
+        (&self.blocks[..count], self.weights[count])
+    }
+    /// The sides of a texel of a map whose parallelogram has these sides.
+    fn texel(&self, h: DVec2, sides: [DVec2; 2]) -> Sides {
+        let told = |side: DVec2| [side.x, side.y, h.dot(side)];
+        Sides { h: h.to_array(), sides: [told(sides[0] / self.texels.x), told(sides[1] / self.texels.y)] }
+    }
+    fn mean(&self, h: DVec2, sides: [DVec2; 2], most: usize) -> f64 {
+        let (blocks, weight) = self.first(most);
+        let sums = sum(blocks, &self.texel(h, sides), &self.cost);
+        self.mean_of(&sums, weight)
+    }
+    fn mean_of(&self, sums: &Sums, weight: f64) -> f64 {
+        let lost = if sums.lost > 0.0 { sums.lost * self.cost.worst() } else { 0.0 };
+        if weight > 0.0 { (sums.value + lost) / weight } else { 0.0 }
+    }
+    /// The mean cost over the first samples, about `most`; infinite for a shape without a map.
     pub fn value(&self, shape: &Shape, most: usize) -> f64 {
-        self.with(shape.h, most).value(shape.axes)
+        let sides = self.parallelogram(shape).sides();
+        let is_map = shape.h.is_finite() && sides.iter().all(|side| side.is_finite());
+        if is_map { self.mean(shape.h, sides, most) } else { f64::INFINITY }
     }
-    /// The first samples, at most `most`, under a w.
-    pub fn with(&self, h: DVec2, most: usize) -> Warped<'_> {
-        let (mut weights, mut lost) = (0.0, 0.0);
-        let mut rows = Vec::with_capacity(most.min(self.samples.len()));
-        for s in self.samples.iter().take(most) {
-            let w = 1.0 + h.dot(s.y);
-            weights += s.weight;
-            if w > 0.0 {
-                rows.push((s.rows.map(|row| (row + h * s.y.dot(row)) * w), s.weight));
-            } else {
-                lost += s.weight;
-            }
-        }
-        Warped { problem: self, h, rows, weights, lost }
+    /// The hull under a w.
+    pub fn with(&self, h: DVec2) -> Warped<'_> {
+        Warped { problem: self, h, corners: self.hull.iter().map(|y| *y / (1.0 + h.dot(*y))).collect() }
     }
-    /// The same with its derivatives by h and by the angles of the axes.
+    /// The value with its derivatives by h and by the angles of the axes.
     pub fn slopes(&self, shape: &Shape, most: usize) -> (f64, [f64; 4]) {
         let around = self.parallelogram(shape);
-        let per = [self.texels.x.recip(), self.texels.y.recip()];
-        let told = |sides: [DVec2; 2]| [sides[0] * per[0], sides[1] * per[1]];
-        let ([a, b], by_h, by_angle) = (told(around.sides()), around.by_h().map(told), around.by_angle().map(told));
-        let (mut sum, mut weights, mut slopes) = (0.0, 0.0, [0.0; 4]);
-        for s in self.samples.iter().take(most) {
-            let w = 1.0 + shape.h.dot(s.y);
-            weights += s.weight;
-            if w <= 0.0 {
-                sum += s.weight * self.cost.worst();
-                continue;
-            }
-            let moved = s.rows.map(|row| row + shape.h * s.y.dot(row));
-            let [c, d] = moved.map(|row| row * w);
-            let g = DMat2::from_cols_array(&[c.dot(a), d.dot(a), c.dot(b), d.dot(b)]);
-            let (value, by_g) = self.cost.of(&g);
-            sum += s.weight * value;
-            let product = |m: [f64; 4]| {
-                let k = by_g.to_cols_array();
-                s.weight * (k[0] * m[0] + k[1] * m[1] + k[2] * m[2] + k[3] * m[3])
+        let (h, sides) = (shape.h, around.sides());
+        let (blocks, weight) = self.first(most);
+        let (sums, slopes) = slopes(blocks, &self.texel(h, sides), &self.cost);
+        let per_weight = if weight > 0.0 { weight.recip() } else { 0.0 };
+        // A side moves by itself, and h·side with both.
+        let by = |moved: [DVec2; 2], with_h: Option<usize>| {
+            let texels = self.texels.to_array();
+            let side = |k: usize| {
+                let by_h = with_h.map_or(0.0, |j| sides[k][j]);
+                let [x, y, along] = slopes.by_sides[k];
+                (x * moved[k].x + y * moved[k].y + along * (h.dot(moved[k]) + by_h)) / texels[k]
             };
-            for j in 0..2 {
-                // (row + h (y·row)) w by h_j
-                let by = |i: usize| moved[i] * s.y[j] + DVec2::AXES[j] * (w * s.y.dot(s.rows[i]));
-                let (c_by, d_by, [a_by, b_by]) = (by(0), by(1), by_h[j]);
-                slopes[j] += product([
-                    c_by.dot(a) + c.dot(a_by),
-                    d_by.dot(a) + d.dot(a_by),
-                    c_by.dot(b) + c.dot(b_by),
-                    d_by.dot(b) + d.dot(b_by),
-                ]);
-                let [a_by, b_by] = by_angle[j];
-                slopes[2 + j] += product([c.dot(a_by), d.dot(a_by), c.dot(b_by), d.dot(b_by)]);
-            }
-        }
-        let per_weight = if weights > 0.0 { weights.recip() } else { 0.0 };
-        (sum * per_weight, slopes.map(|x| x * per_weight))
+            (side(0) + side(1) + with_h.map_or(0.0, |j| slopes.by_w[j])) * per_weight
+        };
+        let ([x, y], [s, t]) = (around.by_h(), around.by_angle());
+        (self.mean_of(&sums, weight), [by(x, Some(0)), by(y, Some(1)), by(s, None), by(t, None)])
     }
     /// Half extents of the hull in the plane of q.
     pub fn box_of(&self, h: DVec2) -> DVec2 {

@@ -30,29 +30,34 @@ pub struct Enclosing {
     pub area: f64,
 }
 
-/// The smallest rectangle around a convex polygon's corners with a shear along its flush side; nothing without area.
+/// The smallest rectangle around a convex polygon's corners with a shear along its flush side; nothing without area. The best
+/// shear brings the other sides flush with one of the polygon's, too, so pairs of its sides are all there is to try.
 pub fn enclosing(corners: &[DVec2]) -> Option<Enclosing> {
-    let sides = || (0..corners.len()).map(|i| corners[(i + 1) % corners.len()] - corners[i]);
-    let mut best: Option<Enclosing> = None;
-    for along in sides().filter_map(DVec2::try_normalize) {
-        let across = along.perp();
-        // The extent of x + k y is convex in k and bends where a side of the polygon becomes upright.
-        let shears = sides().map(|side| -along.dot(side) / across.dot(side)).filter(|k| k.is_finite());
-        for shear in shears.chain([0.0]) {
-            let x = along + across * shear;
-            let range = |axis: DVec2| {
-                let at = corners.iter().map(|p| axis.dot(*p));
-                at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
-            };
-            let ((x_low, x_high), (y_low, y_high)) = (range(x), range(across));
-            let area = (x_high - x_low) * (y_high - y_low);
-            if area > 0.0 && best.is_none_or(|b| area < b.area) {
-                let row = |axis: DVec2, low: f64, high: f64| (axis * 2.0).extend(-(low + high)) / (high - low);
-                best = Some(Enclosing { rows: [row(x, x_low, x_high), row(across, y_low, y_high)], area });
+    let sides = (0..corners.len()).map(|i| corners[(i + 1) % corners.len()] - corners[i]);
+    // Across each side, the extent of the polygon.
+    let flush: Vec<(DVec2, f64, f64)> = sides
+        .filter_map(|side| {
+            let across = side.try_normalize()?.perp();
+            let at = corners.iter().map(|p| across.dot(*p));
+            let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            Some((across, low, high))
+        })
+        .collect();
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (i, (a, low, high)) in flush.iter().enumerate() {
+        for (j, (b, b_low, b_high)) in flush.iter().enumerate().skip(i + 1) {
+            let area = (high - low) * (b_high - b_low) / a.perp_dot(*b).abs();
+            if area > 0.0 && area.is_finite() && best.is_none_or(|(least, ..)| area < least) {
+                best = Some((area, i, j));
             }
         }
     }
-    best
+    let (area, i, j) = best?;
+    let row = |(axis, low, high): (DVec2, f64, f64)| (axis * 2.0).extend(-(low + high)) / (high - low);
+    let (y, x) = (flush[i], flush[j]);
+    // To the right of y.
+    let x = if x.0.perp_dot(y.0) > 0.0 { x } else { (-x.0, -x.2, -x.1) };
+    Some(Enclosing { rows: [row(x), row(y)], area })
 }
 
 /// Samples, told in the coordinates of Y, and the hull that a map must hold.

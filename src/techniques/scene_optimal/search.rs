@@ -75,7 +75,6 @@ fn axis(scale: DVec2, angle: f64) -> DVec2 {
 
 /// The shape of least cost that is found, and its cost: never more than that of any of `starts`.
 pub fn least(problem: &Problem, starts: &[Shape]) -> Option<(Shape, f64)> {
-    let all = problem.samples.len();
     let mut grid: Vec<(f64, Shape)> = Vec::new();
     for i in 0..=STRENGTHS.len() * DIRECTIONS {
         let p = match i {
@@ -86,14 +85,14 @@ pub fn least(problem: &Problem, starts: &[Shape]) -> Option<(Shape, f64)> {
             }
         };
         let (h, _) = problem.h_of(p);
-        let (scale, warped) = (problem.box_of(h), problem.with(h, FEW));
+        let (scale, warped) = (problem.box_of(h), problem.with(h));
         let axes = pairs().map(|angles| angles.map(|angle| axis(scale, angle)));
-        let valued = axes.map(|axes| (warped.value(axes), Shape { h, axes }));
+        let valued = axes.map(|axes| (warped.value(axes, FEW), Shape { h, axes }));
         grid.extend(valued.min_by(|a, b| a.0.total_cmp(&b.0)));
     }
     grid.sort_by(|a, b| a.0.total_cmp(&b.0));
     let from_grid = grid.iter().take(DESCENTS).map(|(_, shape)| *shape);
-    let mut known: Vec<(f64, Shape)> = starts.iter().map(|shape| (problem.value(shape, all), *shape)).collect();
+    let mut known: Vec<(f64, Shape)> = starts.iter().map(|shape| (problem.value(shape, usize::MAX), *shape)).collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     let begun = from_grid.chain(known.iter().take(2).map(|(_, shape)| *shape));
     let by_cost = |a: &(f64, Shape), b: &(f64, Shape)| a.0.total_cmp(&b.0);
@@ -102,8 +101,8 @@ pub fn least(problem: &Problem, starts: &[Shape]) -> Option<(Shape, f64)> {
         let turned = descended(problem, &turned(problem, &rough.1), SOME);
         let (_, shape) = if turned.0 < rough.0 { turned } else { rough };
         let (_, shape) = descended(problem, &shape, MANY);
-        let shape = polished(problem, &shape, MANY);
-        (problem.value(&shape, all), shape)
+        let shape = polished(problem, &shape, |shape| problem.value(shape, MANY));
+        (problem.value(&shape, usize::MAX), shape)
     });
     let found = known.into_iter().chain(closer).filter(|(value, _)| value.is_finite());
     found.min_by(by_cost).map(|(value, shape)| (shape, value))
@@ -123,8 +122,9 @@ fn turned(problem: &Problem, of: &Shape) -> Shape {
     let axis = |i: usize| axis(scale, std::f64::consts::PI * i as f64 / ALL_TURNS as f64);
     let apart = ALL_TURNS / 8;
     let pairs = (0..ALL_TURNS).flat_map(|i| (i + apart..=i + ALL_TURNS - apart).map(move |j| (i, j)));
-    let warped = problem.with(of.h, FEW);
-    let valued = pairs.map(|(i, j)| (warped.value([axis(i), axis(j)]), Shape { h: of.h, axes: [axis(i), axis(j)] }));
+    let warped = problem.with(of.h);
+    let valued =
+        pairs.map(|(i, j)| (warped.value([axis(i), axis(j)], FEW), Shape { h: of.h, axes: [axis(i), axis(j)] }));
     valued.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(*of, |(_, shape)| shape)
 }
 
@@ -190,11 +190,11 @@ fn descent(problem: &Problem, mut at: Point, most: usize) -> (f64, Shape) {
     (value, at.shape(problem).0)
 }
 
-/// The method of Nelder and Mead `[nelder1965]`, which creases do not stop.
-fn polished(problem: &Problem, from: &Shape, most: usize) -> Shape {
+/// The method of Nelder and Mead `[nelder1965]`, which creases do not stop and which needs no derivatives, from a shape.
+pub(super) fn polished(problem: &Problem, from: &Shape, value_of: impl Fn(&Shape) -> f64) -> Shape {
     let start = Point::of(from, problem);
     let value = |z: &[f64; 4]| {
-        let found = problem.value(&Point { z: *z, ..start }.shape(problem).0, most);
+        let found = value_of(&Point { z: *z, ..start }.shape(problem).0);
         if found.is_nan() { f64::INFINITY } else { found }
     };
     let mut corners: Vec<([f64; 4], f64)> = (0..5)

@@ -7,19 +7,22 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::flips::Flips;
 use super::objective::{Cost, Objective};
 use super::problem::{Problem, Sample, Shape};
 use super::published::Published;
-use super::search::least;
+use super::search::{least, polished};
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
 use crate::focus::{Coverage, FocusedView, RayEdge};
 use crate::geometry::Rows;
+use crate::parameterization::Value;
 use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
     CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings,
-    Spec, Warp, WarpSpace, receivers_outline,
+    Spec, Warp, receivers_outline,
 };
+use crate::techniques::{lispsm, plane_optimal, uniform};
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
@@ -40,10 +43,11 @@ pub static SPEC: Spec = Spec {
             name: "objective",
             unit: "",
             default: Default::Choice("edge"),
-            kind: Kind::Choice(&["edge", "l1", "l2", "area"]),
+            kind: Kind::Choice(&["edge", "l1", "l2", "area", "flips"]),
             doc: "what the search makes small, on average over samples at the edges of visible shadows: the width of a texel \
                   across the edge in the image (edge), its longest extent (l1), the sum of its sides' squares (l2, the \
-                  paper's), or its area (area)",
+                  paper's), or its area (area); or the share of pixels whose shadow state changes within their texel, over \
+                  receivers near edges, begun at the best map for edge (flips)",
         },
         ParamSpec {
             name: "cap",
@@ -75,19 +79,39 @@ const LEAST_SAMPLES: usize = 3;
 #[derive(Debug)]
 struct SceneOptimal {
     cost: Cost,
-    is_published: bool,
+    search: Search,
     tightening: Tightening,
+}
+
+/// How the homography is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Search {
+    /// The least of the cost over all homographies.
+    Full,
+    /// From there on the least of flips.
+    Flips,
+    /// Algorithm 1 of the paper.
+    Published,
 }
 
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let objective = settings.meaning(
-        "objective",
-        &[("edge", Objective::Edge), ("l1", Objective::L1), ("l2", Objective::L2), ("area", Objective::Area)],
-    )?;
+    let objectives = [
+        ("edge", Some(Objective::Edge)),
+        ("l1", Some(Objective::L1)),
+        ("l2", Some(Objective::L2)),
+        ("area", Some(Objective::Area)),
+        ("flips", None),
+    ];
+    let objective = settings.meaning("objective", &objectives)?;
     let cap = settings.number("cap").unwrap_or(f64::INFINITY);
-    let is_published = settings.meaning("search", &[("full", false), ("published", true)])?;
-    Ok(Box::new(SceneOptimal { cost: Cost { objective, cap }, is_published, tightening: settings.tightening()? }))
+    let search = match settings.meaning("search", &[("full", Search::Full), ("published", Search::Published)])? {
+        Search::Full if objective.is_none() => Search::Flips,
+        search => search,
+    };
+    let cost = Cost { objective: objective.unwrap_or(Objective::Edge), cap };
+    let cost = if search == Search::Published { Cost { objective: Objective::L2, cap: f64::INFINITY } } else { cost };
+    Ok(Box::new(SceneOptimal { cost, search, tightening: settings.tightening()? }))
 }
 
 impl Warp for SceneOptimal {
@@ -119,43 +143,66 @@ impl SceneOptimal {
             .samples?
             .ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES)
             .filter(|(_, e)| !e.is_empty())?;
-        let outline = receivers_outline(&rays.rows(&DMat3::IDENTITY), view, part.scene, self.tightening);
+        let hull = receivers_outline(&rays.rows(&DMat3::IDENTITY), view, part.scene, self.tightening).corners;
         let sample = |edge: &RayEdge, rows: [DVec2; 2]| Sample { y: edge.ray, rows, weight: edge.weight };
         let both = |edge: &RayEdge| sample(edge, [edge.pixel.row(0), edge.pixel.row(1)]);
-        let hull = &outline.corners;
-        let cost = if self.is_published { Cost { objective: Objective::L2, cap: f64::INFINITY } } else { self.cost };
-        let told = |edge: &RayEdge| match cost.objective {
+        let told = |edge: &RayEdge| match self.cost.objective {
             Objective::Edge => sample(edge, [edge.across, DVec2::ZERO]),
             _ => both(edge),
         };
-        let problem = Problem::new(hull, edges.iter().map(told), part.size.receivers_texels(), cost)?;
+        let problem = Problem::new(&hull, edges.iter().map(told), part.size.receivers_texels(), self.cost)?;
         let shape_of = |rows: &Rows| problem.shape_of(&rays.homography(rows));
-        let error_of = |shape: Shape| problem.value(&shape, usize::MAX);
-        let (homography, error) = if self.is_published {
-            let found = published(hull, edges.iter().map(both), view.spot().is_some())?;
-            (found, problem.shape_of(&found).map(error_of))
-        } else {
-            let starts: Vec<Shape> = Self::starts(view, part, upright).iter().filter_map(shape_of).collect();
-            let (shape, error) = least(&problem, &starts)?;
-            (problem.homography(&shape), Some(error))
+        let published = published(&hull, edges.iter().map(both), view.spot().is_some());
+        let uniform = shape_of(upright);
+        let least = || {
+            let known = Self::known(view, part).into_iter().filter_map(|rows| shape_of(&rows));
+            let starts = known.chain(uniform).chain(published.and_then(|found| problem.shape_of(&found)));
+            least(&problem, &starts.collect::<Vec<_>>())
         };
-        values.extend(error.map(|error| ("error", error)));
-        values.extend(shape_of(upright).map(|shape| ("error_uniform", error_of(shape))));
+        let error = |shape: Shape| problem.value(&shape, usize::MAX);
+        let (homography, errors) = match self.search {
+            Search::Published => {
+                let found = published?;
+                (found, [problem.shape_of(&found).map(error), uniform.map(error)])
+            }
+            Search::Full => {
+                let (shape, least) = least()?;
+                (problem.homography(&shape), [Some(least), uniform.map(error)])
+            }
+            Search::Flips => {
+                let (shape, value) = least()?;
+                let homography = problem.homography(&shape);
+                match Flips::of(part, &hull) {
+                    Some(flips) => {
+                        let share = |shape: &Shape| flips.share(&problem.homography(shape));
+                        let starts = uniform.iter().chain([&shape]);
+                        let least = starts.copied().min_by(|a, b| share(a).total_cmp(&share(b)))?;
+                        let walked = polished(&problem, &least, share);
+                        let best = if share(&walked) < share(&least) { walked } else { least };
+                        (problem.homography(&best), [Some(share(&best)), uniform.as_ref().map(share)])
+                    }
+                    // Samples without a picture of the states.
+                    None => (homography, [Some(value), uniform.map(error)]),
+                }
+            }
+        };
+        values.extend(["error", "error_uniform"].into_iter().zip(errors).filter_map(|(name, e)| Some((name, e?))));
         Some(rays.rows(&homography))
     }
-    /// Maps that are known.
-    fn starts(view: &FocusedView, part: &Part, upright: &Rows) -> Vec<Rows> {
-        let mut starts = vec![*upright];
-        // `uniform_rows` has recorded the notes on the spot's depths already; discard the duplicates.
-        let space = WarpSpace::of(view, part.scene, view.camera.forward(), &view.receivers, &mut Vec::new());
-        if let Some(Ok(space)) = space {
-            let [near, far] = space.line();
-            starts.push(space.rows);
-            starts.extend(
-                [0.1, 0.3, 1.0, 3.0, 10.0].map(|factor| space.warped(factor * space.equal_error_distance(near, far))),
-            );
-        }
-        starts
+    /// Maps that are known: those of the techniques whose families hold the best that closed forms give.
+    fn known(view: &FocusedView, part: &Part) -> Vec<Rows> {
+        let rectangle = [("turn".to_string(), Value::Choice("rectangle".to_string()))];
+        let known: [(_, fn(&Settings) -> _, &[_]); 3] = [
+            (&uniform::SPEC, uniform::make, &rectangle),
+            (&lispsm::SPEC, lispsm::make, &[]),
+            (&plane_optimal::SPEC, plane_optimal::make, &[]),
+        ];
+        // What cannot serve the view is no start.
+        let rows = known.into_iter().filter_map(|(spec, make, settings)| {
+            let warp: Box<dyn Warp> = make(&spec.resolve(settings).ok()?).ok()?;
+            warp.warp(view, part).ok()
+        });
+        rows.map(|made| made.clip_from_local).collect()
     }
 }
 

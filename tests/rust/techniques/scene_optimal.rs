@@ -110,7 +110,7 @@ fn by_homography(homography: &DMat3, hull: &[DVec2], samples: &[Sample], texels:
         let (_, w, jacobian) = planar_image(homography, s.y);
         assert!(w > 0.0);
         let pixels = DMat2::from_cols(s.rows[0], s.rows[1]).transpose();
-        sum += s.weight * cost.of(&(pixels * jacobian.inverse() * texel)).0;
+        sum += s.weight * cost.of(&(pixels * jacobian.inverse() * texel));
         weights += s.weight;
     }
     sum / weights

@@ -226,6 +226,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         *parameterization("face_partition").partitions,
     ],
     "PointLight": lambda: [sl.PointLight((0, -0.0, 1), range=3), sl.PointLight((0, 0, 1), range=4)],
+    "Prediction": lambda: [sl.Prediction.of(12.5), sl.Prediction(1.0, 0.5, 3.0)],
     "Preset": lambda: [sl.preset("godot"), sl.preset("filament"), preset_of_ones_own()],
     "ReceiversBody": lambda: [
         importlib.import_module("shadowlab.techniques.presets").receivers_body(*view()),

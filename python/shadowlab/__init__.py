@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .experiments.advise import advise
     from .experiments.compare import compare
     from .experiments.evaluate import evaluate
-    from .experiments.predict import predict
+    from .experiments.predict import Prediction, predict
     from .experiments.run import Run
     from .experiments.study import Study
     from .scene.default_view import default_view, default_views
@@ -61,6 +61,7 @@ __all__ = [
     "Parameterization",
     "Partition",
     "PointLight",
+    "Prediction",
     "Preset",
     "Renderer",
     "Run",
@@ -102,6 +103,7 @@ sys.modules[f"{__name__}.library"] = library
 _LAZY = {
     "Advice": "experiments.advice",
     "Diagnosis": "conventions.diagnosis",
+    "Prediction": "experiments.predict",
     "Run": "experiments.run",
     "Study": "experiments.study",
     "advise": "experiments.advise",

@@ -61,6 +61,9 @@ with_texts! {
         /// A given `border` between splits outside of the camera's planes `near` and `far`: camera depths, world units.
         BorderOutside "border_outside"
             "the border {border} is not between the camera's planes ({near} and {far}): a split is empty",
+        /// Maps `made` where `count` are asked for: the depths of shadows' edges cannot be divided further.
+        FewerMaps "fewer_maps"
+            "{made:0} maps of {count:0}: the shadows' edges that are seen do not differ enough in depth for more",
         /// Faces of the camera's frustum without a map; the details are the faces.
         FaceUnseen "face_unseen" "nothing is seen on the way to the {details} face: no map",
         /// A given matrix that is hardly a map of the light; the details are what speaks against it.

@@ -12,6 +12,7 @@ pub mod kit;
 pub mod lispsm;
 mod log;
 mod log_psm;
+pub mod optimal_partition;
 pub mod plane_optimal;
 mod psm;
 mod registry;
@@ -45,5 +46,6 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
     Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },
+    Entry { spec: &optimal_partition::SPEC, make: Make::Scheme(optimal_partition::make) },
     Entry { spec: &face_partition::SPEC, make: Make::Scheme(face_partition::make) },
 ];

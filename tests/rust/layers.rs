@@ -78,6 +78,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 const CIRCLES: &[(&str, &str, &str)] = &[
     ("techniques::z_partition::scheme", "techniques::text", INNER),
     ("techniques::z_partition::scheme", "techniques::registry", INNER),
+    ("techniques::optimal_partition::scheme", "techniques::registry", INNER),
     ("techniques::face_partition", "techniques::text", INNER),
     ("diagnose_pixels::looker", "diagnose_pixels::way", REMEMBERED),
 ];

@@ -5,8 +5,8 @@
 //!
 //! ```text
 //!        . . . .         δ on a 4 x 4 grid over the texel; a flip where
-//!     ##. . . . .        the picture's state there is not the pixel's own
-//!     ####. . . .
+//!     ##. . . . .        the picture's state there is not the pixel's own,
+//!     ####. . . .        between pixels by the way from one to the other
 //! ```
 
 use glam::{DMat2, DVec2};
@@ -98,19 +98,37 @@ impl Samples {
 }
 
 impl Shadows {
-    /// The share of a texel's points whose state is not the receiver's own; `texel` is d(pixel) / d(texel).
+    /// The share of a texel's points whose state is not the receiver's own; `texel` is d(pixel) / d(texel). Between two pixels of
+    /// different states lies an edge, anywhere with the same chance: a point between them has the other one's state with the chance of
+    /// its way there.
     pub fn flips(&self, picture: &Picture, near: &NearEdge, texel: &DMat2) -> f64 {
-        let width = picture.size[0] as usize;
+        let [width, height] = picture.size.map(|n| n as i64);
         let own = if near.in_shadow { TruthMask::SHADOW } else { TruthMask::LIT };
-        let mut flips = 0;
+        let mut flips = 0.0;
         for i in 0..GRID * GRID {
             let share = |k: usize| (k as f64 + 0.5) / GRID as f64 - 0.5;
-            let at = near.place + *texel * DVec2::new(share(i % GRID), share(i / GRID));
-            let Some([x, y]) = picture.pixel(at) else { continue };
-            let state = self.image[y * width + x];
-            flips += usize::from(state != own && TruthMask::is_decided(state));
+            let at = near.place + *texel * DVec2::new(share(i % GRID), share(i / GRID)) - 0.5;
+            let first = at.floor();
+            let [x, y] = [first.x as i64, first.y as i64];
+            let (mut other, mut known) = (0.0, 0.0);
+            for (dx, wx) in [(0, 1.0 - (at.x - first.x)), (1, at.x - first.x)] {
+                for (dy, wy) in [(0, 1.0 - (at.y - first.y)), (1, at.y - first.y)] {
+                    let (x, y) = (x.saturating_add(dx), y.saturating_add(dy));
+                    if !((0..width).contains(&x) && (0..height).contains(&y)) {
+                        continue;
+                    }
+                    let state = self.image[(y * width + x) as usize];
+                    if TruthMask::is_decided(state) {
+                        known += wx * wy;
+                        other += if state == own { 0.0 } else { wx * wy };
+                    }
+                }
+            }
+            if known > 0.0 {
+                flips += other / known;
+            }
         }
-        flips as f64 / (GRID * GRID) as f64
+        flips / (GRID * GRID) as f64
     }
     /// Pixels to the nearest edge, the larger of both axes' counts.
     fn distance(&self, size: [u32; 2]) -> Vec<u16> {

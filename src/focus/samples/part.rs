@@ -22,6 +22,8 @@ pub struct RayEdge {
     pub across: DVec2,
     /// Pixels at edges that it stands for.
     pub weight: f64,
+    /// Its camera depth.
+    pub depth: f64,
 }
 
 impl Samples {
@@ -46,12 +48,13 @@ impl Samples {
         let mut found = Vec::new();
         let add = |found: &mut Vec<RayEdge>, (p, n): (DVec3, DVec3), normals: &[DVec2], weight: f64| {
             if let Some(pixel) = pixel_per_ray(picture, &rays, p - eye, n) {
-                let ray = rays.ray(p - eye);
+                let (ray, depth) = (rays.ray(p - eye), camera.depth_of(p));
                 found.extend(normals.iter().map(|edge| RayEdge {
                     ray,
                     pixel,
                     across: pixel.transpose() * *edge,
                     weight,
+                    depth,
                 }));
             }
         };

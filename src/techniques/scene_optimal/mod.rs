@@ -12,4 +12,4 @@ pub use objective::{Cost, Objective};
 pub use problem::{Problem, Sample, Shape, Warped};
 pub use published::{Enclosing, Published, enclosing};
 pub use search::least;
-pub use warp::{SPEC, make};
+pub use warp::{CAP, HELD, SPEC, SUM, cost_of, make};

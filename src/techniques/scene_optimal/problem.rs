@@ -19,7 +19,8 @@
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use super::kernel::{Block, LANES, Sides, Sums, blocks_of, slopes, sum};
-use super::objective::Cost;
+use super::objective::{Cost, Objective};
+use crate::focus::RayEdge;
 
 /// A sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +78,15 @@ impl Warped<'_> {
             high - low
         };
         let x = cross(s, t);
-        self.problem.mean(self.h, [s * (span(-t.perp()) / x), t * (span(s.perp()) / x)], most)
+        let sides = [s * (span(-t.perp()) / x), t * (span(s.perp()) / x)];
+        self.problem.mean(self.h, sides, self.problem.texels, most)
     }
+}
+
+/// The sides of a texel of a map whose parallelogram has these sides.
+fn texel(h: DVec2, sides: [DVec2; 2], texels: DVec2) -> Sides {
+    let told = |side: DVec2| [side.x, side.y, h.dot(side)];
+    Sides { h: h.to_array(), sides: [told(sides[0] / texels.x), told(sides[1] / texels.y)] }
 }
 
 /// The lower of two numbers; one that is none is passed over.
@@ -166,6 +174,19 @@ impl Problem {
         }));
         Some(Self { middle, unit, hull, blocks, weights, texels, cost })
     }
+    /// The problem of samples at shadows' edges.
+    pub fn of_edges<'a>(
+        hull: &[DVec2],
+        edges: impl Iterator<Item = &'a RayEdge>,
+        texels: DVec2,
+        cost: Cost,
+    ) -> Option<Self> {
+        let rows = |edge: &RayEdge| match cost.objective {
+            Objective::Edge => [edge.across, DVec2::ZERO],
+            _ => [edge.pixel.row(0), edge.pixel.row(1)],
+        };
+        Self::new(hull, edges.map(|e| Sample { y: e.ray, rows: rows(e), weight: e.weight }), texels, cost)
+    }
     /// The shape of a homography of rays; nothing where its w is not positive on the hull.
     pub fn shape_of(&self, homography: &DMat3) -> Option<Shape> {
         let told = |i: usize| {
@@ -248,14 +269,9 @@ impl Problem {
         let count = most.div_ceil(LANES).min(self.blocks.len());
         (&self.blocks[..count], self.weights[count])
     }
-    /// The sides of a texel of a map whose parallelogram has these sides.
-    fn texel(&self, h: DVec2, sides: [DVec2; 2]) -> Sides {
-        let told = |side: DVec2| [side.x, side.y, h.dot(side)];
-        Sides { h: h.to_array(), sides: [told(sides[0] / self.texels.x), told(sides[1] / self.texels.y)] }
-    }
-    fn mean(&self, h: DVec2, sides: [DVec2; 2], most: usize) -> f64 {
+    fn mean(&self, h: DVec2, sides: [DVec2; 2], texels: DVec2, most: usize) -> f64 {
         let (blocks, weight) = self.first(most);
-        let sums = sum(blocks, &self.texel(h, sides), &self.cost);
+        let sums = sum(blocks, &texel(h, sides, texels), &self.cost);
         self.mean_of(&sums, weight)
     }
     fn mean_of(&self, sums: &Sums, weight: f64) -> f64 {
@@ -264,9 +280,16 @@ impl Problem {
     }
     /// The mean cost over the first samples, about `most`; infinite for a shape without a map.
     pub fn value(&self, shape: &Shape, most: usize) -> f64 {
+        self.value_of(shape, self.texels, most)
+    }
+    /// The mean cost over all samples of a map in which receivers fill so many texels.
+    pub fn value_with(&self, shape: &Shape, texels: DVec2) -> f64 {
+        self.value_of(shape, texels, usize::MAX)
+    }
+    fn value_of(&self, shape: &Shape, texels: DVec2, most: usize) -> f64 {
         let sides = self.parallelogram(shape).sides();
         let is_map = shape.h.is_finite() && sides.iter().all(|side| side.is_finite());
-        if is_map { self.mean(shape.h, sides, most) } else { f64::INFINITY }
+        if is_map { self.mean(shape.h, sides, texels, most) } else { f64::INFINITY }
     }
     /// The hull under a w.
     pub fn with(&self, h: DVec2) -> Warped<'_> {
@@ -277,7 +300,7 @@ impl Problem {
         let around = self.parallelogram(shape);
         let (h, sides) = (shape.h, around.sides());
         let (blocks, weight) = self.first(most);
-        let (sums, slopes) = slopes(blocks, &self.texel(h, sides), &self.cost);
+        let (sums, slopes) = slopes(blocks, &texel(h, sides, self.texels), &self.cost);
         let per_weight = if weight > 0.0 { weight.recip() } else { 0.0 };
         // A side moves by itself, and h·side with both.
         let by = |moved: [DVec2; 2], with_h: Option<usize>| {

@@ -49,21 +49,34 @@ pub static SPEC: Spec = Spec {
                   paper's), or its area (area); or the share of pixels whose shadow state changes within their texel, over \
                   receivers near edges, begun at the best map for edge (flips)",
         },
-        ParamSpec {
-            name: "cap",
-            unit: "pixels",
-            default: Default::Number(CAP_PX),
-            kind: Kind::ChoiceOrNumber { words: &["none"], min: 0.5, max: 1e6 },
-            doc: "width at which one sample stops to count, for edge and l1, so that none rules the sum",
-        },
+        CAP,
         RANGE,
         HELD,
         MARGIN,
     ],
 };
 
+/// What is summed without a picture of the states: a parameter of schemes of such maps.
+pub const SUM: ParamSpec = ParamSpec {
+    name: "objective",
+    unit: "",
+    default: Default::Choice("edge"),
+    kind: Kind::Choice(&["edge", "l1", "l2", "area"]),
+    doc: "what is made small, as in scene_optimal: the width of a texel across the edge in the image (edge), its longest \
+          extent (l1), the sum of its sides' squares (l2), or its area (area)",
+};
+
+/// Where lengths stop to count.
+pub const CAP: ParamSpec = ParamSpec {
+    name: "cap",
+    unit: "pixels",
+    default: Default::Number(CAP_PX),
+    kind: Kind::ChoiceOrNumber { words: &["none"], min: 0.5, max: 1e6 },
+    doc: "width at which one sample stops to count, for edge and l1, so that none rules the sum",
+};
+
 /// What the map must hold: as [`FIT`] of all warps, but by samples alone, for which the homography is made.
-const HELD: ParamSpec = ParamSpec {
+pub const HELD: ParamSpec = ParamSpec {
     kind: Kind::Choice(&["shadow", "seen"]),
     doc: "what the map must hold: visible receivers in shadow and their neighbours, as outside a map all is lit (shadow), or \
           all visible receivers (seen)",
@@ -94,23 +107,29 @@ enum Search {
     Published,
 }
 
+/// The sum over samples that settings name; for flips, that of the edges' widths.
+pub fn cost_of(settings: &Settings) -> Result<Cost> {
+    let objectives = [
+        ("edge", Objective::Edge),
+        ("l1", Objective::L1),
+        ("l2", Objective::L2),
+        ("area", Objective::Area),
+        ("flips", Objective::Edge),
+    ];
+    let cap = settings.number("cap").unwrap_or(f64::INFINITY);
+    Ok(Cost { objective: settings.meaning("objective", &objectives)?, cap })
+}
+
 /// The warp from checked settings.
 pub fn make(settings: &Settings) -> Result<Box<dyn Warp>> {
-    let objectives = [
-        ("edge", Some(Objective::Edge)),
-        ("l1", Some(Objective::L1)),
-        ("l2", Some(Objective::L2)),
-        ("area", Some(Objective::Area)),
-        ("flips", None),
-    ];
-    let objective = settings.meaning("objective", &objectives)?;
-    let cap = settings.number("cap").unwrap_or(f64::INFINITY);
     let search = match settings.meaning("search", &[("full", Search::Full), ("published", Search::Published)])? {
-        Search::Full if objective.is_none() => Search::Flips,
+        Search::Full if settings.word("objective") == "flips" => Search::Flips,
         search => search,
     };
-    let cost = Cost { objective: objective.unwrap_or(Objective::Edge), cap };
-    let cost = if search == Search::Published { Cost { objective: Objective::L2, cap: f64::INFINITY } } else { cost };
+    let cost = match search {
+        Search::Published => Cost { objective: Objective::L2, cap: f64::INFINITY },
+        _ => cost_of(settings)?,
+    };
     Ok(Box::new(SceneOptimal { cost, search, tightening: settings.tightening()? }))
 }
 
@@ -144,13 +163,11 @@ impl SceneOptimal {
             .ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES)
             .filter(|(_, e)| !e.is_empty())?;
         let hull = receivers_outline(&rays.rows(&DMat3::IDENTITY), view, part.scene, self.tightening).corners;
-        let sample = |edge: &RayEdge, rows: [DVec2; 2]| Sample { y: edge.ray, rows, weight: edge.weight };
-        let both = |edge: &RayEdge| sample(edge, [edge.pixel.row(0), edge.pixel.row(1)]);
-        let told = |edge: &RayEdge| match self.cost.objective {
-            Objective::Edge => sample(edge, [edge.across, DVec2::ZERO]),
-            _ => both(edge),
+        let both = |edge: &RayEdge| {
+            let rows = [edge.pixel.row(0), edge.pixel.row(1)];
+            Sample { y: edge.ray, rows, weight: edge.weight }
         };
-        let problem = Problem::new(&hull, edges.iter().map(told), part.size.receivers_texels(), self.cost)?;
+        let problem = Problem::of_edges(&hull, edges.iter(), part.size.receivers_texels(), self.cost)?;
         let shape_of = |rows: &Rows| problem.shape_of(&rays.homography(rows));
         let published = published(&hull, edges.iter().map(both), view.spot().is_some());
         let uniform = shape_of(upright);

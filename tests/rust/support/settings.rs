@@ -3,8 +3,8 @@
 use shadowlab::Error;
 use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
 
-/// The technique that is for what is seen alone: it has no map for the body, and searches for its own.
-pub const BY_SAMPLES: &str = "scene_optimal";
+/// The techniques that are for what is seen alone: they have no map for the body, and search for their own.
+pub const BY_SAMPLES: [&str; 2] = ["scene_optimal", "optimal_partition"];
 
 /// Settings that depend on each other.
 const TOGETHER: [&str; 20] = [

@@ -6,6 +6,7 @@ mod glpr;
 mod gmnpr;
 mod lispsm;
 mod log_psm;
+mod optimal_partition;
 mod plane_optimal;
 mod point_light;
 mod psm;

@@ -26,7 +26,7 @@ LEAST, MOST, PIXELS = 0.5, 2.5, 20.0
 class Prediction(Value):
     """Wrong pixels that are foretold, and how far off that may be; compared and sorted by `wrong`.
 
-    What most of the doubt is about, bias and casters thinner than a pixel, does the same to all maps of a view: of two
+    What most of the doubt is about, acne, leaks and casters thinner than a pixel, does the same to all maps of a view: of two
     techniques in one view the order is far better known than either number.
 
     Attributes
@@ -65,8 +65,8 @@ def predict(
 
     At receivers near the edges of shadows, a pixel gets the state of some point of its texel: the share of the texel's
     points in the picture whose state is another than the pixel's is the chance that it is wrong. Receivers in shadow
-    outside all maps are wrong. Bias and casters thinner than a pixel are not in it, so the level can be off by a
-    factor of two; the order of techniques mostly is right.
+    outside all maps are wrong. What the bias does, acne and leaks, and casters thinner than a pixel are not in it, so
+    the level can be off by a factor of two; the order of techniques mostly is right.
 
     Parameters
     ----------

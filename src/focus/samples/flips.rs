@@ -98,13 +98,23 @@ impl Samples {
 }
 
 impl Shadows {
-    /// The share of a texel's points whose state is not the receiver's own; `texel` is d(pixel) / d(texel). Between two pixels of
+    /// The share of a texel's points whose state is known and not the receiver's own; `texel` is d(pixel) / d(texel). Between two pixels of
     /// different states lies an edge, anywhere with the same chance: a point between them has the other one's state with the chance of
     /// its way there.
     pub fn flips(&self, picture: &Picture, near: &NearEdge, texel: &DMat2) -> f64 {
+        self.flips_where(picture, near, texel, |_| true)
+    }
+    /// The same over the pixels, by their index, of which `counts` says that they show the receiver's surface.
+    pub fn flips_where(
+        &self,
+        picture: &Picture,
+        near: &NearEdge,
+        texel: &DMat2,
+        counts: impl Fn(usize) -> bool,
+    ) -> f64 {
         let [width, height] = picture.size.map(|n| n as i64);
         let own = if near.in_shadow { TruthMask::SHADOW } else { TruthMask::LIT };
-        let mut flips = 0.0;
+        let (mut flips, mut points) = (0.0, 0.0);
         for i in 0..GRID * GRID {
             let share = |k: usize| (k as f64 + 0.5) / GRID as f64 - 0.5;
             let at = near.place + *texel * DVec2::new(share(i % GRID), share(i / GRID)) - 0.5;
@@ -117,8 +127,9 @@ impl Shadows {
                     if !((0..width).contains(&x) && (0..height).contains(&y)) {
                         continue;
                     }
-                    let state = self.image[(y * width + x) as usize];
-                    if TruthMask::is_decided(state) {
+                    let pixel = (y * width + x) as usize;
+                    let state = self.image[pixel];
+                    if TruthMask::is_decided(state) && counts(pixel) {
                         known += wx * wy;
                         other += if state == own { 0.0 } else { wx * wy };
                     }
@@ -126,9 +137,10 @@ impl Shadows {
             }
             if known > 0.0 {
                 flips += other / known;
+                points += 1.0;
             }
         }
-        flips / (GRID * GRID) as f64
+        if points > 0.0 { flips / points } else { 0.0 }
     }
     /// Pixels to the nearest edge, the larger of both axes' counts.
     fn distance(&self, size: [u32; 2]) -> Vec<u16> {

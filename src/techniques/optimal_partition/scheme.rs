@@ -1,6 +1,6 @@
 //! Scene-optimal partition: the depths of the view are divided where their maps' error at what is seen is least.
 //!
-//! Source: theory.md 10.4, with Zhang, Sun, Xu, Lun 2006 `[zhang2006]` for depth splits and Chong, Gortler 2007 `[chong2007]` for the map
+//! Source: theory.md 10.4b, with Zhang, Sun, Xu, Lun 2006 `[zhang2006]` for depth splits and Chong, Gortler 2007 `[chong2007]` for the map
 //! of each. Eye depths are cut at quantiles of the samples at shadows' edges; for every run of the intervals between the
 //! search of `scene_optimal` finds its best homography and what that costs, and dynamic programming chooses the runs.
 //!
@@ -34,9 +34,9 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "count",
             unit: "",
-            default: Default::Number(2.0),
+            default: Default::Choice("auto"),
             kind: Kind::ChoiceOrNumber { words: &["auto"], min: 1.0, max: INTERVALS as f64 },
-            doc: "how many splits; or the number with the least error at equal memory, maps of 1 / √count the side (auto)",
+            doc: "how many splits; auto takes the number, 1 to 4, whose maps have the least error at equal memory, 1 / √count the side",
         },
         SUM,
         CAP,
@@ -45,10 +45,10 @@ pub static SPEC: Spec = Spec {
     ],
 };
 
-/// Intervals between quantiles. Chosen because more of them move splits by less than maps differ (theory.md 10.4 has 7 quantiles).
+/// Intervals between quantiles. Chosen because more of them move splits by less than maps differ (theory.md 10.4b).
 const INTERVALS: usize = 8;
 
-/// Splits that `count=auto` tries. Chosen because with more the error grows again (theory.md 10.4).
+/// Splits that `count=auto` tries. Chosen because with more the error hardly falls (theory.md 10.4b).
 const MOST_AUTO: usize = 4;
 
 /// Samples at shadows' edges that are looked at.

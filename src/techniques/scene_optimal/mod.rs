@@ -8,6 +8,6 @@ mod warp;
 
 pub use objective::{Cost, Objective};
 pub use problem::{Problem, Sample, Shape, Warped};
-pub use published::{Enclosing, Published, enclosing};
+pub use published::{Enclosing, Published, Step, enclosing};
 pub use search::least;
 pub use warp::{SPEC, make};

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::objective::{Cost, Objective};
 use super::problem::{Problem, Sample, Shape};
-use super::published::Published;
+use super::published::{ITERATIONS, Published};
 use super::search::least;
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
@@ -72,6 +72,9 @@ const MOST_EDGES: usize = 4096;
 /// Fewer samples than this make no map for what is seen.
 const LEAST_SAMPLES: usize = 3;
 
+/// Names of the errors of the published search, before its first step and after each that it accepts.
+const STEP_ERRORS: [&str; ITERATIONS + 1] = ["error_step_0", "error_step_1", "error_step_2", "error_step_3"];
+
 #[derive(Debug)]
 struct SceneOptimal {
     cost: Cost,
@@ -132,8 +135,11 @@ impl SceneOptimal {
         let shape_of = |rows: &Rows| problem.shape_of(&rays.homography(rows));
         let error_of = |shape: Shape| problem.value(&shape, usize::MAX);
         let (homography, error) = if self.is_published {
-            let found = published(hull, edges.iter().map(both), view.spot().is_some())?;
-            (found, problem.shape_of(&found).map(error_of))
+            let steps = published(hull, edges.iter().map(both), view.spot().is_some())?;
+            let errors = steps.iter().map(|found| problem.shape_of(found).map(error_of));
+            let errors: Vec<Option<f64>> = errors.collect();
+            values.extend(STEP_ERRORS.into_iter().zip(&errors).filter_map(|(name, error)| Some((name, (*error)?))));
+            (*steps.last()?, *errors.last()?)
         } else {
             let starts: Vec<Shape> = Self::starts(view, part, upright).iter().filter_map(shape_of).collect();
             let (shape, error) = least(&problem, &starts)?;
@@ -159,9 +165,9 @@ impl SceneOptimal {
     }
 }
 
-/// The homography of rays that the published search ends with. Rays are told to it from the samples' mean in units of their extent,
+/// The homographies of rays that the published search accepts, in order. Rays are told to it from the samples' mean in units of their extent,
 /// of a placed light as they are.
-fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<DMat3> {
+fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<Vec<DMat3>> {
     let mut samples: Vec<Sample> = samples.collect();
     let (mut middle, mut unit) = (DVec2::ZERO, 1.0);
     if !is_placed {
@@ -179,8 +185,9 @@ fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: b
         true => samples.iter().map(|s| s.y.extend(1.0).normalize()).sum(),
         false => DVec3::Z,
     };
-    let (found, _) = Published { hull, samples }.search(first)?;
+    let steps = Published { hull, samples }.search(first)?;
     let told = DMat3::from_cols(DVec3::X / unit, DVec3::Y / unit, (-middle / unit).extend(1.0));
     // As light sees it: x and y turn as those of the rays.
-    Some(DMat3::from_diagonal(DVec3::new(found.determinant().signum(), 1.0, 1.0)) * found * told)
+    let turned = |found: DMat3| DMat3::from_diagonal(DVec3::new(found.determinant().signum(), 1.0, 1.0)) * found * told;
+    Some(steps.iter().map(|step| turned(step.homography)).collect())
 }

@@ -90,6 +90,15 @@ def test_sums_are_over_views_that_both_serve(views, result):
         assert np.isclose(row["percent_more"], expected)
 
 
+def test_sums_may_be_taken_over_the_views_that_all_serve(views):
+    both = counted(views, ["gmnpr", OPTIMAL])
+    common = both.served_by_all
+    assert set(common.table["light"]) == {"morning", "noon", "evening"}
+    assert list(common.totals["configurations"]) == [3, 3]
+    assert list(both.totals["configurations"]) == [3, 4]
+    assert len(set(common.totals["misclassified_normal"])) == 1
+
+
 def test_the_normal_map_makes_more_mistakes_than_both_optimized_ones(result):
     in_sum = result.in_sum.set_index("technique")
     assert in_sum.loc[OPTIMAL, "percent_more"] > in_sum.loc[PUBLISHED, "percent_more"] > 0

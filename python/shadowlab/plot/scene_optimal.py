@@ -202,6 +202,8 @@ def samples_and_maps(
 def percent_more(result: SceneOptimalTable, ax: Axes | None = None, *, by_map: bool = False) -> Axes:
     """Axes with how many percent more mistakes the normal map makes than each technique, over the size of the map.
 
+    Sums are over the views that all techniques serve.
+
     Parameters
     ----------
     result : SceneOptimalTable
@@ -216,9 +218,10 @@ def percent_more(result: SceneOptimalTable, ax: Axes | None = None, *, by_map: b
     """
     ax = _axes(ax)
     column = "percent_more_by_map" if by_map else "percent_more"
-    for i, (technique, rows) in enumerate(result.totals.groupby("technique", sort=False)):
+    totals = result.served_by_all.totals
+    for i, (technique, rows) in enumerate(totals.groupby("technique", sort=False)):
         ax.plot(rows["single_side"].astype(int), rows[column], label=technique, **series_style(i))
-    sides = sorted(set(result.totals["single_side"].astype(int)))
+    sides = sorted(set(totals["single_side"].astype(int)))
     ax.set(xlabel="texels along each side of a single map", ylabel="more mistakes of the normal map, %", xticks=sides)
     curve_look(ax)
     ax.axhline(0.0, color="#333333", linewidth=1.0, zorder=1.5)
@@ -235,6 +238,7 @@ def scene_optimal_figures(result: SceneOptimalTable) -> dict[str, Figure]:
         percent_more(result, ax, by_map=by_map)
         ax.set_title(f"normal map of {result.reference}² as truth" if by_map else "traced truth")
     axes[0].get_legend().remove()
+    axes[1].set_ylabel("")
     return {"percent_more": figure} | {
         name: samples_and_maps(view, renderer=renderer_of(result.backend)) for name, view in paper_views().items()
     }

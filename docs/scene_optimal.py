@@ -16,7 +16,7 @@ from PIL import Image
 
 import shadowlab as sl
 from shadowlab.experiments import scene_optimal as experiment
-from shadowlab.experiments.scene_optimal_table import NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
+from shadowlab.experiments.scene_optimal_table import FIGURES, NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
 from shadowlab.experiments.scene_optimal_views import other_scenes
 from shadowlab.reports import scene_optimal as report
 
@@ -170,7 +170,8 @@ def main() -> None:
         configurations(),
     ]  # fmt: skip
     PAGE.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-    for name, figure in result.figures().items():
+    for name in FIGURES:
+        figure = result.figure(name)
         figure.canvas.draw()
         picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
         picture.quantize(COLOURS, dither=Image.Dither.NONE).save(PICTURES / f"{name}.png", optimize=True)

@@ -9,6 +9,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.experiments import scene_optimal, scene_optimal_table, scene_optimal_views
+from shadowlab.reports import scene_optimal as report
 
 
 @pytest.fixture
@@ -16,7 +17,7 @@ def small(monkeypatch):
     """The command with small pictures of a scaled scene, and without figures."""
     scene = sl.library.scene("statues", facets=12, leaves=20)
     monkeypatch.setattr(scene_optimal_views, "configurations", partial(scene_optimal_views.configurations, 128, scene))
-    monkeypatch.setattr(scene_optimal_table.SceneOptimalTable, "figures", lambda _: {})
+    monkeypatch.setattr(report, "FIGURES", ())  # tests of plots look at them
     monkeypatch.setattr(scene_optimal, "QUICK_SIZES", (128,))
 
 

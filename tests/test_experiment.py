@@ -11,7 +11,7 @@ import pytest
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnknownNameError
 from shadowlab.experiments import scene_optimal, scene_optimal_views
-from shadowlab.experiments.scene_optimal_table import NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
+from shadowlab.experiments.scene_optimal_table import FIGURES, NORMAL, OPTIMAL, PUBLISHED
 from shadowlab.reports import scene_optimal as report
 from shadowlab.trace import Truth
 
@@ -177,8 +177,12 @@ def test_wrong_arguments_say_what_is_right(views):
 
 
 def test_tables_as_text_and_files(result, tmp_path, monkeypatch):
-    monkeypatch.setattr(SceneOptimalTable, "figures", lambda _: {})  # tests of plots look at them
-    directory = result.save(tmp_path / "new")
+    monkeypatch.setattr(report, "FIGURES", ("percent_more",))  # the others take long
+    directory = result.save(tmp_path / "new", progress=False)
+    assert set(FIGURES[1:]) == set(scene_optimal_views.paper_views(32))
+    assert (directory / "percent_more.png").stat().st_size > 5000
+    with pytest.raises(UnknownNameError, match="unknown 'robots'; expected one of percent_more, dueling"):
+        result.figure("robots")
     data = json.loads((directory / "results.json").read_text(encoding="utf-8"))
     assert data["reference"] == REFERENCE
     assert len(data["runs"]) == len(result.table)

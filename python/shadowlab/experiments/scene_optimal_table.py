@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from ..errors import UnknownNameError
+from ..text import shown
 from ..travel import Value
 from .columns import table
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 #: The paper's normal map: the smallest rectangle around the part of the view frustum that the light reaches.
 NORMAL = "uniform:turn=rectangle"
 PUBLISHED, OPTIMAL = "scene_optimal:search=published", "scene_optimal"
+#: The figures: the curves, and the settings of the paper's own figures by library scene.
+CURVES = "percent_more"
+FIGURES = (CURVES, "dueling", "skylight", "statues")
 #: A configuration is clearly won where the normal map has so many times the wrong pixels.
 CLEARLY = 1.1
 #: In sum the normal map makes at least so many percent more mistakes: the least that was counted in another scene of as
@@ -109,17 +114,25 @@ class SceneOptimalTable(Value):
                 )
         return sentences
 
-    def save(self, directory: str | os.PathLike[str]) -> Path:
+    def save(self, directory: str | os.PathLike[str], *, progress: bool = True) -> Path:
         """Writes tables as CSV, JSON and Markdown and the figures as PNG there; returns the directory."""
         from ..reports.scene_optimal import save
 
-        return save(self, Path(directory))
+        return save(self, Path(directory), progress)
 
-    def figures(self) -> dict[str, Figure]:
-        """The curves over the size of the map, and the paper's scenes with their samples and maps, by name."""
-        from ..plot.scene_optimal import scene_optimal_figures
+    def figure(self, name: str = CURVES) -> Figure:
+        """A figure of `FIGURES`: the curves over the size of the map, or a paper's scene with its samples and maps.
 
-        return scene_optimal_figures(self)
+        Raises
+        ------
+        UnknownNameError
+            For another name.
+        """
+        from ..plot.scene_optimal import scene_optimal_figure
+
+        if name not in FIGURES:
+            raise UnknownNameError(f"figure: unknown {shown(name)}; expected one of {', '.join(FIGURES)}")
+        return scene_optimal_figure(self, name)
 
     def __repr__(self) -> str:
         from ..reports.scene_optimal import terminal_text
@@ -127,8 +140,8 @@ class SceneOptimalTable(Value):
         return terminal_text(self)
 
     def _repr_html_(self) -> str:
-        shown: str = self.totals.to_html(index=False, border=0, float_format=lambda v: f"{v:.1f}")
-        return shown
+        page: str = self.totals.to_html(index=False, border=0, float_format=lambda v: f"{v:.1f}")
+        return page
 
     def _pairs(self, technique: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         """The rows of a technique that have numbers, and those of the normal map for the same views and sizes."""

@@ -14,7 +14,7 @@ from .. import _core
 from ..errors import ArgumentError
 from ..experiments.evaluate import evaluate
 from ..experiments.run import done
-from ..experiments.scene_optimal_table import NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
+from ..experiments.scene_optimal_table import CURVES, NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
 from ..experiments.scene_optimal_views import paper_views
 from ..pictures.samples import SAMPLE_STATES, pale_eye_view, pixels_of
 from ..scene.view import View, light_of
@@ -229,8 +229,10 @@ def percent_more(result: SceneOptimalTable, ax: Axes | None = None, *, by_map: b
     return ax
 
 
-def scene_optimal_figures(result: SceneOptimalTable) -> dict[str, Figure]:
-    """The figures of the experiment by name: its curves by truth and by map, and the paper's scenes in the library."""
+def scene_optimal_figure(result: SceneOptimalTable, name: str) -> Figure:
+    """A figure of the experiment: its curves by truth and by map, or one of the paper's settings in the library."""
+    if name != CURVES:
+        return samples_and_maps(paper_views()[name], renderer=renderer_of(result.backend))
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, 2, figsize=(13.0, 4.6), layout="constrained", sharey=True)
@@ -239,6 +241,4 @@ def scene_optimal_figures(result: SceneOptimalTable) -> dict[str, Figure]:
         ax.set_title(f"normal map of {result.reference}² as truth" if by_map else "traced truth")
     axes[0].get_legend().remove()
     axes[1].set_ylabel("")
-    return {"percent_more": figure} | {
-        name: samples_and_maps(view, renderer=renderer_of(result.backend)) for name, view in paper_views().items()
-    }
+    return figure

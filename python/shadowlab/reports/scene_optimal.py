@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..experiments.scene_optimal_table import NORMAL, OPTIMAL, SceneOptimalTable, served
+from ..experiments.progress import Steps
+from ..experiments.scene_optimal_table import FIGURES, NORMAL, OPTIMAL, SceneOptimalTable, served
 from ..experiments.scene_optimal_views import CAMERAS, SPOTS, SUNS
 from ..experiments.thresholds import ABOUT_EQUAL
 from .terminal import aligned
@@ -24,8 +25,9 @@ HEADS = ("technique", "size", "wrong", "normal", "more", "wrong (map)", "normal 
 
 
 def terminal_text(result: SceneOptimalTable) -> str:
-    """The sums of every size, then of all sizes together."""
-    cells = [total_cells(row) for row in (*rows_of(result.totals), *rows_of(result.in_sum))]
+    """The sums of every size, then of all sizes together where there are several."""
+    several = len(set(result.table["single_side"])) > 1
+    cells = [total_cells(row) for row in (*rows_of(result.totals), *(rows_of(result.in_sum) if several else ()))]
     failed = failures(result)
     lines = [aligned(HEADS, cells, left=(0,)), *failed]
     return "\n".join(lines)
@@ -132,7 +134,7 @@ def as_good(result: SceneOptimalTable, technique: str = OPTIMAL) -> pd.DataFrame
     return pd.DataFrame(rows, columns=["view", "technique", "ratio"])
 
 
-def save(result: SceneOptimalTable, directory: Path) -> Path:
+def save(result: SceneOptimalTable, directory: Path, progress: bool) -> Path:
     """Writes totals.csv, views.csv, results.json, table.md and the figures; the directory."""
     directory.mkdir(parents=True, exist_ok=True)
     result.totals.to_csv(directory / "totals.csv", index=False)
@@ -140,8 +142,10 @@ def save(result: SceneOptimalTable, directory: Path) -> Path:
     text = json.dumps(as_data(result), indent=1, allow_nan=False)
     (directory / "results.json").write_text(text + "\n", encoding="utf-8")
     (directory / "table.md").write_text(page_of(result), encoding="utf-8")
-    for name, figure in result.figures().items():
-        figure.savefig(directory / f"{name}.png", dpi=FIGURE_DPI)
+    with Steps(len(FIGURES), progress) as step:
+        for name in FIGURES:
+            step(f"figure {name}")
+            result.figure(name).savefig(directory / f"{name}.png", dpi=FIGURE_DPI)
     return directory
 
 

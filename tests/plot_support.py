@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import types
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 import shadowlab as sl
 from shadowlab.aliasing import Footprint, closed_form
@@ -55,7 +55,7 @@ SUN = types.SimpleNamespace(kind="directional", direction=np.array([0.0, -1.0, 0
 
 def lone_axes():
     """Axes of 600 x 400 pixels."""
-    figure = mpl.figure.Figure(figsize=(6, 4), layout="constrained")
+    figure = Figure(figsize=(6, 4), layout="constrained")
     FigureCanvasAgg(figure)
     return figure.subplots()
 

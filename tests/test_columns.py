@@ -8,6 +8,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.experiments import columns
+from shadowlab.experiments.views import LabelledView
 
 SIZE = (96, 54)
 
@@ -25,9 +26,14 @@ def tables() -> dict[str, pd.DataFrame]:
     ahead, aside = np.asarray(scene.camera.forward), np.array([0.1, 0.0, 0.0])
     path = [sl.Camera.look_at(eye + i * aside, eye + ahead) for i in range(2)]
     temporal = sl.aliasing.temporal(scene, path, scene.light, resolution=64, **how)
+    view = LabelledView(sl.View(scene, scene.camera, scene.light, SIZE, "robots"), "its own", "its own")
+    optimal = sl.scene_optimal_experiment(
+        ["uniform"], sizes=[64], views=[view], reference=128, renderer="cpu", progress=False
+    )
     return {
         "compare": study.table, "advise": advice.table, "advise.runs": advice.runs, "advise.switches": advice.switches,
         "over_light_angle": angles.table, "frustum_over_light_angle": frustum.table, "temporal": temporal.table,
+        "scene_optimal": optimal.table, "scene_optimal.totals": optimal.totals, "scene_optimal.views": optimal.views,
     }  # fmt: skip
 
 

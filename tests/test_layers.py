@@ -68,6 +68,9 @@ UPWARD = {
     ("experiments.advice", "Advice.save"): ("reports",),
     ("experiments.advice", "Advice._repr_html_"): ("reports",),
     ("experiments.advice", "Advice.__repr__"): ("reports",),
+    ("experiments.scene_optimal_table", "SceneOptimalTable.figure"): ("plot",),
+    ("experiments.scene_optimal_table", "SceneOptimalTable.save"): ("reports",),
+    ("experiments.scene_optimal_table", "SceneOptimalTable.__repr__"): ("reports",),
     # Experiments over many maps stand in the list of aliasing by name; they are loaded at the first use.
     ("aliasing", TYPE_CHECKING): ("experiments",),
 }

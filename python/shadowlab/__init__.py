@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from .experiments.evaluate import evaluate
     from .experiments.predict import Prediction, predict
     from .experiments.run import Run
+    from .experiments.scene_optimal import scene_optimal_experiment
     from .experiments.study import Study
     from .scene.default_view import default_view, default_views
 
@@ -88,6 +89,7 @@ __all__ = [
     "preset",
     "presets",
     "report",
+    "scene_optimal_experiment",
     "set_threads",
     "technique",
     "techniques",
@@ -115,6 +117,7 @@ _LAZY = {
     "predict": "experiments.predict",
     "plot": "plot",
     "report": "doctor",
+    "scene_optimal_experiment": "experiments.scene_optimal",
 }
 
 

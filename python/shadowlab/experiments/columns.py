@@ -76,6 +76,7 @@ _OF_MAPS = (
     _count("resolution", "texels", "Side of each map.", ""),
     _count("maps", "maps", "Number of maps."),
     _count("memory", "bytes", "Budget of depth texels.", ""),
+    _count("single_side", "texels", "Side of the one square map that the budget holds.", ""),
     _count("bytes", "bytes", "What the maps take, 4 bytes per texel."),
     _number("unused", "share", "Texels that no visible pixel reads."),
     _number("unused_memory", "share", "Part of the budget that the maps leave unused."),
@@ -88,6 +89,8 @@ _OF_PIXELS = (
     _count("compared", "px", "Pixels that show a surface and whose truth is decided."),
     _count("undecided", "px", "Pixels whose truth changes with the numerical offset of the ray; none is wrong."),
     _count("unmatched", "px", "Pixels in which only one of mask and truth saw a surface."),
+    _count("misclassified_by_map", "px", "Wrong pixels where a normal map of many texels stands for the truth."),
+    _count("compared_by_map", "px", "Pixels that show a surface, all of which that map decides."),
     _count("phases", "", "Shifts of the texels, each by less than a texel, over which wrong pixels were counted.", ""),
     _number("misclassified_mean", "px", "Mean of the wrong pixels over these shifts; runs are compared by it.", ""),
     _number("misclassified_sd", "px", "Standard deviation of the wrong pixels over these shifts: their noise.", ""),
@@ -158,12 +161,25 @@ _OF_RANKINGS = (
     _number("other_from", "of the measure", "Error of `winner_to` at `from`.", ""),
     _number("other_to", "of the measure", "Error of `winner_from` at `to`.", ""),
 )
+_OF_NORMAL = (
+    _count("configurations", "", "Configurations that both the technique and the normal map serve.", ""),
+    _count("misclassified_normal", "px", "Wrong pixels of the normal map in these.", ""),
+    _number("percent_more", "%", "How many more wrong pixels the normal map has than the technique.", ""),
+    _count("misclassified_normal_by_map", "px", "As `misclassified_normal`, by the map that stands for the truth.", ""),
+    _number("percent_more_by_map", "%", "As `percent_more`, by the map that stands for the truth.", ""),
+    _count("wins", "", "Configurations in which the normal map has more wrong pixels.", ""),
+    _count("clear_wins", "", "Configurations in which it has at least 1.1 times as many.", ""),
+    _text("best", "Technique with the fewest wrong pixels of those that were counted."),
+    _number("ratio_of_best", "", "Wrong pixels of the normal map by those of the best.", ""),
+)
 _OF_RUNS = (
+    _text("key", "Digest of everything that the row depends on."),
     _text("notes", "What the technique could not do as asked, and doubts about given matrices."),
     _text("failure", "Why the row has no numbers; empty where it has."),
 )
 
-#: Every column by its name, in groups: views, maps, wrong pixels, texels, times, camera paths, rankings, runs.
+#: Every column by its name, in groups: views, maps, wrong pixels, texels, times, camera paths, rankings, the
+#: normal map, runs.
 GROUPS: Mapping[str, tuple[Column, ...]] = MappingProxyType(
     {
         "Views": _OF_VIEWS,
@@ -173,6 +189,7 @@ GROUPS: Mapping[str, tuple[Column, ...]] = MappingProxyType(
         "Times": _OF_TIME,
         "Camera paths": _OF_PATHS,
         "Rankings": _OF_RANKINGS,
+        "Beside the normal map": _OF_NORMAL,
         "Remarks": _OF_RUNS,
     }
 )
@@ -214,6 +231,19 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "temporal": (
         "scene", "view", "technique", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale",
         "switched", "lost", "judged", "flips", "flip_share", "failure",
+    ),
+    "scene_optimal": (
+        "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "single_side",
+        "maps", "resolution", "bytes", *_WRONG, "misclassified_by_map", "compared_by_map", "outside_shadow",
+        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure", "key",
+    ),
+    "scene_optimal.totals": (
+        "single_side", "technique", "configurations", "misclassified", "misclassified_normal", "percent_more",
+        "misclassified_by_map", "misclassified_normal_by_map", "percent_more_by_map", "wins", "clear_wins",
+    ),
+    "scene_optimal.views": (
+        "view", "camera", "light", "light_angle", "light_elevation", "misclassified_normal", "best", "misclassified",
+        "ratio_of_best",
     ),
 })  # fmt: skip
 

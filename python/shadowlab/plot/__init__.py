@@ -5,6 +5,7 @@
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
 - Of techniques: `error_along_view`, `error_over_angle`, `drift`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`.
+- Of scene-optimized maps: `samples_view`, `search_history`, `samples_and_maps`, `percent_more`.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from .curves import error_along_view, error_over_angle
 from .distributions import error_by_depth, error_histogram
 from .eye_views import error_map, lattice
 from .light_views import light_view, warped_view
+from .scene_optimal import percent_more, samples_and_maps, samples_view, search_history
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
 from .temporal import drift
 
@@ -45,7 +47,11 @@ __all__ = [
     "lattice",
     "lattice_picture",
     "light_view",
+    "percent_more",
     "pictures",
+    "samples_and_maps",
+    "samples_view",
+    "search_history",
     "shade",
     "shadow_map",
     "study_figure",

@@ -1,7 +1,7 @@
 //! Draped figures, about 2.1 m, that stand on y = 0 and look along +z: statues for plinths and for long shadows.
 //!
 //! The robe is a stack of elliptical rings whose radius is folded by a wave that fades from hem to waist; arms are tubes; the
-//! attribute in the hand gives each its outline.
+//! attribute in the hand gives each its outline, down to fingers and feathers.
 
 use std::f64::consts::TAU;
 
@@ -18,6 +18,8 @@ pub(super) enum Pose {
     Guard,
     /// Wings spread, a wreath in the hand.
     Winged,
+    /// An open hand raised, the fingers apart; a scroll in the other.
+    Orator,
 }
 
 /// Height, half width, half depth, depth of the folds relative to the radius; metres.
@@ -114,8 +116,36 @@ pub(super) fn figure(pose: Pose, segments: usize) -> Shape {
             arm(&mut figure, [left_shoulder, elbow, fist], detail);
             hand(&mut figure, fist);
         }
+        Pose::Orator => {
+            let (elbow, palm) = (DVec3::new(-0.46, 1.62, 0.12), DVec3::new(-0.6, 1.98, 0.26));
+            arm(&mut figure, [right_shoulder, elbow, palm], detail);
+            open_hand(&mut figure, palm, detail / 3);
+            let (elbow, fist) = (DVec3::new(0.38, 1.24, 0.02), DVec3::new(0.26, 1.12, 0.26));
+            arm(&mut figure, [left_shoulder, elbow, fist], detail);
+            hand(&mut figure, fist);
+            let scroll = [[0.0, -0.2], [0.045, -0.19], [0.03, -0.17], [0.03, 0.17], [0.045, 0.19], [0.0, 0.2]];
+            let lean = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.5), fist);
+            figure.add(Shape::lathe(&scroll, detail / 2).placed(&lean));
+        }
     }
     figure
+}
+
+/// A palm that faces forwards, with four fingers and a thumb a few centimetres long.
+fn open_hand(figure: &mut Shape, palm: DVec3, segments: usize) {
+    let segments = segments.max(5);
+    let middle = palm + DVec3::Y * 0.05;
+    figure.add(Shape::ellipsoid(middle, DVec3::new(0.048, 0.062, 0.022), 2 * segments, segments));
+    // Turns from upright to either side, radians, and lengths, metres: forefinger to little finger, then the thumb.
+    for (turn, length, radius) in
+        [(0.26, 0.095, 0.012), (0.06, 0.108, 0.012), (-0.14, 0.1, 0.0115), (-0.36, 0.08, 0.01), (0.95, 0.075, 0.014)]
+    {
+        let along = DQuat::from_rotation_z(-turn) * DVec3::Y;
+        let (root, tip) = (middle + along * 0.035, middle + along * (0.05 + length) + DVec3::Z * 0.02);
+        let path =
+            [(root, radius), (root.lerp(tip, 0.55), 0.95 * radius), (root.lerp(tip, 0.92), 0.8 * radius), (tip, 0.0)];
+        figure.add(Shape::tube(&path, segments));
+    }
 }
 
 fn robe(segments: usize) -> Shape {

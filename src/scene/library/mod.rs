@@ -13,6 +13,7 @@ mod registry;
 mod robots;
 mod skylight;
 mod spec;
+mod statues;
 mod terrain;
 mod trees;
 
@@ -21,4 +22,4 @@ pub use spec::{LibraryParam, LibraryScene, LibrarySpec};
 
 /// Every scene, in the order they are listed.
 static SPECS: &[LibrarySpec] =
-    &[courtyard::SPEC, robots::SPEC, ceiling::SPEC, skylight::SPEC, dueling::SPEC, forest::SPEC];
+    &[courtyard::SPEC, robots::SPEC, ceiling::SPEC, skylight::SPEC, dueling::SPEC, forest::SPEC, statues::SPEC];

@@ -1,4 +1,4 @@
-//! Trees of a few hundred triangles each, for scenes that place them by the thousand.
+//! Trees: of a few hundred triangles each for scenes that place them by the thousand, and finer ones for gardens.
 //!
 //! Every tree stands on y = 0 with half a metre of trunk below it, so that none floats on a slope. A seed changes the shape of
 //! a tree, never its number of triangles.
@@ -117,6 +117,44 @@ pub(super) fn shrub(random: &mut Random) -> Shape {
 pub(super) fn topiary(random: &mut Random) -> Shape {
     let stem = Shape::lathe(&[[0.07, -0.1], [0.05, 0.5], [0.05, 1.5]], 12);
     stem.with(leafy_lump(DVec3::Y * 1.65, DVec3::new(0.72, 0.68, 0.72), 40, 26, 0.028, random))
+}
+
+/// A laurel, 3 m, for a tub: a stem, twigs, and a crown of single leaves, 6 triangles each. Light falls
+/// through between them.
+pub(super) fn laurel(random: &mut Random, leaves: usize) -> Shape {
+    const TWIGS: usize = 24;
+    let crown = DVec3::new(0.0, 2.05, 0.0);
+    let radii = DVec3::new(0.78, 0.95, 0.78);
+    let mut tree = Shape::tube(&[(DVec3::Y * -0.1, 0.06), (DVec3::Y * 1.2, 0.045), (DVec3::Y * 2.3, 0.015)], 8);
+    for _ in 0..TWIGS {
+        let root = DVec3::Y * random.range(1.25, 2.2);
+        tree.add(Shape::tube(&[(root, 0.014), (crown + in_ball(random, 0.8) * radii, 0.004)], 4));
+    }
+    for _ in 0..leaves {
+        // Most leaves are near the surface of the crown, which stays open inside.
+        let out = in_ball(random, 0.55);
+        let at = crown + out * radii;
+        let along = (out.normalize() + DVec3::Y * random.range(-0.3, 0.5) + in_ball(random, 0.0) * 0.7).normalize();
+        let side = along.any_orthonormal_vector();
+        let across = (side + along.cross(side) * random.range(-2.0, 2.0)).normalize();
+        let (length, width) = (random.range(0.1, 0.17), 0.042);
+        let keel = along.cross(across) * 0.006;
+        let middle = at + along * (0.45 * length);
+        let ring = [across * width, keel, -across * width].map(|c| middle + c);
+        tree.add(Shape::skin(&[vec![at], ring.to_vec(), vec![at + along * length]]));
+    }
+    tree
+}
+
+/// A point of the unit ball that is at least `inner` from its middle.
+fn in_ball(random: &mut Random, inner: f64) -> DVec3 {
+    loop {
+        let p = DVec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), random.range(-1.0, 1.0));
+        // The inner bound keeps directions accurate.
+        if (inner.max(0.1)..=1.0).contains(&p.length()) {
+            return p;
+        }
+    }
 }
 
 /// An ellipsoid with a bumpy surface; `depth` is how deep each of six waves is, relative to the radius.

@@ -10,6 +10,6 @@ mod warp;
 
 pub use objective::{Cost, Objective};
 pub use problem::{Problem, Sample, Shape, Warped};
-pub use published::{Enclosing, Published, enclosing};
+pub use published::{Enclosing, Published, Step, enclosing};
 pub use search::least;
 pub use warp::{CAP, HELD, SPEC, SUM, cost_of, make};

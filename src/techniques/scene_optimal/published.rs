@@ -19,7 +19,7 @@ use crate::geometry::{convex_hull, planar_image};
 /// Turns that are tried, degrees.
 const ANGLES: [f64; 8] = [3.0, 5.0, 8.0, 15.0, 23.0, 30.0, 40.0, 50.0];
 /// Iterations.
-const ITERATIONS: usize = 3;
+pub const ITERATIONS: usize = 3;
 
 /// The parallelogram of least area around a polygon among the rectangles flush with its sides, sheared along them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,15 @@ pub fn enclosing(corners: &[DVec2]) -> Option<Enclosing> {
     // To the right of y.
     let x = if x.0.perp_dot(y.0) > 0.0 { x } else { (-x.0, -x.2, -x.1) };
     Some(Enclosing { rows: [row(x), row(y)], area })
+}
+
+/// A homography that the search accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Of rays.
+    pub homography: DMat3,
+    /// h, the sum of (10.4).
+    pub sum: f64,
 }
 
 /// Samples, told in the coordinates of Y, and the hull that a map must hold.
@@ -109,26 +118,24 @@ impl Published {
         }
         slope
     }
-    /// The homography that the search ends with, and h of it and of every step that was accepted before.
-    pub fn search(&self, first: DVec3) -> Option<(DMat3, Vec<f64>)> {
-        let mut best = self.affine(first.try_normalize()?)?;
-        let mut history = vec![self.sum(&best)];
+    /// Every homography that the search accepts, from the first to the one that it ends with. Nothing where the first has none.
+    pub fn search(&self, first: DVec3) -> Option<Vec<Step>> {
+        let step = |homography: DMat3| Step { homography, sum: self.sum(&homography) };
+        let mut best = step(self.affine(first.try_normalize()?)?);
+        let mut steps = vec![best];
         for _ in 0..ITERATIONS {
-            let p4 = best.row(2);
-            let Some(axis) = p4.cross(-self.slope(&best)).try_normalize() else { break };
-            let turned = ANGLES.iter().filter_map(|angle| {
-                let made = self.affine(DQuat::from_axis_angle(axis, angle.to_radians()) * p4)?;
-                Some((self.sum(&made), made))
-            });
-            match turned.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                Some((sum, made)) if sum < history[history.len() - 1] => {
-                    best = made;
-                    history.push(sum);
-                }
+            let p4 = best.homography.row(2);
+            let Some(axis) = p4.cross(-self.slope(&best.homography)).try_normalize() else { break };
+            let turned = ANGLES
+                .iter()
+                .filter_map(|angle| self.affine(DQuat::from_axis_angle(axis, angle.to_radians()) * p4).map(step));
+            match turned.min_by(|a, b| a.sum.total_cmp(&b.sum)) {
+                Some(least) if least.sum < best.sum => best = least,
                 _ => break,
             }
+            steps.push(best);
         }
-        Some((best, history))
+        Some(steps)
     }
 }
 

@@ -10,7 +10,8 @@ use glam::{DMat3, DVec2, DVec3};
 use super::flips::Flips;
 use super::objective::{Cost, Objective};
 use super::problem::{Problem, Sample, Shape};
-use super::published::Published;
+use super::flips::Flips;
+use super::published::{ITERATIONS, Published};
 use super::search::{least, polished};
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
@@ -88,6 +89,9 @@ const MOST_EDGES: usize = 4096;
 
 /// Fewer samples than this make no map for what is seen.
 const LEAST_SAMPLES: usize = 3;
+
+/// Names of the errors of the published search, before its first step and after each that it accepts.
+const STEP_ERRORS: [&str; ITERATIONS + 1] = ["error_step_0", "error_step_1", "error_step_2", "error_step_3"];
 
 #[derive(Debug)]
 struct SceneOptimal {
@@ -169,18 +173,20 @@ impl SceneOptimal {
         };
         let problem = Problem::of_edges(&hull, edges.iter(), part.size.receivers_texels(), self.cost)?;
         let shape_of = |rows: &Rows| problem.shape_of(&rays.homography(rows));
-        let published = published(&hull, edges.iter().map(both), view.spot().is_some());
+        let published = published(&hull, edges.iter().map(both), view.spot().is_some()).unwrap_or_default();
         let uniform = shape_of(upright);
         let least = || {
             let known = Self::known(view, part).into_iter().filter_map(|rows| shape_of(&rows));
-            let starts = known.chain(uniform).chain(published.and_then(|found| problem.shape_of(&found)));
-            least(&problem, &starts.collect::<Vec<_>>())
+            let last = published.last().and_then(|found| problem.shape_of(found));
+            least(&problem, &known.chain(uniform).chain(last).collect::<Vec<_>>())
         };
         let error = |shape: Shape| problem.value(&shape, usize::MAX);
         let (homography, errors) = match self.search {
             Search::Published => {
-                let found = published?;
-                (found, [problem.shape_of(&found).map(error), uniform.map(error)])
+                let errors = published.iter().map(|found| problem.shape_of(found).map(error));
+                let errors: Vec<Option<f64>> = errors.collect();
+                values.extend(STEP_ERRORS.into_iter().zip(&errors).filter_map(|(name, error)| Some((name, (*error)?))));
+                (*published.last()?, [*errors.last()?, uniform.map(error)])
             }
             Search::Full => {
                 let (shape, least) = least()?;
@@ -223,9 +229,9 @@ impl SceneOptimal {
     }
 }
 
-/// The homography of rays that the published search ends with. Rays are told to it from the samples' mean in units of their extent,
+/// The homographies of rays that the published search accepts, in order. Rays are told to it from the samples' mean in units of their extent,
 /// of a placed light as they are.
-fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<DMat3> {
+fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<Vec<DMat3>> {
     let mut samples: Vec<Sample> = samples.collect();
     let (mut middle, mut unit) = (DVec2::ZERO, 1.0);
     if !is_placed {
@@ -243,8 +249,9 @@ fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: b
         true => samples.iter().map(|s| s.y.extend(1.0).normalize()).sum(),
         false => DVec3::Z,
     };
-    let (found, _) = Published { hull, samples }.search(first)?;
+    let steps = Published { hull, samples }.search(first)?;
     let told = DMat3::from_cols(DVec3::X / unit, DVec3::Y / unit, (-middle / unit).extend(1.0));
     // As light sees it: x and y turn as those of the rays.
-    Some(DMat3::from_diagonal(DVec3::new(found.determinant().signum(), 1.0, 1.0)) * found * told)
+    let turned = |found: DMat3| DMat3::from_diagonal(DVec3::new(found.determinant().signum(), 1.0, 1.0)) * found * told;
+    Some(steps.iter().map(|step| turned(step.homography)).collect())
 }

@@ -111,7 +111,7 @@ fn look(shown: &LibraryScene, size: [u32; 2]) -> Vec<Option<(f64, bool)>> {
 
 #[test]
 fn the_specs_are_sound() {
-    assert_eq!(library::names(), ["courtyard", "robots", "ceiling", "skylight", "dueling", "forest"]);
+    assert_eq!(library::names(), ["courtyard", "robots", "ceiling", "skylight", "dueling", "forest", "statues"]);
     for spec in library::specs() {
         assert!(!spec.title.is_empty() && !spec.shows.is_empty());
         for (k, param) in spec.params.iter().enumerate() {
@@ -164,6 +164,8 @@ fn counts_are_the_promised_ones_whatever_the_seed() {
         assert!((20_000..=100_000).contains(&count("skylight")), "{}", count("skylight"));
         assert!((20_000..=200_000).contains(&count("dueling")), "{}", count("dueling"));
         assert!((3_000_000..=9_000_000).contains(&count("forest")), "{}", count("forest"));
+        // As many as the scene that the scene-optimized shadow maps were measured in.
+        assert!((443_000..=445_000).contains(&count("statues")), "{}", count("statues"));
     }
 }
 

@@ -267,7 +267,10 @@ impl View {
     }
 }
 
-/// The library's scenes with their own cameras and lights; few trees, for time.
+/// Parameters that scale a scene, and the most of each in tests of every technique on every scene, for time.
+const FEW: [(&str, f64); 3] = [("trees", 300.0), ("facets", 16.0), ("leaves", 60.0)];
+
+/// The library's scenes with their own cameras and lights, scaled down.
 pub fn from_library() -> Vec<View> {
     let spec_of = |name: &str| library::specs().iter().find(|s| s.name == name).expect("a spec");
     library::names()
@@ -276,8 +279,8 @@ pub fn from_library() -> Vec<View> {
             let few: Vec<(String, f64)> = spec_of(name)
                 .params
                 .iter()
-                .filter(|p| p.name == "trees")
-                .map(|p| (p.name.to_string(), 300.0_f64.clamp(p.min, p.max)))
+                .filter_map(|p| FEW.iter().find(|(name, _)| *name == p.name).map(|(_, most)| (p, most)))
+                .map(|(p, most)| (p.name.to_string(), most.clamp(p.min, p.max)))
                 .collect();
             let built = library::build(name, 1, &few).expect(name);
             View { name: name.to_string(), scene: built.scene, camera: built.camera, light: built.light }

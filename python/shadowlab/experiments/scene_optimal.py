@@ -1,0 +1,274 @@
+"""The experiment of the scene-optimized shadow maps: wrong pixels of techniques at equal memory in 28 configurations.
+
+Source: Chong, Gortler 2007 [chong2007], section 5: pictures of 1024 x 1024 pixels, maps of 750 to 2000 texels a side,
+and how many percent more mistakes the normal map makes. Departures: the scene and the configurations are ours (theirs
+were not published, see `scene_optimal_views`); truth is traced, and their truth, a normal map of 3700 x 3700 texels,
+stands beside it; more techniques are counted, and techniques with K maps have maps of N / sqrt(K) texels a side.
+
+```
+    configuration:  G-buffer (of the camera), truth, samples, reference map      made once, shared by
+        size N, technique:  fit -> draw -> look up -> count twice                 all sizes and techniques
+```
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from .. import _core
+from ..errors import ArgumentError, ShadowlabError, UnknownNameError
+from ..techniques.labels import full_name_of, is_parameterization, labelled
+from ..text import format_spec, shown
+from ..text.checks import check_bias, renderer_of, whole
+from ..trace import Truth
+from .columns import TABLES
+from .evaluate import evaluate, fitted
+from .kept_rows import KeptRows, key_of_row
+from .memory import BYTES_PER_TEXEL, side_of
+from .progress import Steps
+from .scene_optimal_table import NORMAL, SceneOptimalTable
+from .scene_optimal_views import configurations
+from .views import LabelledView
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..types import Item, RendererArgument, RendererLike, Techniques
+
+#: Texels along each side of a single map, as in the paper.
+SIZES = (750, 1000, 1250, 1500, 1750, 2000)
+QUICK_SIZES = (1000,)
+#: What is counted where nobody says, by the texts that make them; the normal map is the first.
+TECHNIQUES = (
+    NORMAL, "uniform", "lispsm", "gmnpr", "tsm", "plane_optimal", "scene_optimal:search=published", "scene_optimal",
+    "z_partition:count=4,inner=lispsm",
+)  # fmt: skip
+QUICK_TECHNIQUES = (NORMAL, "scene_optimal:search=published", "scene_optimal")
+#: Texels along each side of the map that the paper takes for the truth.
+REFERENCE_SIDE = 3700
+ROWS_FILE = "runs.csv"
+
+
+def scene_optimal_experiment(
+    techniques: Techniques = TECHNIQUES,
+    *,
+    sizes: Iterable[int] = SIZES,
+    views: Sequence[LabelledView] | None = None,
+    renderer: RendererArgument = None,
+    bias: _core.Bias | None = None,
+    reference: int = REFERENCE_SIDE,
+    out: str | Path | None = None,
+    progress: bool = True,
+) -> SceneOptimalTable:
+    """Wrong pixels of techniques at equal memory in many views, against traced truth and against a large normal map.
+
+    Parameters
+    ----------
+    techniques : sequence or dict
+        As for `sl.compare`. The paper's normal map, "uniform:turn=rectangle", is counted in any case.
+    sizes : iterable of int
+        Texels along each side of a single map. A technique with K maps gets maps of at most size / sqrt(K).
+    views : sequence of LabelledView, optional
+        Where it is counted; the 28 of `scene_optimal_views.configurations` where none are given.
+    renderer : Renderer or str, optional
+        As of `sl.compare`.
+    bias : Bias, optional
+        ``Bias()`` where none is given.
+    reference : int
+        Texels along each side of the normal map that the paper takes for the truth.
+    out : path, optional
+        A directory. Rows are kept in ``runs.csv`` there after every configuration, and not made again where they are
+        there for the same settings.
+    progress : bool
+        Whether to show a progress bar, on terminals and in notebooks.
+
+    Returns
+    -------
+    SceneOptimalTable
+        What a technique cannot do with a light is the `failure` of its row.
+
+    Raises
+    ------
+    ArgumentError
+        For sizes that are no whole numbers above 0 or come twice, matrices instead of techniques, no views, views that
+        share a label, and a table of another kind in `out`.
+    UnknownNameError
+        For a technique or renderer that does not exist.
+
+    References
+    ----------
+    Chong, Gortler, "Scene Optimized Shadow Mapping", Harvard technical report TR-07-07, 2007 [chong2007].
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> from shadowlab.experiments import scene_optimal_views
+    >>> scene = sl.library.scene("statues", facets=12, leaves=20)
+    >>> views = scene_optimal_views.configurations(96, scene)[:1]
+    >>> found = sl.scene_optimal_experiment(
+    ...     ["scene_optimal"], sizes=[64], views=views, reference=256, renderer="cpu", progress=False
+    ... )
+    >>> list(found.table["technique"])
+    ['uniform:turn=rectangle', 'scene_optimal']
+    """
+    how = _How(renderer_of(renderer), check_bias_or_default(bias), whole("reference", reference))
+    sides = checked_sizes(sizes)
+    seen = checked_views(configurations() if views is None else views)
+    entries = with_normal(techniques)
+    rows = KeptRows(TABLES["scene_optimal"], None if out is None else Path(out) / ROWS_FILE)
+    keys = []
+    with Steps(len(seen) * len(entries) * len(sides), progress) as step:
+        for view in seen:
+            made: dict[str, dict[str, Any]] = {}
+            counting = _Counting(how, view)
+            for side in sides:
+                for label, item in entries:
+                    step(f"{view.label}, {label} {side}²")
+                    key = how.key(view, label, item, side)
+                    keys.append(key)
+                    if rows.get(key) is None:
+                        made[key] = counting.row(label, item, side)
+            rows.add(made)
+    return SceneOptimalTable(rows.table(keys), how.reference, how.renderer.backend, how.renderer.adapter)
+
+
+def chosen_views(names: Sequence[str], views: Sequence[LabelledView]) -> list[LabelledView]:
+    """The views of these labels; a camera's or a light's name alone means all of it.
+
+    Raises
+    ------
+    UnknownNameError
+        For a name that no view has.
+    """
+    found: list[LabelledView] = []
+    for name in names:
+        of = [view for view in views if name in (view.label, view.camera_label, view.light_label)]
+        if not of:
+            cameras = dict.fromkeys(view.camera_label for view in views)
+            lights = dict.fromkeys(view.light_label for view in views)
+            raise UnknownNameError(
+                f"configurations: unknown {shown(name)}; expected a camera ({', '.join(cameras)}), a light "
+                f'({", ".join(lights)}) or both such as "{views[0].label}"'
+            )
+        found += [view for view in of if view not in found]
+    return found
+
+
+def with_normal(techniques: Techniques) -> list[tuple[str, Item]]:
+    """(label, technique) of all, the normal map first."""
+    entries = labelled(techniques)
+    for label, item in entries:
+        if is_parameterization(item):
+            raise ArgumentError(f"techniques: {label!r} is matrices of one view; give the technique that makes them")
+    return entries if NORMAL in dict(entries) else labelled([NORMAL]) + entries
+
+
+def checked_sizes(sizes: object) -> list[int]:
+    """The sizes, none twice.
+
+    Raises
+    ------
+    ArgumentError
+    """
+    if isinstance(sizes, (str, bytes)) or not isinstance(sizes, Iterable):
+        raise ArgumentError(f"sizes: expected several whole numbers of texels, got {shown(sizes)}; try [750, 2000]")
+    found = [whole("sizes", one) for one in sizes]
+    if not found or len(set(found)) < len(found):
+        raise ArgumentError(f"sizes: expected at least one, each once, got {shown(found)}; try [750, 2000]")
+    return found
+
+
+def checked_views(views: Sequence[LabelledView]) -> list[LabelledView]:
+    """The views, whose labels differ.
+
+    Raises
+    ------
+    ArgumentError
+    """
+    found = list(views)
+    for one in found:
+        if not isinstance(one, LabelledView):
+            raise ArgumentError(
+                f"views: expected LabelledView objects, got {type(one).__name__}; try scene_optimal_views"
+            )
+    if not found or len({one.label for one in found}) < len(found):
+        raise ArgumentError(f"views: expected at least one, labels once each, got {[one.label for one in found]}")
+    return found
+
+
+def check_bias_or_default(bias: object) -> _core.Bias:
+    """The bias; the default one where none is given."""
+    check_bias(bias)
+    return _core.Bias() if bias is None else cast("_core.Bias", bias)
+
+
+@dataclass(frozen=True)
+class _How:
+    """How all views are counted."""
+
+    renderer: RendererLike
+    bias: _core.Bias
+    reference: int
+
+    def key(self, view: LabelledView, label: str, item: Item, side: int) -> str:
+        """The digest of all that a row depends on."""
+        spec = format_spec(full_name_of(item), dict(item.settings))
+        drawn = (self.renderer.backend, self.renderer.adapter, self.bias, self.reference)
+        what = (view.view.scene.content_hash, view.camera, view.light, view.size, view.label)
+        return key_of_row(_core.__version__, *what, *drawn, label, spec, side)
+
+
+class _Counting:
+    """One view: what all techniques and sizes share in it, and the rows."""
+
+    def __init__(self, how: _How, view: LabelledView):
+        self.how, self.view = how, view
+        self._reference: NDArray[np.int8] | None = None
+        self._counts: dict[str, int] = {}
+
+    def row(self, label: str, item: Item, side: int) -> dict[str, Any]:
+        """The row of a technique in the memory of one map of so many texels a side."""
+        view, memory = self.view, BYTES_PER_TEXEL * side * side
+        own = side_of(memory, self._maps(label, item)) or side
+        run = evaluate(
+            view.view, item, own, metrics=["misclassified"], renderer=self.how.renderer, bias=self.how.bias, label=label
+        )
+        row = run.row() | {
+            "camera": view.camera_label, "light": view.light_label, "memory": memory, "single_side": side
+        }  # fmt: skip
+        if run.failure:
+            return row
+        by_map = _core.misclassified(cast("NDArray[np.float32]", run.mask), self.reference)
+        return row | {"misclassified_by_map": int(by_map.count), "compared_by_map": int(by_map.compared)}
+
+    def _maps(self, label: str, item: Item) -> int:
+        """The number of maps in this view; 1 where there are none, as `evaluate` finds again and says."""
+        if label not in self._counts:
+            count = 1
+            if "count" in item.settings or "inner" in item.settings:
+                try:
+                    count = len(fitted(item, self.view.view, self.how.reference, self.how.renderer).matrices)
+                except ShadowlabError:
+                    count = 1
+            self._counts[label] = count
+        return self._counts[label]
+
+    @property
+    def reference(self) -> NDArray[np.int8]:
+        """What the paper takes for the truth (H, W) int8, of the kind of `View.truth`."""
+        if self._reference is None:
+            run = evaluate(
+                self.view.view, NORMAL, self.how.reference, metrics=["mask"], renderer=self.how.renderer,
+                bias=self.how.bias,
+            )  # fmt: skip
+            if run.failure:
+                raise ArgumentError(f"views: {self.view.label!r} has no normal map to compare with: {run.failure}")
+            mask = np.asarray(run.mask)
+            lit = np.where(mask >= 0.5, Truth.LIT, Truth.SHADOW)
+            self._reference = np.where(np.isnan(mask), Truth.NOTHING, lit).astype(np.int8)
+        return self._reference

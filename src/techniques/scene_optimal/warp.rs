@@ -17,8 +17,8 @@ use crate::focus::{Coverage, FocusedView, RayEdge};
 use crate::geometry::Rows;
 use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
-    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings,
-    Spec, Warp, WarpSpace, receivers_outline,
+    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK,
+    Settings, Spec, Warp, WarpSpace, receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -55,6 +55,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         HELD,
         MARGIN,
+        SLACK,
     ],
 };
 

@@ -28,6 +28,7 @@ def tables() -> dict[str, pd.DataFrame]:
     return {
         "compare": study.table, "advise": advice.table, "advise.runs": advice.runs, "advise.switches": advice.switches,
         "over_light_angle": angles.table, "frustum_over_light_angle": frustum.table, "temporal": temporal.table,
+        "temporal.frames": temporal.frames,
     }  # fmt: skip
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 #: Factor by which maps are larger than what their samples span, and times that kept maps may be as coarse as new ones.
 #: docs/temporal.md says how they were chosen.
-SLACK, GAIN = 1.1, 1.15
+SLACK, GAIN = 1.08, 1.15
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,8 +140,9 @@ impl SceneOptimal {
             let (shape, error) = least(&problem, &starts)?;
             (problem.homography(&shape), Some(error))
         };
-        values.extend(error.map(|error| ("error", error)));
-        values.extend(shape_of(upright).map(|shape| ("error_uniform", error_of(shape))));
+        // Squares have no mean where a sample shows no texel of the published map.
+        let errors = [("error", error), ("error_uniform", shape_of(upright).map(error_of))];
+        values.extend(errors.into_iter().filter_map(|(name, e)| Some((name, e.filter(|e| e.is_finite())?))));
         Some(rays.rows(&homography))
     }
     /// Maps that are known.

@@ -20,6 +20,10 @@ DRIFT = pd.DataFrame(
     {"technique": ["a"] * 3 + ["b"] * 3, "frame": [0, 1, 2] * 2, "drift_rms": [0.1, 0.2, 0.3, 0.0, 0.0, 0.0],
      "drift_max": [0.2, 0.3, 0.5, 0.0, 0.0, 0.0], "flips": [10, 20, 30, 0, 0, 0]}
 )  # fmt: skip
+FRAMES = pd.DataFrame(
+    {"technique": ["a"] * 4 + ["b"] * 4, "frame": [0, 1, 2, 3] * 2, "misclassified": [30, 31, 32, 33, 40, 41, 42, 43],
+     "refit": [True] * 5 + [False, True, False]}
+)  # fmt: skip
 CAUSES = pd.DataFrame(
     {"technique": ["uniform", "lispsm"], "acne": [10, 0], "edge": [300, 40], "leak": [5, 2], "missing": [0, 8]}
 )

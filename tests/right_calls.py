@@ -157,6 +157,9 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     angles = sl.aliasing.over_light_angle(scene, camera, range(0, 90, 10), "uniform", renderer="cpu")
     assert_type(angles.crossovers("share"), pd.DataFrame)
     assert_type(sl.aliasing.temporal(scene, [camera, camera], light).summary, pd.DataFrame)
+    held = sl.TemporalFit("lispsm", slack=1.1)
+    assert_type(held.parameterize(scene, camera, light, resolution=(64, 128)), sl.Parameterization)
+    assert_type(sl.aliasing.temporal(scene, [camera, camera], light, {"held": held}).frames, pd.DataFrame)
     assert_type(sl.aliasing.light_at_angle(camera, 45), sl.DirectionalLight)
     assert_type(sl.report().works, bool)
 

@@ -34,6 +34,7 @@ def tables() -> dict[str, pd.DataFrame]:
         "compare": study.table, "advise": advice.table, "advise.runs": advice.runs, "advise.switches": advice.switches,
         "over_light_angle": angles.table, "frustum_over_light_angle": frustum.table, "temporal": temporal.table,
         "scene_optimal": optimal.table, "scene_optimal.totals": optimal.totals, "scene_optimal.views": optimal.views,
+        "temporal.frames": temporal.frames,
     }  # fmt: skip
 
 

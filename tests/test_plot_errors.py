@@ -12,6 +12,7 @@ from plot_support import (
     CAUSES,
     CURVES,
     DRIFT,
+    FRAMES,
     LISPSM,
     RIGHT,
     ROBOTS,
@@ -67,6 +68,7 @@ CALLS = {
     "causes": lambda ax: plot.causes(CAUSES, ax),
     "cause_map": lambda ax: plot.cause_map(view(), SUN, RIGHT, np.arange(48).reshape(6, 8) % 6 - 1, ax),
     "drift": lambda ax: plot.drift(DRIFT, ax),
+    "flips": lambda ax: plot.flips(sl.aliasing.Temporal(DRIFT, FRAMES), ax),
 }
 PICTURES = ("error_map", "lattice", "cause_map")
 
@@ -307,6 +309,19 @@ def test_the_cause_map_counts(ax):
     plot.cause_map(view(), SUN, RIGHT, codes, ax)
     np.testing.assert_array_equal(ax.images[0].get_array(), plot.cause_picture(view(), SUN, RIGHT, codes))
     assert legend(ax) == ["acne: 0 px", "edge: 3 px", "leak: 0 px", "missing: 1 px", "other: 0 px", "not compared"]
+
+
+def test_flips_stand_beside_wrong_pixels_and_new_maps_are_ringed(ax):
+    plot.flips(sl.aliasing.Temporal(DRIFT, FRAMES), ax)
+    lines = [np.column_stack(line.get_data()) for line in ax.lines]
+    # Flips since the frame before, each with its wrong pixels; rings where the one that keeps its maps made new ones.
+    np.testing.assert_array_equal(lines[0], [(1, 10), (2, 20), (3, 30)])
+    np.testing.assert_array_equal(lines[1], [(0, 30), (1, 31), (2, 32), (3, 33)])
+    np.testing.assert_array_equal(lines[2], [(1, 0), (2, 0), (3, 0)])
+    np.testing.assert_array_equal(lines[4], [(2, 0)])
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words[:2] == ["a\n20 flips, 32 wrong", "b\n0 flips, 42 wrong"]
+    assert words[2:] == ["flips since the frame before", "wrong pixels", "new maps"]
 
 
 def test_drift_has_rms_and_largest_of_each_label(ax):

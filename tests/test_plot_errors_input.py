@@ -9,6 +9,7 @@ from plot_support import (
     CAUSES,
     CURVES,
     DRIFT,
+    FRAMES,
     LISPSM,
     RIGHT,
     ROBOTS,
@@ -61,6 +62,10 @@ NOTHING = {
     "causes": lambda ax: plot.causes(CAUSES.iloc[:0], ax),
     "cause_map": lambda ax: plot.cause_map(view(), SUN, RIGHT, np.full((6, 8), -1), ax),
     "drift": lambda ax: plot.drift(DRIFT.iloc[:0], ax),
+    "flips": lambda ax: plot.flips(sl.aliasing.Temporal(DRIFT.iloc[:0], FRAMES.iloc[:0]), ax),
+    "flips failed": lambda ax: plot.flips(
+        sl.aliasing.Temporal(DRIFT.assign(flips=np.nan), FRAMES.assign(misclassified=np.nan, refit=None)), ax
+    ),
     "drift failed": lambda ax: plot.drift(DRIFT.assign(drift_rms=np.nan, drift_max=np.nan, flips=np.nan), ax),
 }
 
@@ -124,6 +129,7 @@ WRONG = [
     (lambda: plot.causes(CAUSES[["technique"]]), "there is no acne, edge, leak, missing"),
     (lambda: plot.causes(CAUSES.assign(edge=-1)), "got a negative one"),
     (lambda: plot.cause_map(view(), SUN, RIGHT, np.zeros((2, 2))), "cause_image: expected shape"),
+    (lambda: plot.flips(DRIFT), "temporal: expected a Temporal"),
     (lambda: plot.drift(DRIFT, "Drift"), "ax: expected matplotlib axes, got 'Drift'; give title="),
     (lambda: plot.error_map(image(), "Error"), "ax: expected matplotlib axes"),
     (lambda: plot.drift(DRIFT.drop(columns="flips")), "there is no flips"),
@@ -154,7 +160,7 @@ def test_wrong_arguments_say_what_was_expected(call, says):
 
 
 def test_results_are_taken_as_they_are(ax):
-    temporal, angles = sl.aliasing.Temporal(DRIFT), sl.aliasing.LightAngles(angle_table())
+    temporal, angles = sl.aliasing.Temporal(DRIFT, FRAMES), sl.aliasing.LightAngles(angle_table())
     assert plot.drift(temporal, ax) is ax
     assert len(plot.error_over_angle(angles, lone_axes()).lines) == 12
     assert plot.error_histogram(image(), lone_axes()).patches

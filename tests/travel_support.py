@@ -265,6 +265,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
             progress=False,
         )
     ],
+    "TemporalFit": lambda: [held(0), held(2), sl.TemporalFit("lispsm", 1.25, np.inf)],
     "Usage": lambda: [
         sl.aliasing.usage(judged()[3], *view()[1:], parameterization(name)) for name in ("uniform", "lispsm")
     ],
@@ -277,6 +278,14 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         closed_form.worst(near=1, far=np.array([10.0, 100.0]), technique="lispsm"),
     ],
 }
+
+
+def held(frames: int) -> Any:
+    """A fit that has held maps for so many frames."""
+    fit = sl.TemporalFit(slack=1.5)
+    for _ in range(frames):
+        fit.parameterize(*view(), resolution=64)
+    return fit
 
 
 def chosen(scene: Any, camera: Any, light: Any) -> tuple[Any, Any]:

@@ -35,6 +35,7 @@ from .scene.source import Source
 from .scene.view import View
 from .techniques.presets import Preset, preset, presets
 from .techniques.registry import technique, techniques
+from .techniques.temporal_fit import TemporalFit
 
 if TYPE_CHECKING:
     from . import plot
@@ -72,6 +73,7 @@ __all__ = [
     "SpotLight",
     "Study",
     "Technique",
+    "TemporalFit",
     "View",
     "__version__",
     "advise",

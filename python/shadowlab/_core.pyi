@@ -39,6 +39,7 @@ __all__ = [
     "__version__",
     "adapters",
     "causes",
+    "drawn_samples",
     "first_hit",
     "footprint",
     "footprint_at",
@@ -425,6 +426,11 @@ def trace_memory(scene: Scene) -> int:
 
 def mapped_states(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
     """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""
+
+def drawn_samples(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer | None = None) -> Samples:
+    """The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128
+    pixels, or of one that is there.
+    """
 
 def predict_wrong(
     samples: Samples, parameterization: Parameterization | Matrices, *, resolution: _Size | None = None

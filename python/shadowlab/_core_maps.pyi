@@ -37,6 +37,28 @@ class Technique:
         """The same technique with maps for the receivers' body, as papers have it: `range=body` and `fit=exact` where it looks at
         samples, and of a search at visible edges the published warp distance. Techniques inside it likewise.
         """
+    @property
+    def holds(self) -> Literal["shadow", "seen", "body"]:
+        """What all of its maps hold: "shadow", visible receivers in shadow and their neighbours; "seen", all visible receivers; or
+        "body", whatever can be seen. Of techniques inside it the most.
+        """
+    def with_slack(self, slack: float) -> Technique:
+        """The same technique with slack around the samples that its maps hold, so that they can be held while the camera moves.
+        Techniques inside it likewise.
+
+        Parameters
+        ----------
+        slack : float
+            Factor by which a map is larger, along each side, than what its samples span in it, 1 to 2.
+
+        Raises
+        ------
+        ArgumentError
+            A slack out of range, or a technique that does not fit each of its maps to samples.
+        """
+    @property
+    def text(self) -> str:
+        """The text that makes the technique again, with the settings that are not the default: `sl.technique(text)`."""
     def parameterize(
         self,
         scene: Scene,

@@ -1,6 +1,6 @@
 """Samples of `_core`, which exports them."""
 
-from typing import TypeAlias, final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -141,6 +141,49 @@ class Samples:
         ------
         ArgumentError
             Samples without shadow states.
+        """
+    def missed(self, parameterization: MapsLike | Matrices, holds: Literal["shadow", "seen"] = "shadow") -> int:
+        """Visible points that a map must hold and that no map holds.
+
+        Parameters
+        ----------
+        parameterization : Parameterization
+            The maps.
+        holds : {"shadow", "seen"}
+            What maps must hold: points in shadow and their neighbours in the picture, as outside of a map all is lit; or all
+            that face the light. As `Technique.holds`.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        ArgumentError
+            Samples without shadow states, or another word.
+        """
+    def edge_width(self, parameterization: MapsLike | Matrices, *, resolution: _Size | None = None) -> float:
+        """The mean width of the texels of maps across the edges of visible shadows, pixels (10.8).
+
+        A width w counts as 32 (1 - exp(-w / 32)), so that no single edge can rule the mean; an edge that no map holds counts as
+        32.
+
+        Parameters
+        ----------
+        parameterization : Parameterization
+            The maps.
+        resolution : int or (int, int), optional
+            Texels along the sides of each map; those it was made for where none are given.
+
+        Returns
+        -------
+        float
+            Pixels of the picture that the samples come from; 0 where they have no edge.
+
+        Raises
+        ------
+        ArgumentError
+            Samples without shadow states, or a resolution that is none.
         """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -10,6 +10,7 @@
 //! ```
 
 use super::map_size::MapSize;
+use super::outlined::reaching;
 use super::tightening::Tightening;
 use super::unit_cube::{Fit, across, cut_to, fit, with_border, with_room};
 use crate::focus::FocusedView;
@@ -64,6 +65,7 @@ fn logarithm(
     let border = 0.5 * range * (size.inset().y.recip() - 1.0);
     let mut map: Aabb = with_border(&receivers, size);
     (map.min.y, map.max.y) = (low * border.exp(), high * (-border).exp());
+    let map = reaching(&rows, map, view, size);
     let mut fitted = cut_to(&rows, &map, view, scene, tightening).canonical(view);
     // y in the middle of the map is 0 before the crop already: where w hardly varies, a constant over w is the difference of
     // far larger terms, which the product of the factors would leave the rounding of.

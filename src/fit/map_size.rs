@@ -21,6 +21,8 @@ pub struct MapSize {
     pub border: u32,
     /// Texels between border and samples.
     pub margin: f64,
+    /// Factor by which the samples' room is larger than they are, along x and y.
+    pub slack: f64,
 }
 
 impl MapSize {
@@ -34,7 +36,7 @@ impl MapSize {
             let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
             return Err(Error::argument("resolution", expected, texels, "choose a larger map"));
         }
-        Ok(Self { resolution, border, margin: 0.0 })
+        Ok(Self { resolution, border, margin: 0.0, slack: 1.0 })
     }
     /// Texels along x and y.
     pub fn texels(&self) -> DVec2 {
@@ -50,22 +52,22 @@ impl MapSize {
     }
     /// Texels along x and y that receivers fill.
     pub fn receivers_texels(&self) -> DVec2 {
-        self.between() - 2.0 * self.margin
+        (self.between() - 2.0 * self.margin) / self.slack
     }
     /// Texels along x or y, whichever has fewer.
     pub fn fewest(&self) -> f64 {
         self.texels().min_element()
     }
-    /// The same with so many texels between the border and the samples that the map must hold.
+    /// The same with so many texels between the border and the samples that the map must hold, and with a `slack` of 1 or more.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a margin that leaves less than half of the texels between the borders.
-    pub fn with_margin(self, margin: f64) -> Result<Self> {
+    pub fn with_room(self, margin: f64, slack: f64) -> Result<Self> {
         let between = self.between().min_element();
         if !(margin <= 0.25 * between) {
             let expected = format!("at most a quarter of the {between} texels between the map's borders");
             return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
         }
-        Ok(Self { margin, ..self })
+        Ok(Self { margin, slack, ..self })
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! Source: theory.md 10.3 (what a map must hold) and 1.3. Across the light the map is cut to the outline's image; along it to
 //! what of the receivers' body lies over that rectangle, so that receivers which no sample shows still have their depth. The
-//! warp's w need not be positive on the rest of the body, which no point of the map is in.
+//! warp's w need not be positive on the rest of the body, which no point of the map is in. A map with slack, which is held while the
+//! camera moves, reaches to the far end of whatever can come into view over its rectangle.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::map_size::{MapSize, POINT_EXTENT};
 use super::tightening::sides;
 use crate::focus::{FocusedView, Outline};
-use crate::geometry::{Aabb, Plane, Rows, planar_image};
+use crate::geometry::{Aabb, ConvexBody, Plane, Rows, planar_image};
 
 /// What has less w than this share of an outline's largest is left out of the map. Derived from f64: half of the digits.
 const LEAST_W: f64 = 1.0 / (1 << 26) as f64;
@@ -20,19 +21,32 @@ pub(super) fn outline_extent(rows: &Rows, outline: &Outline, view: &FocusedView,
     let (low, high) = rectangle(outline, &homography, size);
     let middle = rows.project(outline.middle).z;
     let flat = Aabb { min: low.extend(middle), max: high.extend(middle) };
-    let mut body = view.receivers;
-    for side in sides(rows, &flat, view).iter().flatten() {
-        if let Some(plane) = Plane::where_positive(*side) {
-            body.clip(&plane);
-        }
-    }
-    let depths = body.vertices().iter().map(|p| rows.project(*p).z).filter(|z| z.is_finite());
-    let (near, far) = depths.fold((middle, middle), |(near, far), z| (near.min(z), far.max(z)));
+    let (near, far) = depths_over(rows, &flat, view.receivers, view);
     // A texel's depth for a body without any, as across.
     let least = texel(outline, size)
         * rows.derivative(outline.middle, view.rays.direction_at(outline.middle).unwrap_or(DVec3::Z)).z.abs();
     let missing = (0.5 * (least - (far - near))).max(0.0);
     Aabb { min: low.extend(near - missing), max: high.extend(far + missing) }
+}
+
+/// The same map with a depth for all that can come into view over it, where its size has slack: it is held while the camera moves.
+pub(super) fn reaching(rows: &Rows, map: Aabb, view: &FocusedView, size: &MapSize) -> Aabb {
+    if view.outline.is_none() || size.slack <= 1.0 {
+        return map;
+    }
+    let (_, far) = depths_over(rows, &map, view.reachable(), view);
+    Aabb { max: map.max.truncate().extend(far), ..map }
+}
+
+/// The depths of an extent and of what of a body lies over its rectangle.
+fn depths_over(rows: &Rows, extent: &Aabb, mut body: ConvexBody, view: &FocusedView) -> (f64, f64) {
+    for side in sides(rows, extent, view).iter().flatten() {
+        if let Some(plane) = Plane::where_positive(*side) {
+            body.clip(&plane);
+        }
+    }
+    let depths = body.vertices().iter().map(|p| rows.project(*p).z).filter(|z| z.is_finite());
+    depths.fold((extent.min.z, extent.max.z), |(near, far), z| (near.min(z), far.max(z)))
 }
 
 /// The rectangle around an outline's image, at least a texel wide and high.

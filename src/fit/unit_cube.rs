@@ -15,7 +15,7 @@
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 
 use super::map_size::{MapSize, POINT_EXTENT};
-use super::outlined::outline_extent;
+use super::outlined::{outline_extent, reaching};
 use super::tightening::{Tightening, boxes, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
@@ -36,7 +36,8 @@ const DEPTH_MARGIN: f64 = 16.0 / (1 << 24) as f64;
 pub fn fit(provisional: &Rows, view: &FocusedView, scene: &Scene, size: &MapSize, tightening: Tightening) -> Fit {
     let provisional = &with_depth_of_w(provisional, view);
     let receivers = receivers_room(provisional, view, scene, size, tightening);
-    let cut = cut_to(provisional, &with_border(&receivers, size), view, scene, tightening);
+    let map = reaching(provisional, with_border(&receivers, size), view, size);
+    let cut = cut_to(provisional, &map, view, scene, tightening);
     cut.canonical(view)
 }
 

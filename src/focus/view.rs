@@ -158,6 +158,14 @@ impl<'a> FocusedView<'a> {
         }
         self
     }
+    /// All that the light shines on along the view's rays, whatever the camera sees: where receivers can come into view.
+    pub fn reachable(&self) -> ConvexBody {
+        let mut body = ConvexBody::from_aabb(&self.scene_box);
+        for plane in self.light_planes.iter().flatten().chain(&self.region_planes[..self.region_count]) {
+            body.clip(plane);
+        }
+        body
+    }
     /// A point that every map of the view holds.
     pub fn middle(&self) -> DVec3 {
         self.outline.map_or_else(|| self.receivers.vertex_mean(), |outline| outline.middle)

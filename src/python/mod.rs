@@ -62,7 +62,7 @@ mod _core {
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]
-    use super::survey::{mapped_states, predict_wrong};
+    use super::survey::{drawn_samples, mapped_states, predict_wrong};
     #[pymodule_export]
     use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]

@@ -15,6 +15,7 @@ use crate::digest::Numbers;
 use crate::focus::{EdgeSample, Picture, Samples};
 use crate::image::TruthMask;
 use crate::survey;
+use crate::techniques::Holds;
 
 /// What a camera sees, as points: what techniques make maps for.
 #[pyclass(name = "Samples", frozen, module = "shadowlab")]
@@ -278,6 +279,68 @@ impl PySamples {
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         Ok(py.detach(|| survey::outside(&self.samples, p)).or_raise(py)?.into())
+    }
+    /// Visible points that a map must hold and that no map holds.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameterization : Parameterization
+    ///     The maps.
+    /// holds : {"shadow", "seen"}
+    ///     What maps must hold: points in shadow and their neighbours in the picture, as outside of a map all is lit; or all
+    ///     that face the light. As `Technique.holds`.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     Samples without shadow states, or another word.
+    #[pyo3(signature = (parameterization, holds="shadow"))]
+    fn missed(&self, parameterization: &Bound<'_, PyAny>, holds: &str) -> PyResult<usize> {
+        let py = parameterization.py();
+        let p = as_parameterization(parameterization)?;
+        let holds = match holds {
+            "shadow" => Holds::Shadow,
+            "seen" => Holds::Seen,
+            other => {
+                let fix = "Technique.holds has the word";
+                return Err(argument_error(py, "holds", "shadow or seen", format!("{other:?}"), fix));
+            }
+        };
+        let p = &p.get().p;
+        py.detach(|| survey::missed(&self.samples, p, holds)).or_raise(py)
+    }
+    /// The mean width of the texels of maps across the edges of visible shadows, pixels (10.8).
+    ///
+    /// A width w counts as 32 (1 - exp(-w / 32)), so that no single edge can rule the mean; an edge that no map holds counts as
+    /// 32.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameterization : Parameterization
+    ///     The maps.
+    /// resolution : int or (int, int), optional
+    ///     Texels along the sides of each map; those it was made for where none are given.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Pixels of the picture that the samples come from; 0 where they have no edge.
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     Samples without shadow states, or a resolution that is none.
+    #[pyo3(signature = (parameterization, *, resolution=None))]
+    fn edge_width(&self, parameterization: &Bound<'_, PyAny>, resolution: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+        let py = parameterization.py();
+        let p = as_parameterization(parameterization)?;
+        let p = &p.get().p;
+        let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
+        py.detach(|| survey::edge_width(&self.samples, p, resolution)).or_raise(py)
     }
     fn __eq__(&self, other: PyRef<'_, Self>) -> bool {
         std::ptr::eq(self, &*other) || identity(&self.samples) == identity(&other.samples)

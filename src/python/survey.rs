@@ -11,6 +11,7 @@ use super::parameterization::as_parameterization;
 use super::samples::{PySamples, samples};
 use super::scene::{PyScene, scene};
 use crate::survey;
+use crate::techniques::Needs;
 
 /// Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8.
 #[pyfunction]
@@ -28,6 +29,29 @@ pub fn mapped_states<'py>(
         run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
     })?;
     image(py, states, [h, w])
+}
+
+/// The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128
+/// pixels, or of one that is there.
+#[pyfunction]
+#[pyo3(signature = (scene, camera, light, gbuffer=None))]
+pub fn drawn_samples(
+    py: Python<'_>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'_, PyScene>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'_, PyCamera>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    gbuffer: Option<Bound<'_, PyGBuffer>>,
+) -> PyResult<PySamples> {
+    let (scene, camera, needs) = (&scene.get().scene, &camera.get().camera, Needs::Shadows);
+    let samples = match gbuffer {
+        Some(gbuffer) => gbuffer.get().with_surfaces(py, |surfaces| {
+            run_watched(py, None, |progress| {
+                survey::samples_of_surfaces(scene, camera, &light, *surfaces, needs, progress).map(Some)
+            })
+        })?,
+        None => run_watched(py, None, |progress| survey::samples_of_view(scene, camera, &light, needs, progress))?,
+    };
+    Ok(PySamples { samples: samples.unwrap_or_default() })
 }
 
 /// Wrong pixels foretold from samples for maps of a resolution (10.9).

@@ -15,7 +15,7 @@ use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::focus::Samples;
 use crate::parameterization::Value;
 use crate::survey;
-use crate::techniques::{self, Default, Needs, Technique};
+use crate::techniques::{self, Default, Holds, Needs, Technique};
 
 /// A technique with its settings.
 #[pyclass(name = "Technique", frozen, eq, hash, module = "shadowlab")]
@@ -76,6 +76,36 @@ impl PyTechnique {
     /// samples, and of a search at visible edges the published warp distance. Techniques inside it likewise.
     fn by_body(&self, py: Python<'_>) -> PyResult<Self> {
         Ok(Self { technique: techniques::by_body(self.technique.as_ref()).or_raise(py)? })
+    }
+    /// What all of its maps hold: "shadow", visible receivers in shadow and their neighbours; "seen", all visible receivers; or
+    /// "body", whatever can be seen. Of techniques inside it the most.
+    #[getter]
+    fn holds(&self, py: Python<'_>) -> PyResult<&'static str> {
+        Ok(match techniques::holds(self.technique.as_ref()).or_raise(py)? {
+            Holds::Shadow => "shadow",
+            Holds::Seen => "seen",
+            Holds::Body => "body",
+        })
+    }
+    /// The same technique with slack around the samples that its maps hold, so that they can be held while the camera moves.
+    /// Techniques inside it likewise.
+    ///
+    /// Parameters
+    /// ----------
+    /// slack : float
+    ///     Factor by which a map is larger, along each side, than what its samples span in it, 1 to 2.
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     A slack out of range, or a technique that does not fit each of its maps to samples.
+    fn with_slack(&self, py: Python<'_>, slack: f64) -> PyResult<Self> {
+        Ok(Self { technique: techniques::with_slack(self.technique.as_ref(), slack).or_raise(py)? })
+    }
+    /// The text that makes the technique again, with the settings that are not the default: `sl.technique(text)`.
+    #[getter]
+    fn text(&self) -> String {
+        techniques::text_of(self.technique.as_ref())
     }
     /// The maps of this technique for a scene, camera and light.
     ///

@@ -92,7 +92,7 @@ fn is_lost(samples: &Samples, picture: &Picture, light: &Light, local: &Paramete
     samples.counts(camera, light, &Region::ALL, p, n) && local.choose(p - samples.origin, camera.depth_of(p)).is_none()
 }
 
-fn no_shadows() -> Error {
+pub(super) fn no_shadows() -> Error {
     let fix = "make them from a picture with shadow states: view.samples()";
     Error::argument("samples", "samples of a picture that say what is in shadow", "samples without shadow states", fix)
 }

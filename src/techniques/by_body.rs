@@ -1,8 +1,7 @@
 //! A technique as papers have it: maps for the receivers' body, whatever is seen of it.
 
-use super::kit::{Kind, Technique};
-use super::registry::technique;
-use super::text::{techniques_of, text_of};
+use super::inner::with_settings;
+use super::kit::Technique;
 use crate::error::Result;
 use crate::parameterization::Value;
 
@@ -26,29 +25,16 @@ pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
     let is = |name: &str, word: &str| settings.iter().any(|(n, v)| *n == name && *v == Value::Choice(word.into()));
     let by_edges = ["auto", "edge", "flips"].iter().any(|norm| is("norm", norm));
     let searches_seen = is("near", "optimal") && is("over", "seen") && by_edges;
-    let mut params = Vec::with_capacity(settings.len());
-    for ((name, value), param) in settings.iter().zip(of.spec().params) {
-        let value = match value {
-            Value::Choice(text) if param.kind == Kind::Techniques => {
-                let inner = techniques_of(text)?;
-                let texts: Result<Vec<String>> =
-                    inner.iter().map(|t| Ok(text_of(by_body(t.as_ref())?.as_ref()))).collect();
-                Value::Choice(texts?.iter().map(|t| format!("({t})")).collect::<Vec<_>>().join("/"))
-            }
-            Value::Choice(word) if *name == "near" && word == "optimal" && searches_seen => {
-                Value::Choice("delta-z".into())
-            }
-            Value::Choice(word) => {
-                let other = WORDS.iter().find(|(n, old, _)| n == name && old == word);
-                let new = other.map(|(_, _, new)| Value::Choice((*new).into()));
-                // A technique that is for samples alone has no other word.
-                new.and_then(|new| param.kind.accept(&new)).unwrap_or_else(|| value.clone())
-            }
-            other => other.clone(),
-        };
-        params.push((name.to_string(), value));
-    }
-    technique(of.spec().name, &params)
+    with_settings(of, by_body, |name, value, param| match value {
+        Value::Choice(word) if name == "near" && word == "optimal" && searches_seen => Value::Choice("delta-z".into()),
+        Value::Choice(word) => {
+            let other = WORDS.iter().find(|(n, old, _)| *n == name && old == word);
+            let new = other.map(|(_, _, new)| Value::Choice((*new).into()));
+            // A technique that is for samples alone has no other word.
+            new.and_then(|new| param.kind.accept(&new)).unwrap_or_else(|| value.clone())
+        }
+        other => other.clone(),
+    })
 }
 
 #[cfg(test)]

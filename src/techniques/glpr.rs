@@ -10,7 +10,9 @@
 //! GMNPR has it, so that the map goes to the uniform one.
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -31,6 +33,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

@@ -15,7 +15,9 @@
 //! its warp, down to θ = 0.
 
 use super::kit::along_view::warped_along_view;
-use super::kit::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp};
+use super::kit::{
+    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec, Warp,
+};
 use crate::error::Result;
 use crate::focus::FocusedView;
 
@@ -44,6 +46,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

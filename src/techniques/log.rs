@@ -17,7 +17,7 @@
 
 use super::kit::along_view::warped_along_view;
 use super::kit::{
-    FIT, LEAST_LAMBDA, LightSupport, MARGIN, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp, WarpSpace,
+    FIT, LEAST_LAMBDA, LightSupport, MARGIN, Part, Provisional, RANGE, SLACK, Settings, Spacing, Spec, Warp, WarpSpace,
 };
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, FocusedView};
@@ -30,7 +30,7 @@ pub static SPEC: Spec = Spec {
     title: "Ideal logarithmic shadow map: that of log_psm without its floor",
     source: "Wimmer, Scherzer, Purgathofer 2004, section 4.2; Lloyd et al. 2008",
     lights: LightSupport { directional: true, spot: false, point: false },
-    params: &[RANGE, FIT, MARGIN],
+    params: &[RANGE, FIT, MARGIN, SLACK],
 };
 
 #[derive(Debug)]

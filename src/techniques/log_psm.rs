@@ -17,7 +17,7 @@
 use super::glpr::LEAST_SHARE;
 use super::kit::along_view::warped_along_view;
 use super::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spacing, Spec, Warp,
+    Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spacing, Spec, Warp,
 };
 use crate::error::Result;
 use crate::focus::FocusedView;
@@ -40,6 +40,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

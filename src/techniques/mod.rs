@@ -8,6 +8,8 @@ mod by_body;
 mod face_partition;
 mod glpr;
 mod gmnpr;
+mod held;
+mod inner;
 pub mod kit;
 pub mod lispsm;
 mod log;
@@ -25,9 +27,10 @@ mod z_partition;
 
 pub use crate::parameterization::Value;
 pub use by_body::by_body;
+pub use held::{holds, with_slack};
 pub use kit::{
-    Default, FIT, Fitting, Kind, LightSupport, MARGIN, Maps, Named, Needs, ParamSpec, Part, Provisional, RANGE,
-    Settings, Spacing, Spec, Technique, Warp,
+    Default, FIT, Fitting, Holds, Kind, LightSupport, MARGIN, Maps, Named, Needs, ParamSpec, Part, Provisional, RANGE,
+    SLACK, Settings, Spacing, Spec, Technique, Warp,
 };
 pub use registry::{Entry, Make, RENAMED, Renamed, specs, technique};
 pub use text::{technique_of, techniques_of, text_of};

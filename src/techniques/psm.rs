@@ -21,8 +21,8 @@ use glam::{DVec2, DVec3};
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings,
-    Spec, Warp,
+    Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, SLACK,
+    Settings, Spec, Warp,
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
@@ -64,6 +64,7 @@ pub static SPEC: Spec = Spec {
         },
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

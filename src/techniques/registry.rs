@@ -83,8 +83,9 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
         Make::Warp(make) => {
             let warp = make(&settings)?;
             let tightening = settings.tightening()?;
-            let (range, holds, margin) = (settings.range(), settings.holds(), settings.declared_number("margin")?);
-            Ok(Box::new(Focused { spec: entry.spec, settings, tightening, range, holds, margin, warp }))
+            let (range, holds) = (settings.range(), settings.holds());
+            let (margin, slack) = (settings.declared_number("margin")?, settings.declared_number("slack")?);
+            Ok(Box::new(Focused { spec: entry.spec, settings, tightening, range, holds, margin, slack, warp }))
         }
         Make::Scheme(make) => make(settings),
     }

@@ -23,7 +23,7 @@
 
 use super::kit::along_view::{AlongView, warped_along_view};
 use super::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
+    Default, FIT, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec, Warp,
 };
 use crate::error::Result;
 use crate::focus::FocusedView;
@@ -55,6 +55,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

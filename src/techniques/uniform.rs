@@ -7,8 +7,8 @@ use glam::{DVec2, DVec4};
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Fitting, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, Settings, Spec,
-    Warp, receivers_outline,
+    Default, FIT, Fitting, Kind, LightSupport, MARGIN, Named, ParamSpec, Part, Provisional, RANGE, SLACK, Settings,
+    Spec, Warp, receivers_outline,
 };
 use crate::error::{Error, Result};
 use crate::fit::{MapSize, Tightening};
@@ -49,6 +49,7 @@ pub static SPEC: Spec = Spec {
         ParamSpec { default: Default::Choice("body"), ..RANGE },
         ParamSpec { default: Default::Choice("exact"), ..FIT },
         MARGIN,
+        SLACK,
     ],
 };
 

@@ -13,8 +13,8 @@
 
 use super::kit::light_projection::uniform_rows;
 use super::kit::{
-    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
-    WarpSpace,
+    Default, FIT, Kind, LEAST_LAMBDA, LightSupport, MARGIN, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec,
+    Warp, WarpSpace,
 };
 use crate::error::Result;
 use crate::focus::{Coverage, FocusedView};
@@ -62,6 +62,7 @@ pub static SPEC: Spec = Spec {
             ..FIT
         },
         MARGIN,
+        SLACK,
     ],
 };
 

@@ -67,7 +67,7 @@ _OF_VIEWS = (
     _number("light_angle", "rad", "Angle between the way of the light and the view, 0 to pi.", ""),
     _number("light_elevation", "rad", "Elevation of the light above the horizon, -pi/2 to pi/2.", ""),
     _number("angle_deg", "deg", "Angle between the way of the light and the view, as it was asked for.", ""),
-    _count("frame", "", "First of the two frames of a camera path that the row compares, from 0.", ""),
+    _count("frame", "", "Frame of a camera path, from 0; the first of the two that a row compares.", ""),
 )
 _OF_MAPS = (
     _text("technique", "Label of the technique."),
@@ -132,6 +132,8 @@ _OF_PATHS = (
     _count("judged", "px", "Receivers whose truth is the same in both frames."),
     _count("flips", "px", "Judged receivers whose shadow changes all the same."),
     _number("flip_share", "share", "Flips by judged receivers."),
+    Column("refit", "", "boolean", "Whether the maps are others than those of the frame before."),
+    _text("reason", "Why a `TemporalFit` made new maps; empty where it kept them, and for other techniques."),
 )
 _OF_RANKINGS = (
     _number(
@@ -244,6 +246,9 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "scene_optimal.views": (
         "view", "camera", "light", "light_angle", "light_elevation", "misclassified_normal", "best", "misclassified",
         "ratio_of_best",
+    ),
+    "temporal.frames": (
+        "scene", "view", "technique", "frame", "refit", "reason", "maps", *_WRONG, "failure",
     ),
 })  # fmt: skip
 

@@ -1,8 +1,8 @@
-"""What a moving camera does to a shadow: how far the texel lattice drifts on surfaces that stand still, and which flip.
+"""What a moving camera does to a shadow: how far texels drift on surfaces that stand still, and which flip.
 
 A shadow shimmers where the map's texels move over the receivers: a receiver's place in the lattice, the fraction of
 its texel coordinates, changes from frame to frame. Snapping (theory.md 1.4) moves maps by whole texels, so that it does
-not.
+not; a `TemporalFit` holds them while they serve (theory.md 10.6). What that costs is counted beside it: wrong pixels.
 
 ```
   frame i     | . |   |      a receiver at 0.3 of its texel
@@ -28,6 +28,7 @@ from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.labels import labelled
+from ..techniques.temporal_fit import TemporalFit
 from ..text import shown
 from ..text.checks import renderer_of, whole
 from ..trace import Truth
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from .._core import Bias, Camera, Parameterization, Scene
-    from ..types import Filter, Light, RendererArgument, RendererLike, ShadowMaps, Techniques
+    from ..types import Filter, Item, Light, RendererArgument, RendererLike, ShadowMaps, Techniques
 
 
 # Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
@@ -53,7 +54,7 @@ RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Temporal(Value):
-    """What maps do along a path, one row a technique and step in `table`.
+    """What maps do along a path: steps from frame to frame in `table`, frames in `frames`, one row per technique each.
 
     Attributes
     ----------
@@ -64,17 +65,26 @@ class Temporal(Value):
         light and lie in both frustums: switched (share that asks another map), lost (share that one of the frames has
         in no map, where it is lit whatever stands before it), judged (how many have the same truth in both frames),
         flips (how many of those change their shadow all the same), flip_share. failure says why a row has no numbers.
+    frames : DataFrame
+        technique, frame; refit (whether the maps are others than those of the frame before; true of the first), reason
+        (why a `TemporalFit` made new ones), maps, and the wrong pixels of the frame by the columns of `sl.compare`.
     """
 
     table: pd.DataFrame
+    frames: pd.DataFrame
+
+    STATE_VERSION = 2
 
     @property
     def summary(self) -> pd.DataFrame:
-        """One row per technique: means over the path, and the largest drift."""
+        """One row per technique: means over the path, the largest drift, wrong pixels per frame, changes of maps."""
         rows = self.table[self.table["failure"] == ""]
         grouped = rows.groupby("technique", sort=False)
         found = grouped[["drift_mean", "drift_rms", "scale", "switched", "lost", "flip_share"]].mean()
         found.insert(2, "drift_max", grouped["drift_max"].max())
+        frames = self.frames[self.frames["failure"] == ""].groupby("technique", sort=False)
+        found["misclassified"] = frames["misclassified"].mean().astype("float64")
+        found["refits"] = frames["refit"].sum().astype("Int64")
         means: pd.DataFrame = found.reset_index()
         return means
 
@@ -113,7 +123,8 @@ def temporal(
     light : light, or sequence of lights
         One for the whole path, or one a camera. Under a light that moves, receivers whose truth changes are left out.
     techniques : sequence or dict
-        As for `sl.compare`; a dict gives each its label.
+        As for `sl.compare`; a dict gives each its label. A fresh copy of a `TemporalFit` holds its maps along the path;
+        what the given one remembers stays as it was.
     resolution : int
         Texels along each side of the maps.
     size : (int, int), optional
@@ -138,6 +149,18 @@ def temporal(
     References
     ----------
     Valient, "Stable rendering of cascaded shadow maps", ShaderX6, 2008 [valient2008] (snapping to whole texels).
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> path = [scene.camera.replace(eye=scene.camera.eye + 0.02 * i) for i in range(3)]
+    >>> how = {"each frame": "scene_optimal", "held": sl.TemporalFit("scene_optimal")}
+    >>> found = sl.aliasing.temporal(
+    ...     scene, path, scene.light, how, resolution=256, size=(160, 90), renderer="cpu", progress=False
+    ... )
+    >>> found.summary.set_index("technique")["refits"].to_dict()
+    {'each frame': 3, 'held': 1}
     """
     path = checked_path(cameras)
     lights = checked_lights(light, len(path))
@@ -145,26 +168,48 @@ def temporal(
         check_types(scene, camera, of, bias, filter)
     texels = whole("resolution", resolution)
     picture = size_of(size, path[0]) if size is not None else small_size(path[0])
-    entries = labelled(techniques, lights[0])
+    entries = [
+        (label, item.fresh() if isinstance(item, TemporalFit) else item)
+        for label, item in labelled(techniques, lights[0])
+    ]
     draw = renderer_of(renderer)
     name = Source.of_scene(scene).name
     views = [View(scene, camera, of, picture) for camera, of in zip(path, lights, strict=True)]
     rows: list[dict[str, Any]] = []
-    drawn: dict[str, Run] = {}  # what each label has drawn for the second frame of the last pair
-    measure = partial(evaluate, metrics=(), renderer=draw, bias=bias, filter=filter)
+    frames: list[dict[str, Any]] = []
+    drawn: dict[str, Run] = {}  # what each label has drawn for the last frame
+    measure = partial(evaluate, metrics=("misclassified",), renderer=draw, bias=bias, filter=filter)
+
+    def frame_of(number: int, label: str, item: Item) -> Run:
+        run, before = measure(views[number], item, texels, label=label), drawn.get(label)
+        drawn[label] = run
+        frames.append({"scene": name, "frame": number, **frame_row(run, before)})
+        return run
+
     with Steps(len(path) - 1, progress) as step:
         for i, (before, after) in enumerate(pairwise(views)):
             step(f"frame {i}")
             pair = FramePair(before, after, draw)
             for label, item in entries:
-                first = drawn.pop(label, None) or measure(before, item, texels, label=label)
-                drawn[label] = second = measure(after, item, texels, label=label)
+                first = drawn.get(label) or frame_of(0, label, item)
+                second = frame_of(i + 1, label, item)
                 row = {"scene": name, "technique": label, "frame": i, "failure": first.failure or second.failure}
                 try:
                     rows.append(row if row["failure"] else {**row, **pair.compared((first, second))})
                 except ShadowlabError as error:
                     rows.append({**row, "failure": str(error)})
-    return Temporal(table("temporal", rows))
+    frames.sort(key=lambda row: row["frame"])
+    return Temporal(table("temporal", rows), table("temporal.frames", frames))
+
+
+def frame_row(run: Run, before: Run | None) -> dict[str, Any]:
+    """The row of a frame, after the run of the frame before."""
+    p, last = run.parameterization, None if before is None else before.parameterization
+    row: dict[str, Any] = {**run.row(), "refit": None, "reason": ""}
+    if p is not None and not run.failure:
+        row["refit"] = last is None or not np.array_equal(p.matrices, last.matrices)
+        row["reason"] = run.item.reason if isinstance(run.item, TemporalFit) else ""
+    return row
 
 
 class FramePair:

@@ -3,7 +3,7 @@
 - Of a run and a study: `eye_view`, `difference_view`, `chosen_view`, `shadow_map`, `frustum`, `error_curve`,
   `study_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
-- Of techniques: `error_along_view`, `error_over_angle`, `drift`.
+- Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`.
 - Of scene-optimized maps: `samples_view`, `search_history`, `samples_and_maps`, `percent_more`.
 """
@@ -23,7 +23,7 @@ from .eye_views import error_map, lattice
 from .light_views import light_view, warped_view
 from .scene_optimal import percent_more, samples_and_maps, samples_view, search_history
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
-from .temporal import drift
+from .temporal import drift, flips
 
 __all__ = [
     "MARKERS",
@@ -43,6 +43,7 @@ __all__ = [
     "error_over_angle",
     "error_picture",
     "eye_view",
+    "flips",
     "frustum",
     "lattice",
     "lattice_picture",

@@ -1,13 +1,14 @@
-"""How far the texels of a shadow map wander from frame to frame."""
+"""How far the texels of a shadow map wander from frame to frame, which shadows flip, and what holding maps costs."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import ArgumentError
 from ..experiments.temporal import Temporal
+from ..text import shown
 from .arguments import columns_of, current_columns, numbers_of
 from .axes import _axes, curve_look, legend_beside, say, series_style, short_label
 
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 # Drifts that span more than this are read on a logarithm only; below a thousandth of a texel a frame, at which a
 # lattice takes half a minute to move by one, the axis is linear.
 WIDE, SLOW_TEXELS = 30.0, 1e-3
+# Counts of pixels are linear up to this, as those of held maps are 0 in most frames.
+FEW_PX = 10.0
+# Around the marks of frames with new maps.
+RINGS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 11, "markerfacecolor": "none"}
 # Root mean square of the distance of a point of a texel from its middle: of a lattice that lies anywhere each frame.
 RANDOM_RMS = float(np.sqrt(1 / 6))
 
@@ -86,6 +91,81 @@ def drift(table: pd.DataFrame | Temporal, ax: Axes | None = None, *, title: str 
     _drift_scale(ax, finite)
     legend_beside(ax, fontsize="small")
     return ax
+
+
+def flips(temporal: Temporal, ax: Axes | None = None, *, title: str = "") -> Axes:
+    """Axes with the flips of each frame, a line with marks per label, and its wrong pixels, a thin line.
+
+    Parameters
+    ----------
+    temporal : Temporal
+        Of techniques along a path, as `sl.aliasing.temporal` returns it; a held one beside the same fitted each frame.
+    ax : matplotlib axes, optional
+        Made where none are given.
+    title : str
+
+    Returns
+    -------
+    matplotlib axes
+        Pixels over the number of the frame, linear below ten and logarithmic above. Flips are those since the frame
+        before. Rings mark the frames in which a technique that keeps its maps made new ones. The legend has both as
+        means per frame. A frame without a number is a gap.
+
+    Raises
+    ------
+    ArgumentError
+        For something else than a `Temporal`.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> scene = sl.library.scene("robots")
+    >>> path = [scene.camera.replace(eye=scene.camera.eye + 0.02 * i) for i in range(3)]
+    >>> how = {"each frame": "scene_optimal", "held": sl.TemporalFit("scene_optimal")}
+    >>> found = sl.aliasing.temporal(
+    ...     scene, path, scene.light, how, resolution=256, size=(160, 90), renderer="cpu", progress=False
+    ... )
+    >>> ax = sl.plot.flips(found)
+    """
+    if not isinstance(temporal, Temporal):
+        raise ArgumentError(
+            f"temporal: expected a Temporal, got {shown(temporal)}; sl.aliasing.temporal(...) makes one"
+        )
+    ax = _axes(ax)
+    ringed = False
+    for i, (label, frames) in enumerate(temporal.frames.groupby("technique", sort=False)):
+        steps = temporal.table[temporal.table["technique"] == label]
+        since, flipped = (steps[name].to_numpy(np.float64, na_value=np.nan) for name in ("frame", "flips"))
+        at, wrong = (frames[name].to_numpy(np.float64, na_value=np.nan) for name in ("frame", "misclassified"))
+        refit = frames["refit"].fillna(False).to_numpy(bool)
+        said = ", ".join(f"{_mean_text(values)} {what}" for values, what in ((flipped, "flips"), (wrong, "wrong")))
+        style = series_style(i)
+        ax.plot(since + 1, flipped, label=f"{short_label(label)}\n{said}", **style)
+        ax.plot(at, wrong, color=style["color"], linestyle=style["linestyle"], linewidth=0.8)
+        if not refit.all():
+            new = np.isin(since + 1, at[refit])
+            ringed = True
+            ax.plot(since[new] + 1, flipped[new], **(RINGS | {"markeredgecolor": style["color"]}))
+    curve_look(ax)
+    ax.set_yscale("symlog", linthresh=FEW_PX, linscale=0.5)
+    ax.set(xlabel="frame, number", ylabel="pixels", title=title)
+    if not ax.lines or not any(np.isfinite(line.get_ydata()).any() for line in ax.lines):
+        say(ax, "no frame was measured")
+        return ax
+    ax.set_ylim(bottom=-0.5)
+    ax.margins(x=0.03)
+    ax.plot([], [], color="#555555", marker="o", markersize=4, linewidth=1.6, label="flips since the frame before")
+    ax.plot([], [], color="#555555", linewidth=0.8, label="wrong pixels")
+    if ringed:
+        ax.plot([], [], **(RINGS | {"markeredgecolor": "#555555"}), label="new maps")
+    legend_beside(ax, fontsize="small")
+    return ax
+
+
+def _mean_text(values: np.ndarray) -> str:
+    """The mean of the numbers that are there, per frame."""
+    there = values[np.isfinite(values)]
+    return f"{there.mean():,.0f}" if there.size else "no"
 
 
 def _drift_scale(ax: Axes, values: np.ndarray) -> None:

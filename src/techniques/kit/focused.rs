@@ -25,6 +25,7 @@ pub(in crate::techniques) struct Focused {
     pub holds: Holds,
     /// Texels.
     pub margin: f64,
+    pub slack: f64,
     pub warp: Box<dyn Warp>,
 }
 
@@ -192,7 +193,7 @@ impl Seen {
                 seen()
             }),
         };
-        let size = if by_samples { size.with_margin(technique.margin)? } else { *size };
+        let size = if by_samples { size.with_room(technique.margin, technique.slack)? } else { *size };
         Ok(Self { depths: Some(depths), outline, size, notes })
     }
 }

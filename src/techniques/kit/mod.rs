@@ -18,6 +18,6 @@ pub use edge_width::{CAP_PX, capped, capped_px, edge_width, exp_of_minus};
 pub use maps::{Maps, Part, with_length};
 pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use settings::{Holds, Range, Settings};
-pub use spec::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, RANGE, Spec};
+pub use spec::{Default, FIT, Kind, LightSupport, MARGIN, ParamSpec, RANGE, SLACK, Spec};
 pub use technique::{Fitting, Named, Needs, Provisional, Spacing, Technique, Warp};
 pub use warp_space::{LEAST_KAPPA, LEAST_LAMBDA, WarpSpace};

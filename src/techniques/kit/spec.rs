@@ -108,6 +108,16 @@ pub const MARGIN: ParamSpec = ParamSpec {
     doc: "room around the samples that fit=seen and fit=shadow keep, for receivers that no sample shows",
 };
 
+/// Room around samples for maps that are held: a parameter of every warp, whose technique need not look at it.
+pub const SLACK: ParamSpec = ParamSpec {
+    name: "slack",
+    unit: "",
+    default: Default::Number(1.0),
+    kind: Kind::Number { min: 1.0, max: 2.0 },
+    doc: "factor by which the map is larger, along each side, than what the samples of fit=seen and fit=shadow span in it, for \
+          maps that are held while the camera moves; above 1 it also reaches to the far end of the scene",
+};
+
 /// Which lights a technique serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LightSupport {

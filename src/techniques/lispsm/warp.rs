@@ -26,8 +26,8 @@ use crate::note::{Detail, Note};
 use crate::scene::{Light, Scene};
 use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings, Spec, Warp,
-    WarpSpace, receivers_outline,
+    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec,
+    Warp, WarpSpace, receivers_outline,
 };
 
 /// What the technique says of itself.
@@ -90,6 +90,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

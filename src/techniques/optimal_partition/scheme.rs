@@ -19,7 +19,8 @@ use crate::note::{self, Note};
 use crate::parameterization::{Selection, Value};
 use crate::scene::{Camera, Light};
 use crate::techniques::kit::{
-    Default, Holds, Kind, LightSupport, MARGIN, Maps, Needs, ParamSpec, Part, Settings, Spec, Technique, with_length,
+    Default, Holds, Kind, LightSupport, MARGIN, Maps, Needs, ParamSpec, Part, SLACK, Settings, Spec, Technique,
+    with_length,
 };
 use crate::techniques::scene_optimal::{CAP, Cost, HELD, Problem, SUM, Shape, cost_of, least};
 use crate::techniques::technique;
@@ -42,6 +43,7 @@ pub static SPEC: Spec = Spec {
         CAP,
         HELD,
         MARGIN,
+        SLACK,
     ],
 };
 

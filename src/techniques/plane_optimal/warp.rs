@@ -28,7 +28,7 @@ use crate::note::{Detail, Note};
 use crate::techniques::kit::light_projection::{spot_depth_range, uniform_rows};
 use crate::techniques::kit::{
     Default, FIT, Kind, LEAST_KAPPA, LEAST_LAMBDA, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional,
-    RANGE, Settings, Spec, Warp,
+    RANGE, SLACK, Settings, Spec, Warp,
 };
 
 /// What the technique says of itself.
@@ -57,6 +57,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         FIT,
         MARGIN,
+        SLACK,
     ],
 };
 

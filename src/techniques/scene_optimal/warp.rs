@@ -10,7 +10,6 @@ use glam::{DMat3, DVec2, DVec3};
 use super::flips::Flips;
 use super::objective::{Cost, Objective};
 use super::problem::{Problem, Sample, Shape};
-use super::flips::Flips;
 use super::published::{ITERATIONS, Published};
 use super::search::{least, polished};
 use crate::error::{Error, Result};
@@ -20,8 +19,8 @@ use crate::geometry::Rows;
 use crate::parameterization::Value;
 use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
-    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, Settings,
-    Spec, Warp, receivers_outline,
+    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK,
+    Settings, Spec, Warp, receivers_outline,
 };
 use crate::techniques::{lispsm, plane_optimal, uniform};
 
@@ -54,6 +53,7 @@ pub static SPEC: Spec = Spec {
         RANGE,
         HELD,
         MARGIN,
+        SLACK,
     ],
 };
 
@@ -180,12 +180,14 @@ impl SceneOptimal {
             let last = published.last().and_then(|found| problem.shape_of(found));
             least(&problem, &known.chain(uniform).chain(last).collect::<Vec<_>>())
         };
+        // Squares have no mean where a sample shows no texel of the published map.
+        let finite = |(name, e): (&'static str, Option<f64>)| Some((name, e.filter(|e| e.is_finite())?));
         let error = |shape: Shape| problem.value(&shape, usize::MAX);
         let (homography, errors) = match self.search {
             Search::Published => {
                 let errors = published.iter().map(|found| problem.shape_of(found).map(error));
                 let errors: Vec<Option<f64>> = errors.collect();
-                values.extend(STEP_ERRORS.into_iter().zip(&errors).filter_map(|(name, error)| Some((name, (*error)?))));
+                values.extend(STEP_ERRORS.into_iter().zip(errors.iter().copied()).filter_map(finite));
                 (*published.last()?, [*errors.last()?, uniform.map(error)])
             }
             Search::Full => {
@@ -209,7 +211,7 @@ impl SceneOptimal {
                 }
             }
         };
-        values.extend(["error", "error_uniform"].into_iter().zip(errors).filter_map(|(name, e)| Some((name, e?))));
+        values.extend(["error", "error_uniform"].into_iter().zip(errors).filter_map(finite));
         Some(rays.rows(&homography))
     }
     /// Maps that are known: those of the techniques whose families hold the best that closed forms give.

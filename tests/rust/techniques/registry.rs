@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use shadowlab::techniques::{self, FIT, Kind, MARGIN, Make, ParamSpec, RANGE, TECHNIQUES, Value};
+use shadowlab::techniques::{self, FIT, Kind, MARGIN, Make, ParamSpec, RANGE, SLACK, TECHNIQUES, Value};
 
 use crate::support::settings::BY_SAMPLES;
 
 /// What `src/techniques` holds beside techniques: the list, how names and texts find its entries, what all are made with, and
-/// what makes a technique by body of any.
-const NO_TECHNIQUE: [&str; 5] = ["by_body.rs", "kit", "mod.rs", "registry.rs", "text.rs"];
+/// what makes other techniques of them.
+const NO_TECHNIQUE: [&str; 7] = ["by_body.rs", "held.rs", "inner.rs", "kit", "mod.rs", "registry.rs", "text.rs"];
 
 #[test]
 fn every_file_or_folder_is_a_technique_and_every_technique_has_one() {
@@ -55,8 +55,10 @@ fn defaults_are_valid_and_every_technique_can_be_made_from_its_own_settings() {
 fn every_warp_lets_choose_what_places_it_and_what_its_map_holds() {
     for entry in TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_))) {
         let spec = entry.spec;
-        let Some([range, fit, margin]) = spec.params.last_chunk() else { panic!("{}: three parameters", spec.name) };
-        assert_eq!(*margin, MARGIN, "{}", spec.name);
+        let Some([range, fit, margin, slack]) = spec.params.last_chunk() else {
+            panic!("{}: four parameters", spec.name)
+        };
+        assert_eq!((margin, slack), (&MARGIN, &SLACK), "{}", spec.name);
         for (ours, shared) in [(range, &RANGE), (fit, &FIT)] {
             assert_eq!(ours.name, shared.name, "{}: the last parameters", spec.name);
             let words = |p: &ParamSpec| match p.kind {

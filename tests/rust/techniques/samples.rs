@@ -1,4 +1,4 @@
-//! What samples are to all warps: what is missing is said, old words still work, and a map holds them with its margin.
+//! What samples are to all warps: what is missing is said, old words still work, and a map holds them with its margin and slack.
 
 use glam::{DMat3, DVec3};
 use shadowlab::focus::{Picture, Samples};
@@ -147,7 +147,7 @@ fn reach(p: &Parameterization, v: &View, samples: &Samples, shaded: bool) -> [f6
 }
 
 #[test]
-fn a_map_holds_the_corners_of_its_samples_pixels_and_a_margin() {
+fn a_map_holds_the_corners_of_its_samples_pixels_a_margin_and_slack() {
     let warps: Vec<&str> =
         TECHNIQUES.iter().filter(|e| matches!(e.make, Make::Warp(_))).map(|entry| entry.spec.name).collect();
     let (mut maps, mut reached) = (0, 0);
@@ -157,18 +157,29 @@ fn a_map_holds_the_corners_of_its_samples_pixels_and_a_margin() {
         for name in
             warps.iter().filter(|name| TECHNIQUES.iter().any(|e| e.spec.name == **name && e.spec.lights.serves(&light)))
         {
-            for (fit, margin) in [("shadow", 0.0), ("shadow", 1.0), ("shadow", 20.0), ("seen", 3.0), ("seen", 127.5)] {
-                let params = [("fit", Value::Choice(fit.into())), ("margin", Value::Number(margin))];
+            for (fit, margin, slack) in [
+                ("shadow", 0.0, 1.0),
+                ("shadow", 1.0, 1.1),
+                ("shadow", 20.0, 1.0),
+                ("shadow", 0.0, 2.0),
+                ("seen", 3.0, 1.0),
+                ("seen", 127.5, 1.5),
+            ] {
+                let params = [
+                    ("fit", Value::Choice(fit.into())),
+                    ("margin", Value::Number(margin)),
+                    ("slack", Value::Number(slack)),
+                ];
                 let params: Vec<_> = params.map(|(n, value)| (n.to_string(), value)).into();
                 let t = technique(name, &params).expect("a technique");
-                let what = format!("{name} {fit} {margin} {}", light.kind());
+                let what = format!("{name} {fit} {margin} {slack} {}", light.kind());
                 let p = match t.parameterize_seen(&v.scene, &v.camera, &v.light, [RESOLUTION; 2], Some(&samples)) {
                     Ok(p) => p,
                     Err(Error::UnsuitedView { .. }) => continue,
                     Err(error) => panic!("{what}: {error}"),
                 };
-                // The border's texel, and the margin's.
-                let inset = 1.0 - 2.0 * (1.0 + margin) / f64::from(RESOLUTION);
+                // The border's texel, the margin's, and the slack's share of what is left.
+                let inset = (1.0 - 2.0 * (1.0 + margin) / f64::from(RESOLUTION)) / slack;
                 let [x0, x1, y0, y1] = reach(&p, &v, &samples, fit == "shadow");
                 let ends = [-x0, x1, -y0, y1];
                 assert!(ends.iter().all(|x| *x <= inset + EXACT), "{what}: {ends:?} and {inset}");

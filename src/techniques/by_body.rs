@@ -29,6 +29,8 @@ pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
     let mut params = Vec::with_capacity(settings.len());
     for ((name, value), param) in settings.iter().zip(of.spec().params) {
         let value = match value {
+            // A map for samples stays one: its base has the range and fit that it is given.
+            Value::Choice(_) if *name == "base" => value.clone(),
             Value::Choice(text) if param.kind == Kind::Techniques => {
                 let inner = techniques_of(text)?;
                 let texts: Result<Vec<String>> =

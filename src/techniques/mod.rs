@@ -14,6 +14,7 @@ mod log;
 mod log_psm;
 pub mod plane_optimal;
 mod psm;
+pub mod rectilinear;
 mod registry;
 pub mod scene_optimal;
 mod text;
@@ -42,6 +43,7 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
     Entry { spec: &plane_optimal::SPEC, make: Make::Warp(plane_optimal::make) },
     Entry { spec: &scene_optimal::SPEC, make: Make::Warp(scene_optimal::make) },
+    Entry { spec: &rectilinear::SPEC, make: Make::Warp(rectilinear::make) },
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
     Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },

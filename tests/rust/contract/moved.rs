@@ -106,12 +106,16 @@ fn compare_moved(
 ) {
     let &Moved { ref name, ref p, scale, offset, snapped } = moved;
     assert_eq!(a.partitions.len(), p.partitions.len(), "{name}");
-    if a.partitions.iter().any(|map| map.technique == BY_SAMPLES && map.value("error").is_some()) {
-        // The least of a flat error: what rounding decides is where in it the search ends.
+    let searched = ["error", "edge_width"];
+    let is_searched = |map: &Partition| searched.iter().any(|value| map.value(value).is_some());
+    if a.partitions.iter().any(|map| BY_SAMPLES.contains(&map.technique) && is_searched(map)) {
+        // The least of a flat error: what rounding decides is where in it the search ends, and in which piece a sample lies.
         for (a, p) in a.partitions.iter().zip(&p.partitions) {
-            let [a, p] = [a, p].map(|map| map.value("error"));
-            let is_same = a.zip(p).map_or(a == p, |(a, p)| (a / p - 1.0).abs() < SEARCHED);
-            assert!(is_same, "{name}: {a:?} and {p:?}");
+            for value in searched {
+                let [a, p] = [a, p].map(|map| map.value(value));
+                let is_same = a.zip(p).map_or(a == p, |(a, p)| (a / p - 1.0).abs() < SEARCHED);
+                assert!(is_same, "{name}, {value}: {a:?} and {p:?}");
+            }
         }
         *compared = true;
         return;

@@ -37,7 +37,7 @@ fn words() -> &'static [&'static str] {
 fn warps() -> impl Iterator<Item = &'static str> {
     // A map for samples alone has no such choice.
     let warps = TECHNIQUES.iter().filter(|entry| matches!(entry.make, Make::Warp(_)));
-    warps.map(|entry| entry.spec.name).filter(|name| *name != BY_SAMPLES)
+    warps.map(|entry| entry.spec.name).filter(|name| !BY_SAMPLES.contains(name))
 }
 
 /// A floor with turned boxes all around a low camera; under the sun, or a lamp above what it sees.

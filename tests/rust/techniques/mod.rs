@@ -9,6 +9,7 @@ mod log_psm;
 mod plane_optimal;
 mod point_light;
 mod psm;
+mod rectilinear;
 mod registry;
 mod samples;
 mod scene_optimal;

@@ -13,7 +13,7 @@ EXACT = 1e-12
 TECHNIQUES = (
     "uniform", "uniform:stable=true", "uniform:focus=none", "lispsm", "lispsm:near=optimal", "lispsm:axis=middle",
     "psm", "tsm", "gmnpr", "glpr", "xpsm", "xpsm:fit=published", "plane_optimal:fallback=uniform", "log_psm", "log",
-    "z_partition:inner=lispsm", "z_partition:stable=true", "face_partition",
+    "rectilinear", "z_partition:inner=lispsm", "z_partition:stable=true", "face_partition",
 )  # fmt: skip
 
 

@@ -134,11 +134,16 @@ def test_compare_notes_it_and_leaves_it_out_of_the_ranking(case):
     assert "engine is left out of the ranking: not a map of this light" in study.verdict
 
 
-def test_a_logarithm_behind_a_matrix_is_no_reason_for_doubt():
+@pytest.mark.parametrize("technique", ["log", "rectilinear"])
+def test_a_post_warp_behind_a_matrix_is_no_reason_for_doubt(technique):
     scene = sl.library.scene("robots")
     gbuffer = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(64, 36))
-    p = sl.technique("log").parameterize(scene, scene.camera, scene.light, resolution=64)
+    p = sl.technique(technique).parameterize(scene, scene.camera, scene.light, resolution=64)
+    assert doubt_about(p.matrices, scene.light, gbuffer, p.partitions) is None
+    # The warp moved off by five half widths of the map.
     (part,) = p.partitions
-    assert doubt_about(p.matrices, scene.light, gbuffer, [part.post_warp_terms]) is None
-    far_off = {**part.post_warp_terms, "offset": part.post_warp_terms["offset"] + 5}
-    assert doubt_about(p.matrices, scene.light, gbuffer, [far_off]) == sl.Note("check_matrix", ["nothing_in_map"])
+    terms, knots = part.post_warp_terms, part.post_warp_knots
+    moved = ("log", terms["scale"], terms["offset"] + 5) if terms else ("rectilinear", knots[0] + (0, 5), knots[1])
+    far_off = sl.Parameterization.from_matrix(p.matrix, post_warp=[moved])
+    found = doubt_about(p.matrices, scene.light, gbuffer, far_off.partitions)
+    assert found == sl.Note("check_matrix", ["nothing_in_map"])

@@ -39,7 +39,8 @@ def test_shifts_begin_with_none_are_small_and_fill_the_square():
 
 
 @pytest.mark.parametrize(
-    "name", ["uniform", "lispsm", "log", "log_psm", "z_partition:count=3", "face_partition", "plane_optimal"]
+    "name",
+    ["uniform", "lispsm", "log", "log_psm", "rectilinear", "z_partition:count=3", "face_partition", "plane_optimal"],
 )
 def test_a_shift_moves_every_receiver_by_as_many_texels_and_none_changes_nothing(view, name):
     resolution, (dx, dy) = 128, (0.375, -0.25)

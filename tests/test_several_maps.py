@@ -185,15 +185,6 @@ def test_frames_and_colours():
     assert len(set(MAP_RGB)) == len(MAP_RGB)
 
 
-class Logarithmic:
-    """A map whose y is the logarithm of w."""
-
-    post_warp = "log"
-
-    def __init__(self, matrix, scale, offset):
-        self.matrix, self.post_warp_terms = matrix, {"scale": scale, "offset": offset}
-
-
 def test_the_frustum_follows_a_logarithm():
     scene = sl.library.scene("robots")
     p = sl.technique("lispsm").parameterize(scene, scene.camera, scene.light)
@@ -201,10 +192,25 @@ def test_the_frustum_follows_a_logarithm():
     camera = sl.Camera.look_at((0, 0, 0), (0, 0, -1), aspect=1.0, near=1, far=100)
     matrix = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.5], [0, 0, -1, 0]])  # w is the camera depth
     scale = 2 / np.log(100)
-    lines = frustum_in(Logarithmic(matrix, scale, -1.0), camera)
+    logarithmic = sl.Parameterization.from_matrix(matrix, post_warp=[("log", scale, -1.0)])
+    lines = frustum_in(logarithmic.partitions[0], camera)
     assert np.abs(lines).max() <= 1
     # The edges along the view are upright in this map: x / w does not change, y covers all of it.
     upright = lines[np.isclose(np.abs(lines[..., 0]), np.tan(camera.fov_y / 2)).all(axis=1)]
     steps = np.unique(np.round(np.abs(np.diff(upright[..., 1], axis=1)), 12))
     assert steps[-1] == pytest.approx(2 / 48)
     np.testing.assert_array_equal(even_in_log(1.0, 1.0), np.linspace(0, 1, 49))
+
+
+def test_the_frustum_follows_knots():
+    camera = sl.Camera.look_at((0, 0, 5), (0, 0, 0), aspect=1.0, near=1, far=3)
+    matrix = np.diag([0.4, 0.4, 0.1, 1.0])
+    bent = [(-1, -1), (0, 0.5), (1, 1)]
+    warped = sl.Parameterization.from_matrix(matrix, post_warp=[("rectilinear", bent, [(-1, -1), (1, 1)])])
+    lines = frustum_in(warped.partitions[0], camera)
+    straight = frustum_segments(matrix, camera)
+    # Upright lines stay upright, at the places of their ends; y is as before.
+    ends = {round(float(np.interp(x, (-1, 0, 1), (-1, 0.5, 1))), 9) for x in straight[..., 0].ravel()}
+    assert ends <= {round(float(x), 9) for x in lines[..., 0].ravel()}
+    np.testing.assert_allclose(np.ptp(lines[..., 1]), np.ptp(straight[..., 1]))
+    assert np.abs(lines[..., 0]).max() <= 1

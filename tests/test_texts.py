@@ -188,6 +188,8 @@ def test_several_matrices_keep_their_depths(tmp_path):
 
 
 KEPT = {
+    "rectilinear": sl.library.scene("robots").light,
+    "z_partition:count=2,inner=rectilinear/log_psm": sl.library.scene("robots").light,
     "log_psm": sl.library.scene("robots").light,
     "log": sl.library.scene("robots").light,
     "z_partition:count=3,inner=log_psm": sl.library.scene("robots").light,
@@ -210,22 +212,31 @@ def test_json_keeps_all_that_a_map_is(name, convention, tmp_path):
     for mine, theirs in zip(back.partitions, made.partitions, strict=True):
         assert mine.eye_depth == theirs.eye_depth
         assert (mine.post_warp, mine.post_warp_terms) == (theirs.post_warp, theirs.post_warp_terms)
+        assert_same_knots(mine, theirs)
         np.testing.assert_array_equal(mine.region, theirs.region)
     draw = [sl.Renderer("cpu").shadow_mask(scene, scene.camera, KEPT[name], p, size=(64, 36)) for p in (made, back)]
     draw = [np.nan_to_num(mask, nan=-1.0) for mask in draw]  # nothing is seen there in either
     assert np.mean(draw[0] != draw[1]) < 0.01  # the last digits of a convention and back may move a pixel
-    if "log" in name:
-        assert any(part.post_warp == "log" for part in made.partitions)
     lost = details(made, sl.Convention())[-1]
     assert lost.startswith("not kept in this format: ")
-    assert ("logarithms" in lost) == ("log" in name)
+    for word, kind, kept in (("log", "log", "logarithms"), ("rectilinear", "rectilinear", "rectilinear warps")):
+        assert any(part.post_warp == kind for part in made.partitions) == (word in name)
+        assert (kept in lost) == (word in name)
     assert ("camera depths" in lost) == (len(made.matrices) > 1)
     names: dict = {"sl": sl, "np": np}
     again = eval(given_python(back), names)
     np.testing.assert_array_equal(again.matrices, back.matrices)
     for mine, theirs in zip(again.partitions, back.partitions, strict=True):
         assert (mine.eye_depth, mine.post_warp_terms) == (theirs.eye_depth, theirs.post_warp_terms)
+        assert_same_knots(mine, theirs)
         np.testing.assert_array_equal(mine.region, theirs.region)
+
+
+def assert_same_knots(mine, theirs):
+    one, other = mine.post_warp_knots, theirs.post_warp_knots
+    assert (one is None) == (other is None)
+    for a, b in zip(one or (), other or (), strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def test_what_follows_a_matrix_is_checked():
@@ -237,6 +248,23 @@ def test_what_follows_a_matrix_is_checked():
             make(one, post_warp=bad)
     with pytest.raises(ArgumentError, match="y up"):
         make(one, post_warp=[("log", 2, -1)], convention="vulkan")
+    even, bent = [(-1, -1), (1, 1)], np.array([(-1, -1), (0.5, 0), (1, 1)])
+    part = make(one, post_warp=[("rectilinear", even, bent)]).partitions[0]
+    assert (part.post_warp, part.post_warp_terms) == ("rectilinear", {})
+    np.testing.assert_array_equal(part.post_warp_knots[0], even)
+    np.testing.assert_array_equal(part.post_warp_knots[1], bent)
+    np.testing.assert_allclose(part.project([(0.5, 0.5, 0), (-2, 0.75, 0.1)])[0], [(0.5, 0, 0), (-2, 0.5, 0.1)])
+    for bad in ([], [(0, 0)], [(0, 0), (1, 0)], [(1, 0), (0, 1)], [(0, 0), (1, np.nan)], [(0, 0, 0)], "even", 7):
+        with pytest.raises(ArgumentError, match=r"post_warp: expected .* got "):
+            make(one, post_warp=[("rectilinear", even, bad)])
+        with pytest.raises(ArgumentError, match=r"post_warp: expected .* got "):
+            make(one, post_warp=[("rectilinear", bad, even)])
+    for changed in ("vulkan", "direct3d_texture", "unity"):
+        with pytest.raises(ArgumentError, match="x to the right and y up"):
+            make(one, post_warp=[("rectilinear", even, bent)], convention=changed)
+        with pytest.raises(ArgumentError, match="x to the right and y up"):
+            make(one, post_warp=[("rectilinear", even, bent)]).to(changed)
+    assert make(one, post_warp=[("rectilinear", even, bent)]).to("opengl").shape == (4, 4)
     for bad in (3, [], [np.ones((9, 4))], [np.full((1, 4), np.nan)], [np.ones((1, 3))]):
         with pytest.raises(ArgumentError, match=r"regions: expected .* got "):
             make(one, regions=bad)

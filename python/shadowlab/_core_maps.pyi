@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ._core_samples import Samples
 from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, Scene, SpotLight
-from ._core_types import ConventionLike, Matrices, NoteKind
+from ._core_types import ConventionLike, Matrices, NoteKind, PostWarp
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
@@ -230,11 +230,18 @@ class Partition:
     def eye_depth(self) -> tuple[float, float]:
         """(near, far) camera depth this map serves, world units."""
     @property
-    def post_warp(self) -> Literal["none", "log"]:
-        """What follows the projective part: "none", or "log" for `y = scale ln(w) + offset`."""
+    def post_warp(self) -> Literal["none", "log", "rectilinear"]:
+        """What follows the projective part: "none"; "log" for ``y = scale ln(w) + offset``; or "rectilinear", where x and y are
+        replaced by ascending functions of themselves.
+        """
     @property
     def post_warp_terms(self) -> dict[str, float]:
-        """The terms of what follows the projective part: `scale` and `offset` of "log", nothing of "none"."""
+        """The terms of what follows the projective part: `scale` and `offset` of "log", nothing of the others."""
+    @property
+    def post_warp_knots(self) -> tuple[_Float, _Float] | None:
+        """((N, 2), (M, 2)) float64: the knots of the two functions of "rectilinear", for x and for y, (before, after) in NDC
+        each; None of the others. They are linear between the knots, and beyond the outer ones as next to them.
+        """
     @property
     def region(self) -> _Float:
         """(N, 4) float64: the rays this map serves, those of points p with `region @ (p, 1) >= 0`; all of them where N is 0."""
@@ -264,7 +271,7 @@ class Parameterization:
         resolution: int | Sequence[int] = 1024,
         eye_depth: npt.ArrayLike | None = None,
         selection: _Selection = "depth",
-        post_warp: Sequence[tuple[str, float, float] | None] | None = None,
+        post_warp: Sequence[PostWarp | None] | None = None,
         regions: Sequence[npt.ArrayLike] | None = None,
     ) -> Parameterization:
         """Somebody else's matrices as a parameterization.
@@ -283,15 +290,17 @@ class Parameterization:
         selection : str
             How a receiver finds its map: "depth", by the camera depth, or "containment", the first that holds it.
         post_warp : sequence, optional
-            What follows each matrix: None, or ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``.
+            What follows each matrix: None; ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``; or
+            ``("rectilinear", x, y)`` with knots (N, 2) of two ascending functions, (before, after) in NDC each, linear between
+            and beyond them, by which x and y are replaced.
         regions : sequence of (N, 4) array_like, optional
             The rays that each map serves, those of points p of our world with ``region @ (p, 1) >= 0``; all where N is 0.
 
         Raises
         ------
         ArgumentError
-            For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, or a logarithm in a
-            convention that changes y.
+            For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, knots that do not
+            ascend, or a convention that changes a coordinate that a post-warp replaces.
         UnknownNameError
             For a convention or a selection that does not exist.
         """
@@ -310,7 +319,7 @@ class Parameterization:
         Raises
         ------
         ArgumentError
-            Where a convention changes y, which the logarithm behind a map's matrix replaces.
+            Where a convention changes a coordinate that the post-warp behind a map's matrix replaces.
         UnknownNameError
             For a convention that does not exist.
         """

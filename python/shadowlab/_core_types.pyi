@@ -29,6 +29,9 @@ Matrices: TypeAlias = (
     npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
 )
 
+# ("log", scale, offset), or ("rectilinear", x, y) with knots (N, 2).
+PostWarp: TypeAlias = tuple[Literal["log"], float, float] | tuple[Literal["rectilinear"], npt.ArrayLike, npt.ArrayLike]
+
 class CameraChanges(TypedDict, total=False):
     """What `Camera.replace` takes."""
 

@@ -34,6 +34,7 @@ __all__ = [
     "Mask",
     "Matrices",
     "PerLight",
+    "PostWarp",
     "RendererArgument",
     "RendererLike",
     "SceneLike",
@@ -59,6 +60,8 @@ Matrices: TypeAlias = (
 )
 #: A parameterization, or such matrices.
 Maps: TypeAlias = Parameterization | Matrices
+#: What follows a matrix, as `Parameterization.from_matrix` takes it: ("log", scale, offset) or ("rectilinear", x, y).
+PostWarp: TypeAlias = tuple[Literal["log"], float, float] | tuple[Literal["rectilinear"], npt.ArrayLike, npt.ArrayLike]
 #: A side, or width and height.
 Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 

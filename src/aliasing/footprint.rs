@@ -6,14 +6,14 @@
 
 use std::mem::MaybeUninit;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::texel::{Eye, Texel, TexelMap, texel_in_image};
+use super::texel::{Eye, Texel, TexelMap, largest_singular_value, texel_in_image, warped_texel};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
 use crate::memory::{copied, unwritten, written};
-use crate::parameterization::{Held, Parameterization, PostWarp};
+use crate::parameterization::{Held, Parameterization, PostWarp, Rectilinear};
 use crate::progress::Progress;
 use crate::scene::{Camera, EDGE_ON, Light, unit};
 use crate::simd::dispatch;
@@ -94,7 +94,7 @@ pub fn footprint_at(
             return (Footprint::AVERTED, Texel::default());
         }
         match local.choose(p_local, depth) {
-            Some(k) => match texel_in_image(&maps[k], &eye, p_local, n) {
+            Some(k) => match warped_texel(&maps[k], &local.partitions[k].post_warp, &eye, p_local, n) {
                 texel if texel.is_finite() => (k as i16, texel),
                 _ => (Footprint::NO_MAP, Texel::default()),
             },
@@ -199,6 +199,23 @@ impl Found {
     fn forget(&mut self, i: usize) {
         self.planes.iter_mut().for_each(|plane| plane[i] = f32::NAN);
     }
+
+    /// Divides the texels' sides by the slopes of a warp: [`Texel::stretched`] for all.
+    fn stretch(&mut self, warp: &Rectilinear) {
+        for i in 0..RUN {
+            let [x, y] = warp.slopes(DVec2::new(self.ndc[0][i], self.ndc[1][i])).to_array();
+            let mut sides = [0.0; 4];
+            for (k, by) in [x, y, x, y].into_iter().enumerate() {
+                sides[k] = f64::from(self.planes[k][i]) / by;
+                self.planes[k][i] = sides[k] as f32;
+            }
+            self.planes[4][i] = largest_singular_value(sides) as f32;
+            for (k, by) in [(5, x * y), (6, x), (7, y)] {
+                self.planes[k][i] = (f64::from(self.planes[k][i]) / by) as f32;
+            }
+            self.sound[i] = self.planes.iter().map(|plane| plane[i] * 0.0).sum();
+        }
+    }
 }
 
 dispatch! {
@@ -271,8 +288,8 @@ impl<'a> Rows<'a> {
             let count = RUN.min(width - x);
             let mut state = [Footprint::NOTHING; RUN];
             let run = self.gather(first + x, count, &mut state);
-            if let ([map], true) = (self.maps.as_slice(), state.contains(&PENDING)) {
-                self.find(map, &run, &mut state, &mut found);
+            if self.maps.len() == 1 && state.contains(&PENDING) {
+                self.find(&run, &mut state, &mut found);
             } else {
                 self.find_among(&run, &mut state, &mut found, &mut of_map);
             }
@@ -311,15 +328,23 @@ impl<'a> Rows<'a> {
         run
     }
 
+    /// The texels of a map at all points of a run.
+    fn texels_of(&self, k: usize, run: &Run, found: &mut Found) {
+        texels(&self.maps[k], &self.eye, run, found);
+        if let Some(warp) = self.local.partitions[k].post_warp.rectilinear() {
+            found.stretch(warp);
+        }
+    }
+
     /// Finds the texels of all pending pixels where there is one map.
-    fn find(&self, map: &TexelMap, run: &Run, state: &mut [i16; RUN], found: &mut Found) {
-        texels(map, &self.eye, run, found);
+    fn find(&self, run: &Run, state: &mut [i16; RUN], found: &mut Found) {
+        self.texels_of(0, run, found);
         let only = &self.local.partitions[0];
         let is_plain = only.post_warp == PostWarp::None && only.region.functionals().is_empty();
         for (i, state) in state.iter_mut().enumerate() {
             if *state == PENDING {
                 let held =
-                    if is_plain { found.outside[i] == 0.0 } else { self.holds(0, map, run, found, i) != Held::Outside };
+                    if is_plain { found.outside[i] == 0.0 } else { self.holds(0, run, found, i) != Held::Outside };
                 let held = held && found.is_finite(i);
                 *state = if held { 0 } else { Footprint::NO_MAP };
             }
@@ -336,16 +361,16 @@ impl<'a> Rows<'a> {
         let first = |&i: &usize| self.local.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
         let mut open: Vec<(usize, usize)> = pending.iter().map(|i| (*i, first(i))).collect();
         pending.iter().for_each(|&i| state[i] = Footprint::NO_MAP);
-        for (k, map) in self.maps.iter().enumerate() {
+        for k in 0..self.maps.len() {
             if open.is_empty() {
                 break;
             }
             if open.iter().all(|&(_, first)| first > k) {
                 continue;
             }
-            texels(map, &self.eye, run, of_map);
+            self.texels_of(k, run, of_map);
             open.retain(|&(i, first)| {
-                let held = if k < first { Held::Outside } else { self.holds(k, map, run, of_map, i) };
+                let held = if k < first { Held::Outside } else { self.holds(k, run, of_map, i) };
                 if held == Held::Within || held == Held::Beyond && state[i] == Footprint::NO_MAP {
                     found.take(of_map, i);
                     state[i] = k as i16;
@@ -362,12 +387,13 @@ impl<'a> Rows<'a> {
     }
 
     /// How a map holds a receiver: as [`crate::Partition::holds`]; not at all where it is singular.
-    fn holds(&self, k: usize, map: &TexelMap, run: &Run, found: &Found, i: usize) -> Held {
-        let at = Texel { ndc: [0, 1, 2].map(|axis| found.ndc[axis][i]), w: found.w[i], ..Texel::default() };
-        if !self.local.partitions[k].region.contains(run.point(i)) {
+    fn holds(&self, k: usize, run: &Run, found: &Found, i: usize) -> Held {
+        let partition = &self.local.partitions[k];
+        if !partition.region.contains(run.point(i)) {
             return Held::Outside;
         }
-        Held::of(map.ndc(&at), at.w)
+        let ndc = DVec3::from_array([0, 1, 2].map(|axis| found.ndc[axis][i]));
+        Held::of(partition.post_warp.apply(ndc, found.w[i]), found.w[i])
     }
 }
 

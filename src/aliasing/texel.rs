@@ -20,7 +20,8 @@
 //! ```
 //!
 //! and g_x × g_y is parallel to the map's ray through X, whatever the map: the ray is taken from there, so that the product
-//! above holds for matrices that belong to another light, too. Rows of a logarithmic map differ in g_y alone (11.1).
+//! above holds for matrices that belong to another light, too. Rows of a logarithmic map differ in g_y alone (11.1). A
+//! rectilinear warp stretches texels' coordinates by f' and g', so it divides the columns of J by these (10.12).
 //!
 //! One function of plain numbers without branches: called for a point, or in a loop that the compiler turns into vector
 //! instructions.
@@ -52,7 +53,6 @@ pub struct TexelMap {
     texels: [f64; 2],
     /// Of a logarithm: 1 and its scale, else 0 and 0.
     log: [f64; 2],
-    post_warp: PostWarp,
 }
 
 /// A texel in the image. Lengths in pixels. Meaningless where `w` or `depth` is not above 0.
@@ -70,7 +70,7 @@ pub struct Texel {
     pub perspective: f64,
     /// cos(n, -e) / cos(n, -d): projection error.
     pub projection: f64,
-    /// NDC in the map; y of a logarithmic one is that before the logarithm.
+    /// NDC in the map before its post-warp.
     pub ndc: [f64; 3],
     /// Clip w in the map.
     pub w: f64,
@@ -104,19 +104,31 @@ impl TexelMap {
     pub fn new(partition: &Partition, size: [u32; 2]) -> Self {
         let row = |i: usize| partition.shadow_clip_from_world.row(i);
         let log = match partition.post_warp {
-            PostWarp::None => [0.0, 0.0],
+            // A rectilinear warp comes after the kernel: [`Texel::stretched`].
+            PostWarp::None | PostWarp::Rectilinear(_) => [0.0, 0.0],
             PostWarp::Log { scale, .. } => [1.0, scale],
         };
         let texels = [0.5 * f64::from(size[0]), -0.5 * f64::from(size[1])];
-        Self { x: row(0), y: row(1), z: row(2), w: row(3), texels, log, post_warp: partition.post_warp }
-    }
-    /// NDC after the logarithm, if there is one.
-    pub fn ndc(&self, texel: &Texel) -> DVec3 {
-        self.post_warp.apply(DVec3::from_array(texel.ndc), texel.w)
+        Self { x: row(0), y: row(1), z: row(2), w: row(3), texels, log }
     }
 }
 
 impl Texel {
+    /// The same in a map that is stretched along x and y by these factors, after which a texel covers less.
+    pub fn stretched(&self, factors: DVec2) -> Self {
+        let [a, b, c, d] = self.jacobian;
+        let [x, y] = factors.to_array();
+        let jacobian = [a / x, b / y, c / x, d / y];
+        let (major, area) = (largest_singular_value(jacobian), self.major * self.minor / (x * y));
+        Self {
+            jacobian,
+            major,
+            minor: area / major,
+            perspective_ts: [self.perspective_ts[0] / x, self.perspective_ts[1] / y],
+            perspective: self.perspective / (x * y),
+            ..*self
+        }
+    }
     /// Whether it has a size.
     pub fn is_finite(&self) -> bool {
         let numbers = [
@@ -132,7 +144,7 @@ impl Texel {
     }
 }
 
-/// The texel at a point `p` of a surface with normal `n` (of any length), both in the space of map and eye.
+/// The texel of a map, but for a rectilinear warp of it, at a point `p` of a surface with normal `n` (of any length), both in the space of map and eye.
 #[inline(always)]
 pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
     let row = |r: DVec4| r.x * p.x + r.y * p.y + r.z * p.z + r.w;
@@ -201,6 +213,15 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
         ndc,
         w,
         depth,
+    }
+}
+
+/// The texel of a map with its post-warp, at a point as of [`texel_in_image`].
+pub fn warped_texel(map: &TexelMap, post_warp: &PostWarp, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
+    let texel = texel_in_image(map, eye, p, n);
+    match post_warp.rectilinear() {
+        Some(warp) => texel.stretched(warp.slopes(DVec2::new(texel.ndc[0], texel.ndc[1]))),
+        None => texel,
     }
 }
 

@@ -1,10 +1,13 @@
 //! What `Parameterization.from_matrix` is told of each map, checked.
 
+use std::sync::Arc;
+
 use glam::DVec4;
 use pyo3::prelude::*;
 
-use super::convert::{argument_error, array, mat4_from_rows, shown};
-use crate::parameterization::{PostWarp, Region};
+use super::convert::{argument_error, array, mat4_from_rows, shown, to_exception};
+use crate::error::Error;
+use crate::parameterization::{PiecewiseLinear, PostWarp, Rectilinear, Region};
 
 /// Whether a matrix of sixteen row-major numbers has no inverse; the size of its rows has no say.
 pub fn is_singular(rows: &[f64; 16]) -> bool {
@@ -42,20 +45,38 @@ pub fn each<T>(
     items.iter().map(one).collect()
 }
 
-/// None, or ("log", scale, offset).
+/// None, ("log", scale, offset), or ("rectilinear", knots of x, knots of y).
 pub fn post_warp_of(value: &Bound<'_, PyAny>) -> PyResult<PostWarp> {
     if value.is_none() {
         return Ok(PostWarp::None);
+    }
+    if let Ok((kind, x, y)) = value.extract::<(String, Bound<'_, PyAny>, Bound<'_, PyAny>)>()
+        && kind == "rectilinear"
+    {
+        return Ok(PostWarp::Rectilinear(Arc::new(Rectilinear { x: function_of(&x)?, y: function_of(&y)? })));
     }
     match value.extract::<(String, f64, f64)>() {
         Ok((kind, scale, offset)) if kind == "log" && scale.is_normal() && offset.is_finite() => {
             Ok(PostWarp::Log { scale, offset })
         }
         _ => {
-            let expected = "None or (\"log\", scale, offset) with finite numbers and a scale other than 0";
-            Err(argument_error(value.py(), "post_warp", expected, shown(value), "see Partition.post_warp_terms"))
+            let expected = "None, (\"log\", scale, offset) with finite numbers and a scale other than 0, or \
+                            (\"rectilinear\", x, y) with knots (N, 2)";
+            let fix = "see Partition.post_warp_terms and post_warp_knots";
+            Err(argument_error(value.py(), "post_warp", expected, shown(value), fix))
         }
     }
+}
+
+/// The function through knots (N, 2).
+fn function_of(value: &Bound<'_, PyAny>) -> PyResult<PiecewiseLinear> {
+    let knots = array::<f64>(value, "post_warp", &[None, Some(2)])?;
+    PiecewiseLinear::new(knots.as_slice()?.as_chunks::<2>().0).map_err(|error| match error {
+        Error::InvalidArgument { expected, got, fix, .. } => {
+            argument_error(value.py(), "post_warp", expected, got, fix)
+        }
+        other => to_exception(value.py(), other),
+    })
 }
 
 /// The rays of points whose functionals are not negative.

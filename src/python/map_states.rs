@@ -1,17 +1,22 @@
 //! States of parameterizations, their maps and settings.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec4};
 
 use super::note::PyNote;
 use super::parameterization::{PyParameterization, PyPartition, SELECTIONS};
 use super::state::{Fault, Reader, State, Writer};
 use crate::note::Note;
-use crate::parameterization::{Factors, Parameterization, Partition, PostWarp, Region, Value};
+use crate::parameterization::{
+    Factors, Parameterization, Partition, PiecewiseLinear, PostWarp, Rectilinear, Region, Value,
+};
 use crate::render::MAX_IMAGE_SIDE;
 
 /// Kinds of post-warps.
 const NO_WARP: u8 = 0;
 const LOG: u8 = 1;
+const RECTILINEAR: u8 = 2;
 
 /// Writes settings.
 pub fn write_settings(settings: &[(&str, Value)], to: &mut Writer) {
@@ -79,11 +84,18 @@ fn write_partition(partition: &Partition, to: &mut Writer) {
     if let Some(Factors { lift, warp, fit }) = &partition.factors {
         [lift, warp, fit].into_iter().for_each(|factor| to.numbers(&factor.to_cols_array()));
     }
-    match partition.post_warp {
+    match &partition.post_warp {
         PostWarp::None => to.kind(NO_WARP),
         PostWarp::Log { scale, offset } => {
             to.kind(LOG);
-            to.numbers(&[scale, offset]);
+            to.numbers(&[*scale, *offset]);
+        }
+        PostWarp::Rectilinear(warp) => {
+            to.kind(RECTILINEAR);
+            for function in [&warp.x, &warp.y] {
+                to.count(function.knots().len() as u64);
+                function.knots().for_each(|knot| to.numbers(&knot));
+            }
         }
     }
     to.numbers(&partition.eye_depth);
@@ -115,6 +127,13 @@ fn read_partition(from: &mut Reader<'_>) -> Result<Partition, Fault> {
         LOG => {
             let [scale, offset] = from.numbers()?;
             PostWarp::Log { scale, offset }
+        }
+        RECTILINEAR => {
+            let mut function = || {
+                let knots = from.list(Reader::numbers::<2>)?;
+                PiecewiseLinear::new(&knots).map_err(|_| "a warp's knots do not ascend".to_string())
+            };
+            PostWarp::Rectilinear(Arc::new(Rectilinear { x: function()?, y: function()? }))
         }
         other => return Err(format!("a map ends in a warp of the kind {other}")),
     };

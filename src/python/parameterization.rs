@@ -11,7 +11,7 @@ use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
 use super::state::{Reduced, by_state, reduce};
 use crate::error::Error;
-use crate::parameterization::{Factors, Parameterization, Partition, PostWarp, Selection};
+use crate::parameterization::{Factors, Parameterization, Partition, PiecewiseLinear, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
 #[pyclass(name = "Parameterization", frozen, eq, hash, module = "shadowlab")]
@@ -49,14 +49,26 @@ pub fn convention<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
     value.py().import("shadowlab.conventions.convention")?.getattr("Convention")?.call_method1("of", (value,))
 }
 
-/// An error unless a convention leaves y as it is, which a logarithm replaces.
-fn keeps_y(convention: &Bound<'_, PyAny>) -> PyResult<()> {
-    if convention.getattr("keeps_y")?.extract::<bool>()? {
+/// An error unless a convention leaves those coordinates as they are that a post-warp replaces.
+fn keeps_warped(convention: &Bound<'_, PyAny>, post_warp: &PostWarp) -> PyResult<()> {
+    let keeps = |axis: &str| convention.getattr(axis)?.extract::<bool>();
+    let (kept, expected, fix) = match post_warp {
+        PostWarp::None => return Ok(()),
+        PostWarp::Log { .. } => (
+            keeps("keeps_y")?,
+            "a convention with y up in [-1, 1]",
+            "the logarithm that replaces y is in NDC: apply it first, then the convention's map_from_ndc",
+        ),
+        PostWarp::Rectilinear(_) => (
+            keeps("keeps_x")? && keeps("keeps_y")?,
+            "a convention with x to the right and y up in [-1, 1]",
+            "the rectilinear warp of x and y is in NDC: apply it first, then the convention's map_from_ndc",
+        ),
+    };
+    if kept {
         return Ok(());
     }
-    let (expected, got) = ("a convention with y up in [-1, 1]", convention.str()?.to_string());
-    let fix = "the logarithm that replaces y is in NDC: apply it first, then the convention's map_from_ndc";
-    Err(argument_error(convention.py(), "convention", expected, got, fix))
+    Err(argument_error(convention.py(), "convention", expected, convention.str()?.to_string(), fix))
 }
 
 #[pymethods]
@@ -77,15 +89,17 @@ impl PyParameterization {
     /// selection : str
     ///     How a receiver finds its map: "depth", by the camera depth, or "containment", the first that holds it.
     /// post_warp : sequence, optional
-    ///     What follows each matrix: None, or ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``.
+    ///     What follows each matrix: None; ``("log", scale, offset)`` where y is replaced by ``scale ln(w) + offset``; or
+    ///     ``("rectilinear", x, y)`` with knots (N, 2) of two ascending functions, (before, after) in NDC each, linear between
+    ///     and beyond them, by which x and y are replaced.
     /// regions : sequence of (N, 4) array_like, optional
     ///     The rays that each map serves, those of points p of our world with ``region @ (p, 1) >= 0``; all where N is 0.
     ///
     /// Raises
     /// ------
     /// ArgumentError
-    ///     For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, or a logarithm in a
-    ///     convention that changes y.
+    ///     For another shape, numbers that are not finite, a singular matrix, depths that are no ranges, knots that do not
+    ///     ascend, or a convention that changes a coordinate that a post-warp replaces.
     /// UnknownNameError
     ///     For a convention or a selection that does not exist.
     #[staticmethod]
@@ -136,9 +150,9 @@ impl PyParameterization {
         }
         if let Some(list) = post_warp {
             let warps = each(list, "post_warp", partitions.len(), post_warp_of)?;
-            let logarithmic = warps.iter().any(|warp| *warp != PostWarp::None);
-            if let (true, Some(convention)) = (logarithmic, convention) {
-                keeps_y(&self::convention(convention)?)?;
+            if let Some(convention) = convention {
+                let convention = self::convention(convention)?;
+                warps.iter().try_for_each(|warp| keeps_warped(&convention, warp))?;
             }
             partitions.iter_mut().zip(warps).for_each(|(partition, warp)| partition.post_warp = warp);
         }
@@ -162,16 +176,13 @@ impl PyParameterization {
     /// Raises
     /// ------
     /// ArgumentError
-    ///     Where a convention changes y, which the logarithm behind a map's matrix replaces.
+    ///     Where a convention changes a coordinate that the post-warp behind a map's matrix replaces.
     /// UnknownNameError
     ///     For a convention that does not exist.
     fn to<'py>(&self, convention: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = convention.py();
         let convention = self::convention(convention)?;
-        let logarithmic = self.p.partitions.iter().any(|p| p.post_warp != PostWarp::None);
-        if logarithmic {
-            keeps_y(&convention)?;
-        }
+        self.p.partitions.iter().try_for_each(|map| keeps_warped(&convention, &map.post_warp))?;
         match self.p.partitions.as_slice() {
             [_] => convention.call_method1("from_ours", (self.matrix(py)?,)),
             _ => convention.call_method1("from_ours", (self.matrices(py)?,)),
@@ -311,15 +322,13 @@ impl PyPartition {
     fn eye_depth(&self) -> (f64, f64) {
         self.partition.eye_depth.into()
     }
-    /// What follows the projective part: "none", or "log" for `y = scale ln(w) + offset`.
+    /// What follows the projective part: "none"; "log" for ``y = scale ln(w) + offset``; or "rectilinear", where x and y are
+    /// replaced by ascending functions of themselves.
     #[getter]
     fn post_warp(&self) -> &'static str {
-        match self.partition.post_warp {
-            PostWarp::None => "none",
-            PostWarp::Log { .. } => "log",
-        }
+        self.partition.post_warp.name()
     }
-    /// The terms of what follows the projective part: `scale` and `offset` of "log", nothing of "none".
+    /// The terms of what follows the projective part: `scale` and `offset` of "log", nothing of the others.
     #[getter]
     fn post_warp_terms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let d = PyDict::new(py);
@@ -328,6 +337,18 @@ impl PyPartition {
             d.set_item("offset", offset)?;
         }
         Ok(d)
+    }
+    /// ((N, 2), (M, 2)) float64: the knots of the two functions of "rectilinear", for x and for y, (before, after) in NDC
+    /// each; None of the others. They are linear between the knots, and beyond the outer ones as next to them.
+    #[getter]
+    #[allow(clippy::type_complexity)]
+    fn post_warp_knots<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>> {
+        let Some(warp) = self.partition.post_warp.rectilinear() else { return Ok(None) };
+        let knots = |f: &PiecewiseLinear| image(py, f.knots().flatten().collect(), [f.knots().len(), 2]);
+        Ok(Some((knots(&warp.x)?, knots(&warp.y)?)))
     }
     /// (N, 4) float64: the rays this map serves, those of points p with `region @ (p, 1) >= 0`; all of them where N is 0.
     #[getter]

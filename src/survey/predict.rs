@@ -5,7 +5,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::aliasing::texel::{Eye, TexelMap, texel_in_image};
+use crate::aliasing::texel::{Eye, TexelMap, warped_texel};
 use crate::error::{Error, Result};
 use crate::focus::{Picture, Samples};
 use crate::image::TruthMask;
@@ -45,7 +45,7 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Resul
             lost_near += usize::from(receiver.in_shadow);
             continue;
         };
-        let texel = texel_in_image(&maps[k], &eye, at, normal);
+        let texel = warped_texel(&maps[k], &local.partitions[k].post_warp, &eye, at, normal);
         let [xx, xy, yx, yy] = texel.jacobian;
         let g = DMat2::from_cols(DVec2::new(xx, yx), DVec2::new(xy, yy));
         let is_same = |pixel: usize| {

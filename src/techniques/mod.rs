@@ -17,6 +17,7 @@ mod log_psm;
 pub mod optimal_partition;
 pub mod plane_optimal;
 mod psm;
+pub mod rectilinear;
 mod registry;
 pub mod scene_optimal;
 mod text;
@@ -46,6 +47,7 @@ pub static TECHNIQUES: &[Entry] = &[
     Entry { spec: &xpsm::SPEC, make: Make::Warp(xpsm::make) },
     Entry { spec: &plane_optimal::SPEC, make: Make::Warp(plane_optimal::make) },
     Entry { spec: &scene_optimal::SPEC, make: Make::Warp(scene_optimal::make) },
+    Entry { spec: &rectilinear::SPEC, make: Make::Warp(rectilinear::make) },
     Entry { spec: &log_psm::SPEC, make: Make::Warp(log_psm::make) },
     Entry { spec: &log::SPEC, make: Make::Warp(log::make) },
     Entry { spec: &z_partition::SPEC, make: Make::Scheme(z_partition::make) },

@@ -73,12 +73,7 @@ fn renamed(name: &str, params: &[(String, Value)]) -> Vec<(String, Value)> {
 /// # Ok::<(), shadowlab::Error>(())
 /// ```
 pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Technique>> {
-    let entry = TECHNIQUES.iter().find(|entry| entry.spec.name == name).ok_or_else(|| Error::UnknownName {
-        kind: "technique".into(),
-        name: name.to_string(),
-        valid: specs().map(|spec| spec.name.to_string()).collect(),
-    })?;
-    let settings = entry.spec.resolve(&renamed(name, params))?;
+    let (entry, settings) = resolved(name, params)?;
     match entry.make {
         Make::Warp(make) => {
             let warp = make(&settings)?;
@@ -89,4 +84,17 @@ pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Techn
         }
         Make::Scheme(make) => make(settings),
     }
+}
+
+/// The line of a technique, and its settings with some of them given.
+///
+/// # Errors
+/// As [`technique`], but for what a technique's own file checks.
+pub(super) fn resolved(name: &str, params: &[(String, Value)]) -> Result<(&'static Entry, Settings)> {
+    let entry = TECHNIQUES.iter().find(|entry| entry.spec.name == name).ok_or_else(|| Error::UnknownName {
+        kind: "technique".into(),
+        name: name.to_string(),
+        valid: specs().map(|spec| spec.name.to_string()).collect(),
+    })?;
+    Ok((entry, entry.spec.resolve(&renamed(name, params))?))
 }

@@ -17,6 +17,15 @@ use crate::parameterization::Value;
 /// # Errors
 /// [`Error::InvalidArgument`] for a text that does not read; what [`technique()`] says of names and values.
 pub fn technique_of(text: &str) -> Result<Box<dyn Technique>> {
+    let (name, params) = named(text)?;
+    technique(name, &params)
+}
+
+/// The name and the settings in the text of one technique.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for a text that does not read.
+pub(super) fn named(text: &str) -> Result<(&str, Vec<(String, Value)>)> {
     let text = bare(text);
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));
     let mut params = Vec::new();
@@ -26,7 +35,7 @@ pub fn technique_of(text: &str) -> Result<Box<dyn Technique>> {
         };
         params.push((key.trim().replace('-', "_"), Value::Choice(bare(value).to_string())));
     }
-    technique(name.trim(), &params)
+    Ok((name.trim(), params))
 }
 
 /// The techniques of a text, in order; at least one.

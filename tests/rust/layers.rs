@@ -80,10 +80,12 @@ const CIRCLES: &[(&str, &str, &str)] = &[
     ("techniques::z_partition::scheme", "techniques::registry", INNER),
     ("techniques::optimal_partition::scheme", "techniques::registry", INNER),
     ("techniques::face_partition", "techniques::text", INNER),
+    ("techniques::rectilinear::base", "techniques::text", INNER),
+    ("techniques::rectilinear::base", "techniques::registry", INNER),
     ("diagnose_pixels::looker", "diagnose_pixels::way", REMEMBERED),
 ];
 const REMEMBERED: &str = "ways are followed with a looker, which remembers for a texel what following them found";
-const INNER: &str = "a scheme finds the techniques inside it by name, in the list that it is in itself";
+const INNER: &str = "a technique finds those inside it by name, in the list that it is in itself";
 
 /// Beyond this a file has more than one concept (style: 100 to 350 lines, split above 500).
 const MAX_LINES: usize = 500;

@@ -268,7 +268,7 @@ def footprint(
     found = footprint_of(gbuffer, camera, light, parameterization, resolution)
     p, _ = as_maps(parameterization, resolution)
     if p.technique == "matrix":
-        doubt = doubt_about(p.matrices, light, gbuffer, [part.post_warp_terms for part in p.partitions])
+        doubt = doubt_about(p.matrices, light, gbuffer, p.partitions)
         if doubt is not None:
             warnings.warn(str(doubt), ShadowlabWarning, stacklevel=2)
     return found

@@ -241,9 +241,17 @@ class Convention(Value):
         return cast("tuple[Tile, ...]", self.tile if several else (self.tile,))
 
     @property
+    def keeps_x(self) -> bool:
+        """Whether x of the map is that of our NDC."""
+        return self._keeps(0)
+
+    @property
     def keeps_y(self) -> bool:
         """Whether y of the map is that of our NDC."""
-        return bool(np.array_equal(self.map_from_ndc[:, 1], np.tile(np.eye(4)[1], (len(self.tiles), 1))))
+        return self._keeps(1)
+
+    def _keeps(self, axis: int) -> bool:
+        return bool(np.array_equal(self.map_from_ndc[:, axis], np.tile(np.eye(4)[axis], (len(self.tiles), 1))))
 
     @property
     def map_from_ndc(self) -> npt.NDArray[np.float64]:

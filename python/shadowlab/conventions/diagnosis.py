@@ -108,7 +108,7 @@ def diagnose(
     Raises
     ------
     ArgumentError
-        For something else than matrices, another number of them, singular ones, or maps with a logarithm.
+        For something else than matrices, another number of them, singular ones, or maps with a post-warp.
 
     Examples
     --------
@@ -190,8 +190,8 @@ def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, floa
     if hasattr(value, "matrices") and hasattr(value, "partitions"):
         if any(part.post_warp != "none" for part in value.partitions):
             raise ArgumentError(
-                f"{name}: expected maps that are matrices alone, got one with a logarithm; "
-                "hold its .matrices and its post_warp_terms against theirs"
+                f"{name}: expected maps that are matrices alone, got one with a post-warp; "
+                "hold its .matrices and what follows them against theirs"
             )
         return np.asarray(value.matrices), [part.eye_depth for part in value.partitions]
     stack = matrices_of(name, value).reshape(-1, 4, 4)

@@ -7,7 +7,7 @@ rows x, y and w vanish on the light's homogeneous point. Other conventions break
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,7 +17,7 @@ from .._core import Note
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from .._core import GBuffer
+    from .._core import GBuffer, Partition
     from ..types import Light
 
 # The kind of note that such doubts are.
@@ -28,7 +28,7 @@ LARGEST_RESIDUAL = 1e-5
 
 
 def doubt_about(
-    matrices: npt.ArrayLike, light: Light, gbuffer: GBuffer, warps: Sequence[Mapping[str, float]] = ()
+    matrices: npt.ArrayLike, light: Light, gbuffer: GBuffer, partitions: Sequence[Partition] = ()
 ) -> Note | None:
     """What speaks against these matrices as maps of this light on what the camera sees; None where all is well.
 
@@ -39,8 +39,8 @@ def doubt_about(
     light : DirectionalLight, SpotLight or PointLight
     gbuffer : GBuffer
         The eye view: its surfaces are the receivers.
-    warps : sequence of mapping
-        `Partition.post_warp_terms` of each map, where a logarithm may follow the matrices.
+    partitions : sequence of Partition
+        The maps of the matrices, where something may follow these.
 
     Returns
     -------
@@ -73,10 +73,10 @@ def doubt_about(
     elif falls_away(maps, source, local):
         details.append("depth_falls_away")
     clips = [local @ m.T for m in maps]
-    for clip, terms in zip(clips, warps, strict=False):
-        if terms:
-            w = np.where(clip[:, 3] > 0, clip[:, 3], 1.0)
-            clip[:, 1] = w * (terms["scale"] * np.log(w) + terms["offset"])
+    for clip, part in zip(clips, partitions, strict=False):
+        if part.post_warp != "none":
+            ahead = clip[:, 3] > 0
+            clip[ahead, :2] = clip[ahead, 3:] * part.project(points[ahead])[0][:, :2]
     inside = np.any([covered(clip) for clip in clips], axis=0)
     below = np.any([covered(clip, lowest=-1.0) for clip in clips], axis=0) & ~inside
     if below.any():

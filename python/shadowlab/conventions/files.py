@@ -16,6 +16,7 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError, LoadError, UnknownNameError
 from ..text import plain
+from ..types import PostWarp
 from .convention import Convention
 
 #: How matrices are written into a file.
@@ -54,7 +55,7 @@ def record_of(p: _core.Parameterization, convention: Convention, stack: np.ndarr
         "matrix": stack[0] if len(stack) == 1 else None,
         "matrices": stack,
         "eye_depth": [list(part.eye_depth) for part in parts],
-        "post_warp": [{"kind": part.post_warp, **part.post_warp_terms} for part in parts],
+        "post_warp": [{"kind": part.post_warp, **part.post_warp_terms, **knots_of(part)} for part in parts],
         "regions": [part.region for part in parts],
         "values": dict(p.values),
         "values_of_maps": [dict(part.values) for part in parts],
@@ -72,9 +73,13 @@ def details(p: _core.Parameterization, convention: Convention) -> list[str]:
         near, far = part.eye_depth
         terms = ", ".join(f"{name} {value!r}" for name, value in part.post_warp_terms.items())
         after = f"; y is replaced by the logarithm of w with {terms}" if terms else ""
+        if part.post_warp_knots is not None:
+            x, y = map(len, part.post_warp_knots)
+            after = f"; x and y are replaced by ascending functions of themselves with {x} and {y} knots"
         if after or len(p.partitions) > 1:
             lines.append(f"map {i}: {part.technique}, camera depths {near:g} to {far:g}{after}")
         lost += ["logarithms"] if terms else []
+        lost += ["rectilinear warps"] if part.post_warp == "rectilinear" else []
         lost += ["the rays that each map serves"] if len(part.region) else []
     if len(p.partitions) > 1:
         lost += ["camera depths", f"selection by {p.selection}"]
@@ -146,17 +151,24 @@ def of_json(data: Any) -> dict[str, Any]:
     if "eye_depth" in data:
         found["eye_depth"] = [[float(depth) for depth in pair] for pair in data["eye_depth"]]
     warps = [warp_of(post) for post in data.get("post_warp") or ()]
-    if any(warps):
+    if any(warp is not None for warp in warps):
         found["post_warp"] = warps
     if any(data.get("regions") or ()):
         found["regions"] = [np.array(rows, dtype=np.float64).reshape(-1, 4) for rows in data["regions"]]
     return found
 
 
-def warp_of(post: Mapping[str, Any]) -> tuple[str, float, float] | None:
+def warp_of(post: Mapping[str, Any]) -> PostWarp | None:
     """What follows a matrix, as `from_matrix` takes it."""
     if post["kind"] == "none":
         return None
-    if post["kind"] != "log":
-        raise ValueError(f"unknown post_warp {post['kind']!r}")
-    return "log", float(post["scale"]), float(post["offset"])
+    if post["kind"] == "log":
+        return "log", float(post["scale"]), float(post["offset"])
+    if post["kind"] == "rectilinear":
+        return "rectilinear", np.array(post["x"], dtype=np.float64), np.array(post["y"], dtype=np.float64)
+    raise ValueError(f"unknown post_warp {post['kind']!r}")
+
+
+def knots_of(part: _core.Partition) -> dict[str, np.ndarray]:
+    """The knots of a rectilinear map by axis; empty for another."""
+    return dict(zip("xy", part.post_warp_knots or (), strict=False))

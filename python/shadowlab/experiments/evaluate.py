@@ -149,8 +149,7 @@ def _measured(
         if samples is not None:
             numbers["outside_shadow"] = samples.outside(p)[1]
         if is_parameterization(item):
-            warps = [part.post_warp_terms for part in p.partitions]
-            known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), warps)
+            known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), p.partitions)
         else:
             numbers["fit_us"] = fit_us
         drawing = Drawing(view, renderer, p, resolution, bias, filter)

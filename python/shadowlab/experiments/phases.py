@@ -19,6 +19,7 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError
 from ..text import shown
+from ..types import PostWarp
 
 # Shifts by which a count is averaged. Chosen because three standard errors of a difference of two means over eight are
 # then one standard deviation of a difference of two counts (3 / sqrt(8) = 1.06).
@@ -91,17 +92,22 @@ def shifted(p: _core.Parameterization, dx: float, dy: float, resolution: int) ->
     Returns
     -------
     Parameterization
-        As of `Parameterization.from_matrix`: it has the matrices, depth ranges, regions and logarithms, and no factors
+        As of `Parameterization.from_matrix`: it has the matrices, depth ranges, regions and post-warps, and no factors
         or notes.
     """
     x_ndc, y_ndc = 2.0 * dx / resolution, 2.0 * dy / resolution
     moved = np.array(p.matrices)
-    moved[:, 0] += x_ndc * moved[:, 3]
-    after: list[tuple[str, float, float] | None] = []
+    after: list[PostWarp | None] = []
     for part, matrix in zip(p.partitions, moved, strict=True):
-        terms = part.post_warp_terms
+        terms, knots = part.post_warp_terms, part.post_warp_knots
+        if knots is not None:
+            # Shifted is what the functions return.
+            x, y = (k + np.array([0.0, shift]) for k, shift in zip(knots, (x_ndc, y_ndc), strict=True))
+            after.append(("rectilinear", x, y))
+            continue
+        matrix[0] += x_ndc * matrix[3]
         # A logarithm replaces y, so the shift is its offset's.
-        after.append((part.post_warp, terms["scale"], terms["offset"] + y_ndc) if terms else None)
+        after.append(("log", terms["scale"], terms["offset"] + y_ndc) if terms else None)
         if not terms:
             matrix[1] += y_ndc * matrix[3]
     return _core.Parameterization.from_matrix(

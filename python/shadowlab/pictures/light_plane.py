@@ -136,6 +136,8 @@ class LightPlane(Value):
                 w = np.exp((y - terms["offset"]) / terms["scale"])
                 place = np.linalg.solve(h[[0, 2], :2], [x * w - h[0, 2], w - h[2, 2]])
                 return np.append(place, 1.0)
+            if partition.post_warp_knots is not None:
+                x, y = (before(knots, at) for knots, at in zip(partition.post_warp_knots, ndc, strict=True))
             back = np.asarray(np.linalg.solve(h, [x, y, 1.0]), np.float64)
         except np.linalg.LinAlgError:
             raise ArgumentError(
@@ -179,6 +181,13 @@ class LightPlane(Value):
         """World segments on the plane (N, 2, 2), cut where they pass behind the light."""
         found = [visible(*self.project(np.stack(pair))) for pair in ends]
         return np.array([s for s in found if s is not None]).reshape(-1, 2, 2)
+
+
+def before(knots: NDArray[np.float64], after: float) -> float:
+    """Where the ascending function through knots (N, 2), linear between and beyond them, has a value."""
+    piece = int(np.searchsorted(knots[1:-1, 1], after, side="right"))
+    (x, y), (next_x, next_y) = knots[piece], knots[piece + 1]
+    return float(x + (after - y) * (next_x - x) / (next_y - y))
 
 
 def _across(direction: npt.ArrayLike, forward: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ MAP_RGB = (
 )  # fmt: skip
 # Share of a picture's side that is the frame around it, in the map's colour.
 FRAME = 0.015
-# Pieces of an edge that a logarithm bends: short enough to look smooth, and longer than the line is wide.
+# Pieces of an edge that a post-warp bends: short enough to look smooth, and longer than the line is wide.
 PIECES = 48
 
 
@@ -89,24 +89,22 @@ def map_picture(
 
 
 def frustum_in(partition: Partition, camera: Camera, depths: Iterable[float] | None = None) -> np.ndarray:
-    """The camera frustum's edges inside a map: (N, 2, 2) x, y of both ends; in pieces where a logarithm bends them."""
+    """The camera frustum's edges inside a map: (N, 2, 2) x, y of both ends; in pieces where a post-warp bends them."""
     matrix = np.asarray(partition.matrix, dtype=np.float64)
     if partition.post_warp == "none":
         return frustum_segments(matrix, camera, depths)
-    terms = partition.post_warp_terms
     segments = []
     for a, b in frustum_edges(camera, depths):
         share = even_in_log(float(matrix[3] @ a), float(matrix[3] @ b))[:, None]
-        clip = ((1.0 - share) * a + share * b) @ matrix.T
-        ahead = clip[:, 3] > 0
-        w = np.where(ahead, clip[:, 3], 1.0)
-        places = np.column_stack([clip[:, 0] / w, terms["scale"] * np.log(w) + terms["offset"]])
+        ndc, w = partition.project(((1.0 - share) * a + share * b)[:, :3])
+        ahead = w > 0
+        places = np.where(ahead[:, None], ndc[:, :2], 0.0)
         # The ends of a fitted map lie on its edge, but for rounding.
         inside = ahead & (np.abs(places) <= 1.0 + 16.0 * np.finfo(np.float64).eps).all(axis=1)
         places = np.clip(places, -1.0, 1.0)
         both = inside[:-1] & inside[1:]
         segments.append(np.stack([places[:-1][both], places[1:][both]], axis=1))
-    return np.concatenate(segments)
+    return np.concatenate(segments).reshape(-1, 2, 2)
 
 
 def even_in_log(start: float, end: float) -> np.ndarray:

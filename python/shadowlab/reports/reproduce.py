@@ -86,8 +86,10 @@ def given_python(p: Parameterization) -> str:
     )
 
 
-def post_warp(part: Partition) -> tuple[str, float, float] | None:
-    """What follows the matrix of a map, as `Parameterization.from_matrix` takes it."""
+def post_warp(part: Partition) -> tuple[object, ...] | None:
+    """What follows the matrix of a map, as `Parameterization.from_matrix` takes it, in numbers and lists."""
+    if part.post_warp_knots is not None:
+        return (part.post_warp, *(knots.tolist() for knots in part.post_warp_knots))
     terms = part.post_warp_terms
     return (part.post_warp, terms["scale"], terms["offset"]) if terms else None
 

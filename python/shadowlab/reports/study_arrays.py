@@ -14,6 +14,9 @@ import numpy as np
 from ..errors import ArgumentError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .._core import Partition
     from ..experiments.run import Run
     from ..experiments.study import Study
 
@@ -37,6 +40,9 @@ RUN_KEYS = {
     "matrices": "(K, 4, 4) float64: shadow clip from world",
     "eye_depth": "(K, 2) float64: least and largest camera depth that each map serves, world units",
     "post_warp": "(K, 2) float64: scale and offset of the logarithm that replaces y by scale ln(w) + offset, or 0",
+    "post_warp_x": "(K, P, 2) float64: knots (before, after) of the function by which a rectilinear warp replaces "
+    "NDC x, NaN beyond a map's last one; absent where no map has such a warp",
+    "post_warp_y": "(K, P, 2) float64: the same for NDC y",
     "maps": "(K, N, N) float32: depths in [0, 1], 1 where empty",
     "mask": "(H, W) float32: share of the light that arrives, NaN where nothing is seen",
     "chosen": "(H, W) int16: the map that each pixel reads, -1 for none; absent where there is one map",
@@ -73,12 +79,23 @@ def run_arrays(run: Run) -> dict[str, np.ndarray]:
         "matrices": p.matrices,
         "eye_depth": [part.eye_depth for part in p.partitions],
         "post_warp": [[part.post_warp_terms.get(name, 0.0) for name in ("scale", "offset")] for part in p.partitions],
+        "post_warp_x": padded_knots(p.partitions, 0),
+        "post_warp_y": padded_knots(p.partitions, 1),
         "maps": maps if maps.ndim == 3 else maps[None],
         "mask": run.mask,
         "chosen": run.chosen,
         "difference": run.difference,
     }
     return {name: np.asarray(array) for name, array in found.items() if array is not None}
+
+
+def padded_knots(parts: Sequence[Partition], axis: int) -> np.ndarray | None:
+    """(K, P, 2) knots of the rectilinear warps of some maps along one axis, NaN beyond the last; None without any."""
+    knots = [np.empty((0, 2)) if part.post_warp_knots is None else part.post_warp_knots[axis] for part in parts]
+    most = max(map(len, knots))
+    if most == 0:
+        return None
+    return np.stack([np.pad(k, ((0, most - len(k)), (0, 0)), constant_values=np.nan) for k in knots])
 
 
 def save_study_arrays(study: Study, path: Path) -> Path:

@@ -68,7 +68,11 @@ def run_record(run: Run) -> dict[str, Any]:
             {
                 "technique": part.technique,
                 "eye_depth": list(part.eye_depth),
-                "post_warp": {"kind": part.post_warp, **part.post_warp_terms},
+                "post_warp": {
+                    "kind": part.post_warp,
+                    **part.post_warp_terms,
+                    **dict(zip("xy", part.post_warp_knots or (), strict=False)),
+                },
                 "values": dict(part.values),
             }
             for part in p.partitions

@@ -6,10 +6,10 @@ use std::sync::Mutex;
 use glam::{DMat4, DVec3};
 
 use super::gbuffer::gbuffer;
-use super::log_rows::UnevenMap;
 use super::lookup::{Lookups, MaskInput};
 use super::passes::{Pass, checked_matrix, pixel_count};
 use super::raster::Scratch;
+use super::uneven_lattice::Lattice;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
@@ -144,11 +144,12 @@ fn draw_map(
     progress: &Progress,
 ) -> Result<()> {
     let clip_from_world = checked_matrix(&partition.shadow_clip_from_world)?;
-    match partition.post_warp {
+    match &partition.post_warp {
         PostWarp::None => Pass { scene, clip_from_world, size, scratch, progress }.depth(depth),
         PostWarp::Log { scale, offset } => {
-            UnevenMap::new(&clip_from_world, scale, offset, size)?.depth(scene, depth, progress)
+            Lattice::logarithmic(&clip_from_world, *scale, *offset, size)?.depth(scene, depth, progress)
         }
+        PostWarp::Rectilinear(warp) => Lattice::rectilinear(&clip_from_world, warp, size).depth(scene, depth, progress),
     }
 }
 

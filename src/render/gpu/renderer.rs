@@ -219,11 +219,18 @@ impl Session<'_> {
 /// A parameterization has maps that can be drawn: [`check_maps`], and all are projective.
 fn check_partitions(p: &Parameterization) -> Result<()> {
     check_maps(p)?;
-    if p.partitions.iter().any(|p| p.post_warp != PostWarp::None) {
-        let fix = "draw it with the cpu renderer, which is exact";
-        return Err(Error::argument("parameterization", "projective maps", "a logarithmic post-warp", fix));
+    let kind = p.partitions.iter().find_map(|p| match p.post_warp {
+        PostWarp::None => None,
+        PostWarp::Log { .. } => Some("a logarithmic post-warp"),
+        PostWarp::Rectilinear(_) => Some("a rectilinear post-warp"),
+    });
+    match kind {
+        None => Ok(()),
+        Some(kind) => {
+            let fix = "draw it with the cpu renderer, which is exact";
+            Err(Error::argument("parameterization", "projective maps", kind, fix))
+        }
     }
-    Ok(())
 }
 
 /// A parameterization has maps, and each has a finite matrix.

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4};
 
 use super::surface::EyeSpace;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
 use crate::render::{Filter, MaskSettings};
 use crate::scene::Light;
@@ -120,22 +120,23 @@ impl EyeSpace {
     /// The records of all maps of `resolution` texels.
     ///
     /// # Errors
-    /// [`crate::Error::InvalidArgument`] for a matrix that is not finite.
+    /// [`crate::Error::InvalidArgument`] for a matrix that is not finite, and for a rectilinear warp: a record has no room for
+    /// its knots.
     pub fn maps(&self, p: &Parameterization, resolution: [u32; 2]) -> Result<Vec<Map>> {
         let farthest = p.partitions.last().map_or(0.0, |last| last.eye_depth[1]);
         let map = |partition: &Partition| {
             // Those that end where the last does have no end: Parameterization::first_map.
             let end = partition.eye_depth[1];
             let depth_end = if end >= farthest { f32::MAX } else { self.length(end).clamp(f32::MIN, f32::MAX) };
-            Map { depth_end, ..Map::new(partition, self.unit, resolution) }
+            Ok(Map { depth_end, ..Map::new(partition, self.unit, resolution)? })
         };
-        Ok(p.relative_to(self.eye)?.partitions.iter().map(map).collect())
+        p.relative_to(self.eye)?.partitions.iter().map(map).collect()
     }
 }
 
 impl Map {
     /// The record of a map for points relative to the eye, in world units; the end of its depths is for the caller to fill in.
-    fn new(partition: &Partition, unit: f64, resolution: [u32; 2]) -> Self {
+    fn new(partition: &Partition, unit: f64, resolution: [u32; 2]) -> Result<Self> {
         let relative_from_eye = DMat4::from_scale(DVec3::splat(unit));
         let clip_from_eye = partition.shadow_clip_from_world * relative_from_eye;
         // Clip coordinates are homogeneous: a power of two in all of them changes nothing but w.
@@ -151,14 +152,19 @@ impl Map {
             PostWarp::None => (0, 0.0, 0.0),
             // ln of the row's w is that of w and that of the power of two.
             PostWarp::Log { scale: log_scale, offset } => (1, log_scale, offset - log_scale * scale.ln()),
+            PostWarp::Rectilinear(_) => {
+                let (expected, got) = ("maps without or with a logarithmic post-warp", "a rectilinear post-warp");
+                return Err(Error::argument("parameterization", expected, got, "use the cpu renderer, which is exact"));
+            }
         };
-        let Gradients { x, y, ray } = Gradients::new(rows, partition.post_warp);
+        let logarithm = (post_warp == 1).then_some(log_scale);
+        let Gradients { x, y, ray } = Gradients::new(rows, logarithm);
         let largest = |[at_eye, turn]: [DVec3; 2]| power_of_two_below(&[at_eye.to_array(), turn.to_array()].concat());
         let (k_x, k_y, k_ray) = (largest(x), largest(y), power_of_two_below(&ray.to_array()));
         // Texels to a unit of NDC; y down.
         let [texels_x, texels_y] = [0.5 * f64::from(resolution[0]), -0.5 * f64::from(resolution[1])];
         let texel = DVec3::new(k_ray / (k_y * texels_x), k_ray / (k_x * texels_y), k_x * k_y / k_ray);
-        Self {
+        Ok(Self {
             rows: rows.map(|row| row.as_vec4().to_array()),
             region,
             gradients: [Gradient::new(x, k_x), Gradient::new(y, k_y)],
@@ -169,7 +175,7 @@ impl Map {
             log_scale: log_scale as f32,
             log_offset: log_offset as f32,
             ..Self::zeroed()
-        }
+        })
     }
 }
 
@@ -192,18 +198,16 @@ struct Gradients {
 }
 
 impl Gradients {
-    /// Those of the rows x, y, z, w of a map.
-    fn new([x, y, _, w]: [DVec4; 4], post_warp: PostWarp) -> Self {
+    /// Those of the rows x, y, z, w of a map, with the scale of a logarithm after it.
+    fn new([x, y, _, w]: [DVec4; 4], logarithm: Option<f64>) -> Self {
         let (d_x, d_y, d_w) = (x.truncate(), y.truncate(), w.truncate());
         let of = |row: DVec4| [w.w * row.truncate() - row.w * d_w, row.truncate().cross(d_w)];
-        match post_warp {
-            PostWarp::None => {
+        match logarithm {
+            None => {
                 let constant = w.w * d_x.cross(d_y) + y.w * d_w.cross(d_x) + x.w * d_y.cross(d_w);
                 Self { x: of(x), y: of(y), ray: constant.extend(d_x.cross(d_y).dot(d_w)) }
             }
-            PostWarp::Log { scale, .. } => {
-                Self { x: of(x), y: [scale * d_w, DVec3::ZERO], ray: (scale * d_x.cross(d_w)).extend(0.0) }
-            }
+            Some(scale) => Self { x: of(x), y: [scale * d_w, DVec3::ZERO], ray: (scale * d_x.cross(d_w)).extend(0.0) },
         }
     }
 }

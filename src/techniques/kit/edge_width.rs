@@ -12,12 +12,12 @@ use crate::geometry::planar_image;
 pub const CAP_PX: f64 = 32.0;
 
 /// What a width counts, `c (1 - exp(-width / c))` with a finite cap c (theory.md (10.8)).
-#[inline(always)]
 pub fn capped(width: f64, cap: f64) -> f64 {
-    cap * (1.0 - exp_of_minus(width / cap))
+    cap * (1.0 - (-width / cap).exp())
 }
 
-/// e to the power of -x for x of 0 or more, to a unit in the last place, without branches; that of 700 for what is beyond.
+/// e to the power of -x for x of 0 or more, to a unit in the last place, without branches, for kernels: elsewhere fused
+/// products are slow. That of 700 for what is beyond.
 #[inline(always)]
 pub fn exp_of_minus(x: f64) -> f64 {
     /// Added, it leaves a whole number in the lowest bits.
@@ -39,7 +39,6 @@ pub fn exp_of_minus(x: f64) -> f64 {
 }
 
 /// The same with [`CAP_PX`].
-#[inline(always)]
 pub fn capped_px(width: f64) -> f64 {
     capped(width, CAP_PX)
 }

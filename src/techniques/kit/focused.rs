@@ -1,5 +1,7 @@
 //! A warp with what all of them share around it: the bodies before, the fit after, and the notes every map owes.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3, DVec4};
 
 use super::light_space::LightSpace;
@@ -44,6 +46,9 @@ impl Technique for Focused {
         };
         // A grid that stands still does not look at what is seen.
         if self.warp.fitting() == Fitting::StableGrid { Needs::Nothing } else { own.max(self.warp.needs()) }
+    }
+    fn serves(&self, light: &Light) -> Result<()> {
+        self.warp.base().unwrap_or(self.spec).serves(light)
     }
     fn maps(&self, part: &Part) -> Result<Maps> {
         Ok(Maps { maps: vec![self.map(part)?], selection: Selection::Depth, notes: Vec::new() })
@@ -97,7 +102,7 @@ impl Focused {
         let Provisional { clip_from_local, mut values, mut notes } = self.warp.warp(view, part)?;
         let (scene, tightening) = (part.scene, self.tightening);
         let (fitted, post_warp) = match self.warp.spacing() {
-            Spacing::Projective => {
+            Spacing::Projective | Spacing::Rectilinear => {
                 let fitted = fit(&clip_from_local, view, scene, size, tightening);
                 if fitted.begins_late {
                     notes.retain(|note| note.kind() != Kind::LightInBox);
@@ -108,7 +113,11 @@ impl Focused {
                         notes.push(Note::new(Kind::LightInBox, &[("distance", distance)]));
                     }
                 }
-                (fitted, PostWarp::None)
+                let warp = match self.warp.spacing() {
+                    Spacing::Rectilinear => self.warp.rectilinear(view, part, &fitted.clip_from_local, &mut values)?,
+                    _ => None,
+                };
+                (fitted, warp.map_or(PostWarp::None, |warp| PostWarp::Rectilinear(Arc::new(warp))))
             }
             Spacing::Logarithmic => fit_logarithmic(&clip_from_local, view, scene, size, tightening),
         };

@@ -174,6 +174,23 @@ pub enum Range {
     Seen,
 }
 
+impl Spec {
+    /// An error unless the technique serves a light.
+    ///
+    /// # Errors
+    /// [`Error::UnsupportedLight`].
+    pub fn serves(&self, light: &Light) -> Result<()> {
+        if self.lights.serves(light) {
+            return Ok(());
+        }
+        Err(Error::UnsupportedLight {
+            technique: self.name.to_string(),
+            light: light.kind().into(),
+            supported: self.lights.names().into(),
+        })
+    }
+}
+
 impl LightSupport {
     /// In words.
     pub fn names(&self) -> String {

@@ -15,7 +15,7 @@ use crate::fit::MapSize;
 use crate::focus::{Focus, FocusedView, Samples};
 use crate::geometry::Rows;
 use crate::note::{Note, gathered};
-use crate::parameterization::{Parameterization, Region, Value};
+use crate::parameterization::{Parameterization, Rectilinear, Region, Value};
 use crate::scene::{Camera, Light, Scene};
 
 /// A technique with its settings: a pure function from a view to a [`Parameterization`].
@@ -39,15 +39,7 @@ pub trait Technique: Debug + Send + Sync {
     /// # Errors
     /// [`Error::UnsupportedLight`].
     fn serves(&self, light: &Light) -> Result<()> {
-        let spec = self.spec();
-        if spec.lights.serves(light) {
-            return Ok(());
-        }
-        Err(Error::UnsupportedLight {
-            technique: spec.name.to_string(),
-            light: light.kind().into(),
-            supported: spec.lights.names().into(),
-        })
+        self.spec().serves(light)
     }
     /// The maps for one scene, camera and light, made for `resolution` texels along each side, by a technique that needs no
     /// samples.
@@ -154,6 +146,20 @@ pub trait Warp: Debug + Send + Sync {
     fn spacing(&self) -> Spacing {
         Spacing::Projective
     }
+    /// The separable warp after a fitted map, of [`Spacing::Rectilinear`]; nothing where no sample tells one from another.
+    fn rectilinear(
+        &self,
+        _view: &FocusedView,
+        _part: &Part,
+        _clip_from_local: &Rows,
+        _values: &mut Vec<Named>,
+    ) -> Result<Option<Rectilinear>> {
+        Ok(None)
+    }
+    /// Whose lights it serves: another technique's, if its homography is that one's.
+    fn base(&self) -> Option<&'static Spec> {
+        None
+    }
     /// Numbers that are known only once the map is fitted: `clip_from_local` is.
     fn values_of_fit(&self, _view: &FocusedView, _clip_from_local: &Rows, _size: &MapSize) -> Vec<Named> {
         Vec::new()
@@ -191,4 +197,6 @@ pub enum Spacing {
     /// Evenly in the logarithm of its w, which must be constant along light rays: [`PostWarp::Log`](crate::parameterization::PostWarp::Log). A map whose w hardly
     /// varies over the receivers needs no logarithm and gets none.
     Logarithmic,
+    /// As a separable warp after the fitted map puts them: [`PostWarp::Rectilinear`](crate::parameterization::PostWarp::Rectilinear).
+    Rectilinear,
 }

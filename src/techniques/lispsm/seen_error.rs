@@ -16,7 +16,7 @@ use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
 use crate::geometry::planar_image;
 use crate::simd::dispatch;
-use crate::techniques::kit::{WarpSpace, capped_px};
+use crate::techniques::kit::{CAP_PX, WarpSpace, exp_of_minus};
 
 /// Samples of the first look at a strength.
 const FEW: usize = 384;
@@ -112,7 +112,7 @@ fn sums_body(points: &[Point], map: &Map) -> (f64, f64) {
         }
         // A loop, as a closure would not be compiled for the instruction set of the dispatch.
         for width in &mut widths {
-            *width = capped_px(*width);
+            *width = CAP_PX * (1.0 - exp_of_minus(*width / CAP_PX));
         }
         for (counts, p) in widths.iter().zip(points) {
             sum += p.weight * counts;

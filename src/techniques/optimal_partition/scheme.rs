@@ -1,6 +1,6 @@
 //! Scene-optimal partition: the depths of the view are divided where their maps' error at what is seen is least.
 //!
-//! Source: theory.md 10.4b, with Zhang, Sun, Xu, Lun 2006 `[zhang2006]` for depth splits and Chong, Gortler 2007 `[chong2007]` for the map
+//! Source: theory.md 10.8, with Zhang, Sun, Xu, Lun 2006 `[zhang2006]` for depth splits and Chong, Gortler 2007 `[chong2007]` for the map
 //! of each. Eye depths are cut at quantiles of the samples at shadows' edges; for every run of the intervals between the
 //! search of `scene_optimal` finds its best homography and what that costs, and dynamic programming chooses the runs.
 //!
@@ -47,10 +47,10 @@ pub static SPEC: Spec = Spec {
     ],
 };
 
-/// Intervals between quantiles. Chosen because more of them move splits by less than maps differ (theory.md 10.4b).
+/// Intervals between quantiles. Chosen because more of them move splits by less than maps differ (theory.md 10.8).
 const INTERVALS: usize = 8;
 
-/// Splits that `count=auto` tries. Chosen because with more the error hardly falls (theory.md 10.4b).
+/// Splits that `count=auto` tries. Chosen because with more the error hardly falls (theory.md 10.8).
 const MOST_AUTO: usize = 4;
 
 /// Samples at shadows' edges that are looked at.

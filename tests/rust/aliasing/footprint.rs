@@ -148,6 +148,7 @@ fn techniques() -> Vec<(String, Box<dyn Technique>)> {
     let defaults = specs().map(|s| (s.name.to_string(), technique(s.name, &[]).expect("made")));
     let more = [
         "uniform:stable=true",
+        "rectilinear:base=lispsm,bins=8",
         "psm:slide=0",
         "lispsm:near=basic",
         "log_psm:warp=lispsm",

@@ -32,8 +32,9 @@ fn level(middle: DVec3, half: f64) -> Scene {
 fn at_height(map: &Partition, ndc: DVec2) -> DVec3 {
     let matrix = map.shadow_clip_from_world;
     let world_from_clip = matrix.inverse();
-    let ndc = match map.post_warp {
+    let ndc = match &map.post_warp {
         PostWarp::None => ndc,
+        PostWarp::Rectilinear(warp) => warp.before(ndc),
         PostWarp::Log { scale, offset } => {
             // y of the matrix is a constant and another over w.
             let (y, w) = (matrix.row(1), matrix.row(3));

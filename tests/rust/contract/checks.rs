@@ -126,7 +126,7 @@ pub struct Local {
 impl Local {
     pub fn new(partition: &Partition, origin: DVec3) -> Self {
         let rows = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(origin)));
-        Self { rows, post_warp: partition.post_warp }
+        Self { rows, post_warp: partition.post_warp.clone() }
     }
     pub fn w(&self, p: DVec3) -> f64 {
         self.rows.w.dot(p.extend(1.0))
@@ -137,8 +137,12 @@ impl Local {
     /// How fast it moves along a direction.
     pub fn derivative(&self, p: DVec3, direction: DVec3) -> f64 {
         let d = self.rows.derivative(p, direction);
-        match self.post_warp {
+        match &self.post_warp {
             PostWarp::None => d.length(),
+            PostWarp::Rectilinear(warp) => {
+                let slopes = warp.slopes(self.rows.project(p).truncate());
+                (d.truncate() * slopes).extend(d.z).length()
+            }
             // d(scale ln w) = scale dw / w.
             PostWarp::Log { scale, .. } => {
                 DVec3::new(d.x, scale * self.rows.w.dot(direction.extend(0.0)) / self.w(p), d.z).length()

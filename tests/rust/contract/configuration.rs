@@ -206,6 +206,7 @@ pub fn random_settings(spec: &Spec, c: &Configuration, random: &mut Random) -> V
         return Vec::new();
     }
     let inner = ["uniform", "lispsm", "uniform/lispsm", "lispsm:near=basic"];
+    let bases = ["uniform", "lispsm", "scene_optimal:cap=none", "lispsm:near=basic"];
     let number = |random: &mut Random, unit: &str, min: f64, max: f64| {
         let scale = match unit {
             "world units" => c.size,
@@ -247,7 +248,7 @@ pub fn random_settings(spec: &Spec, c: &Configuration, random: &mut Random) -> V
                     Value::Numbers(list)
                 }
             },
-            Kind::Techniques => word(random, &inner),
+            Kind::Techniques => word(random, if p.name == "base" { &bases } else { &inner }),
         };
         chosen.push((p.name.to_string(), value));
     }

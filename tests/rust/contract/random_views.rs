@@ -79,11 +79,14 @@ fn rounding(partition: &Partition, p_world: DVec3, origin: DVec3) -> (f64, f64) 
     let of_w = ROUNDINGS * terms(rows.w) / clip.w.abs();
     let [x, y, z] = [(rows.x, clip.x), (rows.y, clip.y), (rows.z, clip.z)]
         .map(|(row, c)| ROUNDINGS * terms(row) / clip.w.abs() + of_w * (c / clip.w).abs());
-    let log = match partition.post_warp {
-        PostWarp::Log { scale, .. } => scale.abs() * of_w,
-        PostWarp::None => 0.0,
-    };
-    (x.max(y).max(z).max(log), of_w)
+    match &partition.post_warp {
+        PostWarp::None => (x.max(y).max(z), of_w),
+        PostWarp::Log { scale, .. } => (x.max(y).max(z).max(scale.abs() * of_w), of_w),
+        PostWarp::Rectilinear(warp) => {
+            let slopes = warp.slopes(DVec3::from((clip / clip.w).truncate()).truncate());
+            ((x * slopes.x).max(y * slopes.y).max(z), of_w)
+        }
+    }
 }
 
 /// Whether triangles keep the winding that the light sees; nothing where that is lost in rounding.

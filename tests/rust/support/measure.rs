@@ -54,7 +54,7 @@ impl LocalMap {
     pub fn new(p: &Parameterization, partition: &Partition, origin: DVec3) -> Self {
         let inset = inset(p).x;
         let rows = Rows::of(&(partition.shadow_clip_from_world * DMat4::from_translation(origin)));
-        Self { rows, post_warp: partition.post_warp, inset }
+        Self { rows, post_warp: partition.post_warp.clone(), inset }
     }
     /// t and s, 1 apart over what receivers span.
     fn ts(&self, p: DVec3) -> DVec2 {

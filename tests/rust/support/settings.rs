@@ -3,11 +3,11 @@
 use shadowlab::Error;
 use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
 
-/// The techniques that are for what is seen alone: they have no map for the body, and search for their own.
-pub const BY_SAMPLES: [&str; 2] = ["scene_optimal", "optimal_partition"];
+/// The techniques that are for what is seen alone: they have no map for the body, and look for their own.
+pub const BY_SAMPLES: [&str; 3] = ["scene_optimal", "rectilinear", "optimal_partition"];
 
 /// Settings that depend on each other.
-const TOGETHER: [&str; 20] = [
+const TOGETHER: [&str; 24] = [
     "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",
     "lispsm:near=optimal,norm=linf,axis=middle,near_weight=1e-6,fit=intersection",
     "lispsm:near=optimal,over=body,norm=storage,range=body,fit=exact",
@@ -28,7 +28,14 @@ const TOGETHER: [&str; 20] = [
     "z_partition:count=2,inner=(z_partition:count=2,splits=uniform)",
     "face_partition:inner=(z_partition:count=2)/uniform",
     "face_partition:inner=uniform:focus=none",
+    "z_partition:count=2,inner=rectilinear/uniform",
+    "face_partition:inner=rectilinear",
+    "rectilinear:base=(uniform:turn=rectangle),fit=seen,range=body",
+    "rectilinear:base=(uniform:focus=none),bins=3,cap=none",
 ];
+
+/// Techniques whose maps are no base of another: a warp follows after their projection already.
+const NO_BASE: [&str; 2] = ["log_psm", "log"];
 
 /// Every technique with its defaults, with each word, flag and a few numbers of each parameter, and settings that belong
 /// together.
@@ -51,7 +58,9 @@ pub fn settings() -> Vec<(String, Box<dyn Technique>)> {
         };
         add(&[]);
         for p in spec.params {
-            for value in values_of(&p.kind).into_iter().filter(|v| *v != p.default.value()) {
+            let is_none =
+                |v: &Value| p.name == "base" && NO_BASE.iter().any(|name| *v == Value::Choice((*name).into()));
+            for value in values_of(&p.kind).into_iter().filter(|v| *v != p.default.value() && !is_none(v)) {
                 add(&[(p.name.to_string(), value)]);
             }
         }

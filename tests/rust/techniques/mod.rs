@@ -10,6 +10,7 @@ mod optimal_partition;
 mod plane_optimal;
 mod point_light;
 mod psm;
+mod rectilinear;
 mod registry;
 mod samples;
 mod scene_optimal;

@@ -89,6 +89,9 @@ def map_html(index: int, part: Partition, count: int) -> str:
         ("values", ", ".join(f"{name} {value:.4g}" for name, value in part.values.items()) or "none"),
     ]
     terms = ", ".join(f"{name} {value:.4g}" for name, value in part.post_warp_terms.items())
+    if part.post_warp_knots is not None:
+        x, y = map(len, part.post_warp_knots)
+        terms = f"{x} knots along x and {y} along y"
     rows += [("then", f"{part.post_warp}: {terms}")] if terms else []
     return f"{table_of(rows)}<p>shadow clip from world:</p>{matrix_html(part.matrix)}"
 

@@ -15,7 +15,7 @@ use crate::render::{Bias, Filter, MaskSettings};
 use crate::scene::Light;
 
 /// What a lookup needs to know of one map, its light and its settings.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct MapLookup {
     /// Rows x, y, z, w of `shadow_clip_from_relative`.
     pub(super) rows: [DVec4; 4],
@@ -26,8 +26,8 @@ pub struct MapLookup {
     bias: Bias,
     pub(super) filter: Filter,
     pub(super) post_warp: PostWarp,
-    /// How much depth falls over the filter's reach along y, in units of what its slope there says: where it rises with w, and
-    /// where it falls.
+    /// Of a logarithm, how much depth falls over the filter's reach along y, in units of what its slope there says: where it
+    /// rises with w, and where it falls.
     bend: [f64; 2],
     /// In relative space.
     region: Region,
@@ -75,8 +75,8 @@ impl MapLookup {
         let point = light.point();
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
-        let (post_warp, region) = (partition.post_warp, partition.region.relative_to(origin));
-        let bend = bend(post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
+        let (post_warp, region) = (partition.post_warp.clone(), partition.region.relative_to(origin));
+        let bend = bend(&post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
         Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, bend, region })
     }
 
@@ -116,13 +116,16 @@ impl MapLookup {
 
         // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (E.5), quotient rule.
         let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
-        let grad_x = 0.5 * size.x * gradient(row_x, ndc.x);
-        let grad_y = -0.5
-            * size.y
-            * match self.post_warp {
-                PostWarp::None => gradient(row_y, ndc.y),
-                PostWarp::Log { scale, .. } => row_w.truncate() * (scale / w),
-            };
+        let (mut grad_x, mut grad_y) = (gradient(row_x, projected.x), gradient(row_y, projected.y));
+        match &self.post_warp {
+            PostWarp::None => {}
+            PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale / w),
+            PostWarp::Rectilinear(warp) => {
+                let slopes = warp.slopes(projected.truncate());
+                (grad_x, grad_y) = (grad_x * slopes.x, grad_y * slopes.y);
+            }
+        }
+        let (grad_x, grad_y) = (grad_x * (0.5 * size.x), grad_y * (-0.5 * size.y));
         let grad_z = gradient(row_z, ndc.z);
         let cross = grad_x.cross(grad_y);
 
@@ -148,20 +151,18 @@ impl MapLookup {
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
         if self.bias.slope > 0.0 {
             let det = cross.dot(normal).abs();
-            let a_det = grad_z.dot(grad_y.cross(normal)).abs();
+            let a_det = grad_z.dot(grad_y.cross(normal));
             let b_det = -grad_z.dot(grad_x.cross(normal));
-            let rises_with_w = match self.post_warp {
-                PostWarp::None => true,
-                // Y grows down.
-                PostWarp::Log { scale, .. } => b_det * cross.dot(normal) * scale < 0.0,
-            };
-            let b_det = b_det.abs() * self.bend[usize::from(!rises_with_w)];
+            // On the plane, depth changes by these per texel, times det; Y grows down.
+            let facing = cross.dot(normal);
+            let bends = self.bends(projected.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0]);
+            let (a_det, b_det) = (a_det.abs() * bends.falling.x, b_det.abs() * bends.falling.y);
             let reach = self.bias.slope * self.filter.reach_texels();
             let limit = match self.bias.slope_limit {
                 l if l.is_finite() => {
                     // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
-                    let a_across = grad_z.dot(grad_y.cross(to_light)).abs();
-                    let b_across = grad_z.dot(grad_x.cross(to_light)).abs() * self.bend[0].max(self.bend[1]);
+                    let a_across = grad_z.dot(grad_y.cross(to_light)).abs() * bends.largest.x;
+                    let b_across = grad_z.dot(grad_x.cross(to_light)).abs() * bends.largest.y;
                     let across = if det_ray > 0.0 { (a_across + b_across) / det_ray } else { 0.0 };
                     l * texel * grad_z.dot(to_light).abs() + reach * across
                 }
@@ -233,9 +234,46 @@ impl<'a> Lookups<'a> {
     }
 }
 
+/// How far a plane's depth changes over the filter's reach along the map's x and y, in units of what its slope says.
+#[derive(Debug, Clone, Copy)]
+struct Bends {
+    /// The way on which it falls.
+    falling: DVec2,
+    /// Either way, the larger one.
+    largest: DVec2,
+}
+
+impl MapLookup {
+    /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls.
+    fn bends(&self, at: DVec2, rises: [bool; 2]) -> Bends {
+        match &self.post_warp {
+            PostWarp::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
+            PostWarp::Log { scale, .. } => {
+                let rises_with_w = rises[1] == (*scale > 0.0);
+                let [rising, falling] = self.bend;
+                let along = if rises_with_w { rising } else { falling };
+                Bends { falling: DVec2::new(1.0, along), largest: DVec2::new(1.0, rising.max(falling)) }
+            }
+            // Depth is affine before the warp: what counts is how far the reach goes there.
+            PostWarp::Rectilinear(warp) => {
+                let reach =
+                    2.0 * self.filter.reach_texels() / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+                if reach == DVec2::ZERO {
+                    return Bends { falling: DVec2::ONE, largest: DVec2::ONE };
+                }
+                let (after, per_reach) = (warp.after(at), warp.slopes(at) / reach);
+                let back = (at - warp.before(after - reach)) * per_reach;
+                let on = (warp.before(after + reach) - at) * per_reach;
+                let falling = |axis: usize| if rises[axis] { back[axis] } else { on[axis] };
+                Bends { falling: DVec2::new(falling(0), falling(1)), largest: back.max(on) }
+            }
+        }
+    }
+}
+
 /// How much the depth of a plane falls over `reach` in NDC y, in units of what its slope says: where it rises with w, and where
 /// it falls. Under a logarithm depth is affine in 1/w = exp((offset - y) / scale), whose change grows towards the smaller w.
-fn bend(post_warp: PostWarp, reach: f64) -> [f64; 2] {
+fn bend(post_warp: &PostWarp, reach: f64) -> [f64; 2] {
     match post_warp {
         PostWarp::Log { scale, .. } if reach != 0.0 => {
             let reach = (reach / scale).abs();

@@ -104,7 +104,7 @@ impl MapLookup {
     }
 
     /// To the light: a unit vector; zero at the light.
-    pub fn way_to_light(self, p: DVec3) -> DVec3 {
+    pub fn way_to_light(&self, p: DVec3) -> DVec3 {
         (self.light.truncate() - self.light.w * p).normalize_or_zero()
     }
 
@@ -127,12 +127,13 @@ impl MapLookup {
     /// The point with these NDC x and y on the plane through `p` with a normal.
     fn on_plane(&self, p: DVec3, normal: DVec3, [x, y]: [f64; 2]) -> Option<DVec3> {
         let [row_x, row_y, _, row_w] = self.rows;
-        let across = row_x - x * row_w;
+        let of = |x: f64, y: f64| (row_x - x * row_w, row_y - y * row_w);
         // Linear in (q, 1): its product is zero.
-        let along = match self.post_warp {
-            PostWarp::None => row_y - y * row_w,
+        let (across, along) = match &self.post_warp {
+            PostWarp::None => of(x, y),
             // y = scale ln w + offset is known, so w is.
-            PostWarp::Log { scale, offset } => row_w - DVec4::W * ((y - offset) / scale).exp(),
+            PostWarp::Log { scale, offset } => (of(x, y).0, row_w - DVec4::W * ((y - offset) / scale).exp()),
+            PostWarp::Rectilinear(warp) => of(warp.x.before(x), warp.y.before(y)),
         };
         let m = DMat3::from_cols(across.truncate(), along.truncate(), normal).transpose();
         let q = m.inverse() * DVec3::new(-across.w, -along.w, normal.dot(p));

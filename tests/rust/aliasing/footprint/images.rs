@@ -37,22 +37,25 @@ pub fn views() -> Vec<View> {
     lights.map(|(name, light)| View { name, scene: scene.clone(), camera, light }).collect()
 }
 
-/// One map, several that are asked by depth and by containment, and a logarithm.
-pub const TECHNIQUES: [&str; 6] = [
+/// One map, several that are asked by depth and by containment, a logarithm, and knots.
+pub const TECHNIQUES: [&str; 8] = [
     "lispsm",
     "log_psm",
     "z_partition:count=4",
     "z_partition:count=3,inner=log",
     "face_partition",
     "uniform:focus=none",
+    "rectilinear:base=uniform",
+    "z_partition:count=2,inner=rectilinear",
 ];
 
 pub fn each(mut visit: impl FnMut(&str, &View, &Parameterization)) {
     for v in views() {
+        let samples = v.samples();
         for text in TECHNIQUES {
             let t = by_body(text);
             if t.serves(&v.light).is_ok() {
-                match t.parameterize(&v.scene, &v.camera, &v.light, 512) {
+                match t.parameterize_seen(&v.scene, &v.camera, &v.light, [512; 2], Some(&samples)) {
                     Ok(mut p) => {
                         visit(&format!("{} / {text}", v.name), &v, &p);
                         // Maps of the middle half, with receivers beside them and beyond their far planes.

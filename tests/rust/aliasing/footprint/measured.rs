@@ -3,7 +3,9 @@
 use glam::{DMat2, DVec2, DVec3};
 use shadowlab::aliasing::footprint::footprint_at;
 use shadowlab::aliasing::texel::Texel;
+use shadowlab::geometry::Rows;
 use shadowlab::image::{Footprint, GBuffer};
+use shadowlab::parameterization::PiecewiseLinear;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::scene::{Camera, Light};
@@ -62,7 +64,24 @@ pub fn step(camera: &Camera, map: &Partition, p: DVec3) -> f64 {
     let w = map.shadow_clip_from_world.row(3);
     let doubling = w.dot(p.extend(1.0)).abs() / w.truncate().length();
     let depth = camera.depth_of(p);
-    STEP * if doubling.is_finite() { doubling.min(depth) } else { depth }
+    let h = STEP * if doubling.is_finite() { doubling.min(depth) } else { depth };
+    h.min(to_a_knot(map, p))
+}
+
+/// A quarter of the way on which no knot of a rectilinear warp is met.
+fn to_a_knot(map: &Partition, p: DVec3) -> f64 {
+    let rows = Rows::of(&map.shadow_clip_from_world);
+    let per_length = DVec3::AXES.map(|axis| rows.derivative(p, axis));
+    let speed = |axis: usize| DVec3::from_array(per_length.map(|d| d[axis])).length();
+    0.25 * (gaps(map, p) / DVec2::new(speed(0), speed(1))).min_element()
+}
+
+/// How far a point is from the knots of a rectilinear warp, in NDC before it; infinity without knots.
+pub fn gaps(map: &Partition, p: DVec3) -> DVec2 {
+    let Some(warp) = map.post_warp.rectilinear() else { return DVec2::INFINITY };
+    let at = Rows::of(&map.shadow_clip_from_world).project(p);
+    let gap = |f: &PiecewiseLinear, x: f64| f.knots().map(|k| (k[0] - x).abs()).fold(f64::INFINITY, f64::min);
+    DVec2::new(gap(&warp.x, at.x), gap(&warp.y, at.y))
 }
 
 /// How far J is from what moves pixels with texels on the plane across `normal`: as a share of the longest terms.

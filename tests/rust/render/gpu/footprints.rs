@@ -218,6 +218,7 @@ impl Pixel {
         let (g_x, of_x) = gradient(x);
         let is_log = matches!(v.p.partitions[k].post_warp, PostWarp::Log { .. });
         let (g_y, of_y, ray, of_ray) = match v.p.partitions[k].post_warp {
+            PostWarp::Rectilinear(_) => unreachable!("the gpu refuses it"),
             PostWarp::Log { scale, .. } => (scale * d_w, 1.0, scale * d_x.cross(d_w), 1.0),
             PostWarp::None => {
                 let (g_y, of_y) = gradient(y);

@@ -1,7 +1,9 @@
 //! Several maps on a graphics device: each pixel asks the map that it asks on the processor, and gets the same light.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3};
-use shadowlab::parameterization::{Parameterization, PostWarp};
+use shadowlab::parameterization::{Parameterization, PiecewiseLinear, PostWarp, Rectilinear};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::library;
@@ -101,19 +103,29 @@ fn more_maps_than_are_drawn_at_once_give_the_same_mask() {
 }
 
 #[test]
-fn a_logarithm_is_refused_with_a_way_out() {
+fn a_post_warp_is_refused_with_a_way_out() {
     let Some(gpu) = renderer() else { return };
     let s = library::build("robots", 1, &[]).unwrap();
     let mut p = single_map(DMat4::IDENTITY);
-    p.partitions[0].post_warp = PostWarp::Log { scale: 1.0, offset: 0.0 };
     let camera = camera_above(3.0);
-    let depth = gpu.depth_maps(&s.scene, &p, [16; 2], &Progress::new()).map(|_| ());
-    let mask = gpu.shadow_mask(&s.scene, &camera, &s.light, &p, &settings(16), &Progress::new()).map(|_| ());
-    for refused in [depth, mask] {
-        let error = refused.unwrap_err();
-        assert!(matches!(error, Error::InvalidArgument { .. }), "{error:?}");
-        let text = error.to_string();
-        assert!(text.contains("logarithmic") && text.contains("cpu"), "{text}");
+    let even = || PiecewiseLinear::new(&[[-1.0, -1.0], [1.0, 1.0]]).unwrap();
+    let warps = [
+        (PostWarp::Log { scale: 1.0, offset: 0.0 }, "logarithmic"),
+        (PostWarp::Rectilinear(Arc::new(Rectilinear { x: even(), y: even() })), "rectilinear"),
+    ];
+    for (post_warp, name) in warps {
+        p.partitions[0].post_warp = post_warp;
+        let progress = Progress::new();
+        let depth = gpu.depth_maps(&s.scene, &p, [16; 2], &progress).map(|_| ());
+        let mask = gpu.shadow_mask(&s.scene, &camera, &s.light, &p, &settings(16), &progress).map(|_| ());
+        let footprint = gpu.footprint(&s.scene, &camera, &s.light, &p, [16; 2], [16; 2], &progress).map(|_| ());
+        // The footprint of a logarithm is there.
+        assert_eq!(footprint.is_ok(), name == "logarithmic", "{name}");
+        for error in [depth, mask, footprint].into_iter().filter_map(Result::err) {
+            assert!(matches!(error, Error::InvalidArgument { .. }), "{error:?}");
+            let text = error.to_string();
+            assert!(text.contains(name) && text.contains("cpu"), "{text}");
+        }
     }
 }
 

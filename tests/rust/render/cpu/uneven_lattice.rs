@@ -1,8 +1,10 @@
-//! Depth maps that are even in the logarithm of w: every texel against a ray of its own.
+//! Depth maps whose texels a post-warp makes uneven: every texel against a ray of its own.
 
-use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3};
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4};
 use shadowlab::geometry::Rows;
-use shadowlab::parameterization::{Parameterization, PostWarp};
+use shadowlab::parameterization::{Parameterization, PiecewiseLinear, PostWarp, Rectilinear};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::{Error, Mesh, Progress, Scene};
@@ -22,6 +24,28 @@ fn logarithmic(matrix: DMat4, scale: f64, offset: f64) -> Parameterization {
     p
 }
 
+fn rectilinear(matrix: DMat4, x: PiecewiseLinear, y: PiecewiseLinear) -> Parameterization {
+    let mut p = one_map(matrix);
+    p.partitions[0].post_warp = PostWarp::Rectilinear(Arc::new(Rectilinear { x, y }));
+    p
+}
+
+/// From -1 to 1, with pieces up to `ratio` times as steep as others.
+fn ascending(random: &mut Random, pieces: usize, ratio: f64) -> PiecewiseLinear {
+    let mut steps = || -> Vec<f64> {
+        let steps: Vec<f64> = (0..pieces).map(|_| ratio.powf(random.number(0.0, 0.5))).collect();
+        let sum: f64 = steps.iter().sum();
+        steps.iter().map(|step| 2.0 * step / sum).collect()
+    };
+    let (before, after) = (steps(), steps());
+    let mut knots = vec![[-1.0, -1.0]];
+    for (x, y) in before.into_iter().zip(after) {
+        let last = knots[knots.len() - 1];
+        knots.push([last[0] + x, last[1] + y]);
+    }
+    PiecewiseLinear::new(&knots).expect("ascending knots")
+}
+
 fn draw(scene: &Scene, p: &Parameterization, size: [u32; 2]) -> Vec<f32> {
     CpuRenderer::new().depth_maps(scene, p, size, &Progress::new()).expect("a map").data
 }
@@ -36,14 +60,24 @@ fn corners(scene: &Scene) -> Vec<[DVec3; 3]> {
     (0..scene.instances().len()).flat_map(one).collect()
 }
 
-/// Depth at a texel by the definition of the map: the least z/w in [0, 1] of all points of the scene that have its x/w and
-/// its w, which lie on a line; nothing where the line grazes a triangle.
-fn by_definition(corners: &[[DVec3; 3]], rows: &Rows, ndc_x: f64, w: f64) -> Option<f64> {
-    let (a, b) = (rows.x - rows.w * ndc_x, rows.w);
+/// The functionals of (p, 1) that are 0 on the ray of a texel, by the definition of the map.
+fn ray(rows: &Rows, post_warp: &PostWarp, ndc: DVec2) -> [DVec4; 2] {
+    match post_warp {
+        PostWarp::None => [rows.x - rows.w * ndc.x, rows.y - rows.w * ndc.y],
+        PostWarp::Log { scale, offset } => {
+            [rows.x - rows.w * ndc.x, rows.w - DVec4::W * ((ndc.y - offset) / scale).exp()]
+        }
+        PostWarp::Rectilinear(warp) => ray(rows, &PostWarp::None, warp.before(ndc)),
+    }
+}
+
+/// Depth at a texel: the least z/w in [0, 1] of all points of the scene with w > 0 on its ray; nothing where the ray grazes a
+/// triangle.
+fn by_definition(corners: &[[DVec3; 3]], rows: &Rows, [a, b]: [DVec4; 2]) -> Option<f64> {
     let direction = a.truncate().cross(b.truncate());
-    // A point of both planes, a·p = 0 and b·p = w.
+    // A point of both planes.
     let system = DMat3::from_cols(a.truncate(), b.truncate(), direction).transpose();
-    let foot = system.inverse() * DVec3::new(-a.w, w - b.w, 0.0);
+    let foot = system.inverse() * DVec3::new(-a.w, -b.w, 0.0);
     let mut nearest = 1.0_f64;
     for [p, q, r] in corners {
         // Barycentric: foot + t direction = p + u (q - p) + v (r - p).
@@ -54,11 +88,12 @@ fn by_definition(corners: &[[DVec3; 3]], rows: &Rows, ndc_x: f64, w: f64) -> Opt
         if least.is_nan() || least < -GRAZING {
             continue;
         }
-        let z = rows.z.dot((foot + direction * t).extend(1.0)) / w;
-        if least < GRAZING || z.abs() < GRAZING {
+        let at = (foot + direction * t).extend(1.0);
+        let (w, z) = (rows.w.dot(at), rows.z.dot(at) / rows.w.dot(at));
+        if w > 0.0 && (least < GRAZING || z.abs() < GRAZING) {
             return None;
         }
-        if z >= 0.0 {
+        if w > 0.0 && z >= 0.0 {
             nearest = nearest.min(z);
         }
     }
@@ -69,17 +104,20 @@ fn by_definition(corners: &[[DVec3; 3]], rows: &Rows, ndc_x: f64, w: f64) -> Opt
 fn compare(what: &str, scene: &Scene, p: &Parameterization, size: [u32; 2]) -> [usize; 2] {
     let map = draw(scene, p, size);
     let rows = Rows::of(&p.partitions[0].shadow_clip_from_world);
-    let PostWarp::Log { scale, offset } = p.partitions[0].post_warp else { panic!("{what}: a logarithm") };
     // Products of its entries must not leave f64.
     let magnitude = rows.w.abs().max_element();
     let rows = rows.scaled(magnitude.recip());
+    let mut post_warp = p.partitions[0].post_warp.clone();
+    if let PostWarp::Log { scale, offset } = &mut post_warp {
+        *offset += *scale * magnitude.ln();
+    }
     let corners = corners(scene);
     let mut counts = [0; 2];
     for j in 0..size[1] {
         for i in 0..size[0] {
             let ndc = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n) * 2.0 - 1.0;
-            let w = ((-ndc(j, size[1]) - offset) / scale).exp() / magnitude;
-            let Some(expected) = by_definition(&corners, &rows, ndc(i, size[0]), w) else { continue };
+            let texel = DVec2::new(ndc(i, size[0]), -ndc(j, size[1]));
+            let Some(expected) = by_definition(&corners, &rows, ray(&rows, &post_warp, texel)) else { continue };
             let drawn = f64::from(map[(j * size[0] + i) as usize]);
             assert!((drawn - expected).abs() <= ROUNDING, "{what}: texel {i}, {j}: {drawn} and {expected}");
             counts[0] += 1;
@@ -112,7 +150,7 @@ fn every_texel_is_what_a_ray_of_its_own_sees() {
             x: DVec3::new(random.number(0.2, 0.5), random.number(-0.1, 0.1), 0.0).extend(0.05),
             // Of no consequence.
             y: random.vector(-1.0, 1.0).extend(7.0),
-            z: random.vector(-0.05, 0.05).extend(0.6) + glam::DVec4::Z * 0.15,
+            z: random.vector(-0.05, 0.05).extend(0.6) + DVec4::Z * 0.15,
             w: DVec3::new(random.number(-0.05, 0.05), 0.4, if placed { 0.15 } else { 0.0 }).extend(1.0),
         };
         // Strong and weak, and the far end at the bottom.
@@ -127,6 +165,50 @@ fn every_texel_is_what_a_ray_of_its_own_sees() {
         seen += shown;
     }
     assert!(seen > 10_000, "{seen} texels with something to see");
+}
+
+#[test]
+fn every_texel_between_uneven_rows_and_columns_is_what_a_ray_of_its_own_sees() {
+    let mut random = Random(29);
+    let mut seen = 0;
+    for case in 0..40 {
+        let scene = random_scene(&mut random);
+        // Even, falling to 0 among the triangles, and a spot's along the light, too.
+        let (along, placed) = [(0.0, 0.0), (0.4, 0.0), (0.3, 0.15)][case % 3];
+        let rows = Rows {
+            x: DVec3::new(random.number(0.2, 0.5), random.number(-0.1, 0.1), 0.0).extend(0.05),
+            y: DVec3::new(random.number(-0.1, 0.1), random.number(0.2, 0.5), 0.0).extend(0.02),
+            z: random.vector(-0.05, 0.05).extend(0.6) + DVec4::Z * 0.15,
+            w: DVec3::new(random.number(-0.05, 0.05), along, placed).extend(1.0),
+        };
+        let magnitude = [1.0, 1e-200, 1e200, 3.0][case % 4];
+        let ratio = [1.0, 20.0, 1e4][case / 3 % 3];
+        let warps = [0, 1].map(|_| ascending(&mut random, [1, 5, 64][case % 3], ratio));
+        let [x, y] = warps;
+        let p = rectilinear(rows.matrix() * magnitude, x, y);
+        let size = [[37, 29], [64, 33], [9, 80], [3, 3], [1, 1]][case % 5];
+        let [compared, shown] = compare(&format!("case {case}"), &scene, &p, size);
+        assert!(compared >= (size[0] * size[1]) as usize - 1, "case {case}: {compared} compared");
+        seen += shown;
+    }
+    assert!(seen > 10_000, "{seen} texels with something to see");
+}
+
+#[test]
+fn knots_in_a_line_draw_what_no_warp_draws() {
+    let scene = random_scene(&mut Random(31));
+    let rows = Rows { z: DVec4::new(0.0, 0.0, 0.1, 0.5), ..Rows::of(&DMat4::from_scale(DVec3::splat(0.3))) };
+    let even = |pieces: usize| {
+        let knots: Vec<[f64; 2]> = (0..=pieces).map(|i| [2.0 * i as f64 / pieces as f64 - 1.0; 2]).collect();
+        PiecewiseLinear::new(&knots).expect("knots")
+    };
+    let size = [120, 90];
+    let warped = draw(&scene, &rectilinear(rows.matrix(), even(7), even(64)), size);
+    let plain = draw(&scene, &one_map(rows.matrix()), size);
+    // The grid of 1/256 moves outlines, and depths of steep triangles.
+    let differ = warped.iter().zip(&plain).filter(|(a, b)| (**a - **b).abs() > 1e-3).count();
+    assert!(differ < warped.len() / 100, "{differ} texels differ");
+    assert!(warped.iter().filter(|z| **z < 1.0).count() > warped.len() / 4);
 }
 
 #[test]
@@ -170,7 +252,7 @@ fn sheet(n: u32, random: &mut Random) -> Mesh {
 fn over_unit_square(ratio: f64) -> Parameterization {
     let w = DVec3::new(0.0, 0.5 * (ratio - 1.0), 0.0).extend(0.5 * (ratio + 1.0));
     // x / w in [-1, 1] over the whole square at its narrow end only: the sheet is as wide as the map elsewhere.
-    let rows = Rows { x: DVec3::X.extend(0.0), z: glam::DVec4::Z, y: glam::DVec4::Y, w };
+    let rows = Rows { x: DVec3::X.extend(0.0), z: DVec4::Z, y: DVec4::Y, w };
     let scale = 2.0 / ratio.ln();
     logarithmic(Rows { x: rows.x * ratio, ..rows }.matrix(), scale, -1.0)
 }
@@ -271,7 +353,7 @@ fn what_cannot_be_drawn_is_an_error() {
         }
     }
     // A w that never changes has no rows to be seen in.
-    let constant = Rows { w: glam::DVec4::W, ..Rows::of(&matrix) };
+    let constant = Rows { w: DVec4::W, ..Rows::of(&matrix) };
     assert!(draw(&scene, &logarithmic(constant.matrix(), 1.0, 0.1), [8, 8]).iter().all(|z| *z == 1.0));
     let progress = Progress::new();
     progress.stop();

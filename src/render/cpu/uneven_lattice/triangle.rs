@@ -1,4 +1,4 @@
-//! Triangles between uneven rows: their spans, row by row, in f64.
+//! Triangles between uneven rows and columns: their spans, row by row, in f64.
 //!
 //! A centre belongs to the triangle between whose two edges it lies, the left one included; a row at the very height of a
 //! corner belongs to what is below it. An edge is evaluated from its upper end, whichever triangle asks, so of two triangles
@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::lattice::Places;
 use crate::render::cpu::raster::smaller;
 use crate::simd::dispatch;
 
@@ -102,28 +103,28 @@ impl Edge {
 
 dispatch! {
     /// Draws triangles into the rows `band` of a map, of which `depth` are the texels; `rows` are all rows' places.
-    pub fn fill_band(triangles: &[[u32; 3]], vertices: &[EvenVertex], extra: &[EvenVertex], rows: &[f64], band: Range<usize>, depth: &mut [f32], width: u32) = fill_all
+    pub fn fill_band<C: Places>(triangles: &[[u32; 3]], vertices: &[EvenVertex], extra: &[EvenVertex], rows: &[f64], columns: &C, band: Range<usize>, depth: &mut [f32]) = fill_all
 }
 
 #[inline(always)]
-fn fill_all(
+fn fill_all<C: Places>(
     triangles: &[[u32; 3]],
     vertices: &[EvenVertex],
     extra: &[EvenVertex],
     rows: &[f64],
+    columns: &C,
     band: Range<usize>,
     depth: &mut [f32],
-    width: u32,
 ) {
     for indices in triangles {
         let corners =
             indices.map(|i| if i & EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !EXTRA) as usize] });
-        fill(corners, rows, &band, depth, width);
+        fill(corners, rows, columns, &band, depth);
     }
 }
 
 #[inline(always)]
-fn fill(corners: [&EvenVertex; 3], rows: &[f64], band: &Range<usize>, depth: &mut [f32], width: u32) {
+fn fill<C: Places>(corners: [&EvenVertex; 3], rows: &[f64], columns: &C, band: &Range<usize>, depth: &mut [f32]) {
     let [mut a, mut b, mut c] = corners;
     // From top to bottom. Corners at one height may come in any order: no row is between them.
     if b.down < a.down {
@@ -141,15 +142,15 @@ fn fill(corners: [&EvenVertex; 3], rows: &[f64], band: &Range<usize>, depth: &mu
     }
     let (long, upper, lower) = (Edge::new(a, c), Edge::new(a, b), Edge::new(b, c));
     let plane = DepthPlane::new(a, b, c);
-    let columns = f64::from(width);
+    let width = columns.count();
     for row in first..last {
         let down = rows[row];
         let short = if row < b.first_row as usize { &upper } else { &lower };
         let (p, q) = (long.column_at(down), short.column_at(down));
-        let (from, to) = (first_centre(p.min(q), columns) as usize, first_centre(p.max(q), columns) as usize);
+        let (from, to) = (columns.first(p.min(q)), columns.first(p.max(q)));
         if from < to {
-            let start = (row - band.start) * width as usize;
-            plane.draw(&mut depth[start + from..start + to], from as f64 + 0.5, down);
+            let start = (row - band.start) * width;
+            plane.draw(&mut depth[start + from..start + to], columns, from, down);
         }
     }
 }
@@ -180,19 +181,16 @@ impl DepthPlane {
             range: [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)],
         }
     }
-    /// Keeps what is nearer, in texels of a row from the one with its centre at `column` on.
+    /// Keeps what is nearer, in texels of a row from column `from` on.
     #[inline(always)]
-    fn draw(&self, texels: &mut [f32], column: f64, down: f64) {
-        let first = self.z + (column - self.column) * self.per_column + (down - self.down) * self.per_down;
+    fn draw<C: Places>(&self, texels: &mut [f32], columns: &C, from: usize, down: f64) {
+        let per_down = (down - self.down) * self.per_down;
+        let first = self.z + (columns.place(from) - self.column) * self.per_column + per_down;
+        let step = columns.steps(from);
         for (i, texel) in texels.iter_mut().enumerate() {
             // max and min make a NaN (a triangle without area, which has a centre only by rounding) the nearest corner's depth.
-            let z = (first + i as f64 * self.per_column).max(self.range[0]).min(self.range[1]);
+            let z = (first + step(i) * self.per_column).max(self.range[0]).min(self.range[1]);
             *texel = smaller(z as f32, *texel);
         }
     }
-}
-
-/// The first column whose centre is not left of a place, within the map.
-pub fn first_centre(column: f64, width: f64) -> u32 {
-    (column - 0.5).ceil().clamp(0.0, width) as u32
 }

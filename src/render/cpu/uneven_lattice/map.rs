@@ -1,13 +1,7 @@
-//! Depth maps whose rows are even in the logarithm of w, drawn exactly.
+//! Depth maps of an uneven lattice: triangles are projected, binned and drawn at its rows and columns.
 //!
-//! Source: theory.md 11, (11.1). A logarithmic map of a matrix with rows x, y, z, w has at (x/w, ln w) the depth z/w. The projective
-//! map with rows x, 1, z, w has the very same texels at (x/w, 1/w): its columns are even, its rows are not, and planes stay
-//! planes in it. So triangles are projected into that map and sampled at its uneven rows, which is exact for every matrix: no
-//! vertex is moved, no triangle bent. The matrix's own y has no say. Departure from [`raster`](crate::render::cpu::raster): the one grid of
-//! 1/256 cannot be fine enough where rows are dense, so places are f64 and edges are evaluated row by row ([`triangle`](super::triangle)).
-//!
-//! Spaces: *even* is (column, down, z), column in texels from the left, down = `scale * (1/w - shift)` growing downwards,
-//! depth in [0, 1].
+//! Departure from [`raster`](crate::render::cpu::raster): the one grid of 1/256 cannot be fine enough where rows are dense, so
+//! places are f64 and edges are evaluated row by row ([`triangle`](super::triangle)).
 
 use std::mem::MaybeUninit;
 use std::ops::Range;
@@ -15,9 +9,9 @@ use std::ops::Range;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use rayon::prelude::*;
 
-use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band, first_centre};
-use crate::error::{Error, Result};
-use crate::geometry::Rows;
+use super::lattice::{Columns, Lattice};
+use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band};
+use crate::error::Result;
 use crate::memory::{filled, written_part};
 use crate::progress::Progress;
 use crate::render::cpu::raster::Bands;
@@ -27,31 +21,11 @@ use crate::scene::{Mesh, Scene};
 const BATCH: usize = 1 << 17;
 /// Vertices that are projected at once, and triangles that one thread bins at once.
 const CHUNK: usize = 1 << 12;
-/// Chunks that are binned before the bands are drawn: 480 bytes a triangle where all are cut to heptagons, 63 MB.
+/// Chunks that are binned before the bands are drawn: 480 bytes a triangle where all are cut to heptagons, 63 MB; 710 bytes
+/// and 93 MB where they are cut to decagons, as in a rectilinear map.
 const ROUND: usize = 32;
 /// Bands up to which a triangle is listed in each that it touches; one that touches more is listed once for all.
 const FEW_BANDS: u32 = 4;
-/// Largest |x| / w that is not cut. Derived from f64: columns are then told to 2^-13 of a texel of the largest map.
-const GUARD: f64 = (1_u64 << 26) as f64;
-
-/// Above this |1 / scale| 1/w is told from 0, below from 1: either way the rows keep their digits where they are densest.
-const STRONG: f64 = 1.0;
-/// Largest |1 / scale|: the map's w spans e to the double of that, and all of it must be normal numbers.
-const STRONGEST: f64 = 300.0;
-
-/// A projective map with uneven rows.
-#[derive(Debug)]
-pub struct UnevenMap {
-    /// Clip x, down, z, w of world points; w is 1 at the middle row.
-    clip_from_world: DMat4,
-    /// Where the centres of rows lie, from the top; ascending.
-    rows: Vec<f64>,
-    /// Where the map begins and ends.
-    down: [f64; 2],
-    /// What is nearer to the projection centre is cut.
-    least_w: f64,
-    size: [u32; 2],
-}
 
 /// One placed mesh of a batch.
 struct Draw<'a> {
@@ -72,36 +46,7 @@ struct Bins {
     polygon: Polygon,
 }
 
-impl UnevenMap {
-    /// The map of a matrix, `size` texels, whose NDC y is `scale * ln w + offset`.
-    ///
-    /// # Errors
-    /// [`Error::InvalidArgument`] for a scale and an offset with which no f64 has a place in the map.
-    pub fn new(clip_from_world: &DMat4, scale: f64, offset: f64, size: [u32; 2]) -> Result<Self> {
-        let steepness = scale.recip();
-        // w at the middle row becomes 1, whatever the matrix was multiplied with.
-        let unit = (offset * steepness).exp();
-        let Rows { x, z, w, .. } = Rows::of(&(*clip_from_world * unit));
-        let strong = steepness.abs() > STRONG;
-        let shift = if strong { 0.0 } else { 1.0 };
-        let down_at = |y: f64| scale * if strong { (-y * steepness).exp() } else { (-y * steepness).exp_m1() };
-        let clip_from_world = Rows { x, y: (DVec4::W - w * shift) * scale, z, w }.matrix();
-        let usable = scale.is_finite() && steepness.abs() <= STRONGEST && unit > 0.0 && clip_from_world.is_finite();
-        if !usable {
-            let expected = format!("a finite scale of at least 1/{STRONGEST} and an offset that fits the matrix");
-            let fix = "check where the logarithm comes from";
-            return Err(Error::argument("post_warp", expected, format!("scale {scale:e}, offset {offset:e}"), fix));
-        }
-        let step = 2.0 / f64::from(size[1]);
-        Ok(Self {
-            clip_from_world,
-            rows: (0..size[1]).map(|j| down_at(1.0 - (f64::from(j) + 0.5) * step)).collect(),
-            down: [down_at(1.0), down_at(-1.0)],
-            least_w: 0.5 * (-steepness.abs()).exp(),
-            size,
-        })
-    }
-
+impl Lattice {
     /// Draws depth, 1 where nothing is, into all of `depth` (rows from the top).
     pub fn depth(&self, scene: &Scene, depth: &mut [MaybeUninit<f32>], progress: &Progress) -> Result<()> {
         let bands = Bands::new(self.size);
@@ -130,7 +75,15 @@ impl UnevenMap {
                     let rows = first_row..(first_row + bands.rows()).min(self.rows.len());
                     for bins in bins {
                         for list in [&bins.bands[band], &bins.large] {
-                            fill_band(list, &vertices, &bins.extra, &self.rows, rows.clone(), depth, self.size[0]);
+                            let (extra, rows) = (&bins.extra, rows.clone());
+                            match &self.columns {
+                                Columns::Even(columns) => {
+                                    fill_band(list, &vertices, extra, &self.rows, columns, rows, depth);
+                                }
+                                Columns::Uneven(columns) => {
+                                    fill_band(list, &vertices, extra, &self.rows, columns, rows, depth);
+                                }
+                            }
                         }
                     }
                     Ok(())
@@ -173,8 +126,8 @@ impl UnevenMap {
     /// A bit for each plane of the map that a local point is beyond.
     fn outside(&self, clip_from_local: &DMat4, p: DVec3) -> u32 {
         let DVec4 { x, y: down, z, w } = *clip_from_local * p.extend(1.0);
-        let [top, bottom] = self.down;
-        let beyond = [x < -w, x > w, down < top * w, down > bottom * w, z < 0.0, z > w];
+        let ([left, right], [top, bottom]) = (self.across, self.down);
+        let beyond = [x < left * w, x > right * w, down < top * w, down > bottom * w, z < 0.0, z > w];
         beyond.iter().enumerate().map(|(k, &b)| u32::from(b) << k).sum()
     }
 
@@ -208,24 +161,18 @@ impl UnevenMap {
 
     /// Whether a point needs no cut.
     fn is_whole(&self, clip: [f64; 4]) -> bool {
-        self.planes().iter().all(|plane| distance(plane, clip) >= 0.0)
-    }
-
-    /// What triangles are cut by: near the projection centre, before the near plane, far aside.
-    fn planes(&self) -> [[f64; 5]; 4] {
-        let w = [0.0, 0.0, 0.0, 1.0, -self.least_w];
-        [w, [0.0, 0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, GUARD, 0.0], [-1.0, 0.0, 0.0, GUARD, 0.0]]
+        self.planes.iter().all(|plane| distance(plane, clip) >= 0.0)
     }
 
     /// The place of a point in front of the projection centre.
     fn vertex(&self, [x, down, z, w]: [f64; 4]) -> EvenVertex {
-        let (inverse_w, width) = (w.recip(), f64::from(self.size[0]));
-        let (column, down) = ((x * inverse_w + 1.0) * (0.5 * width), down * inverse_w);
+        let inverse_w = w.recip();
+        let (column, down) = ((x * inverse_w + 1.0) * (0.5 * f64::from(self.size[0])), down * inverse_w);
         EvenVertex {
             column,
             down,
             z: z * inverse_w,
-            first_column: first_centre(column, width),
+            first_column: self.columns.first(column) as u32,
             first_row: self.rows.partition_point(|row| *row < down) as u32,
         }
     }
@@ -261,7 +208,7 @@ impl UnevenMap {
         let positions = draw.mesh.positions_local();
         let clip = corners.map(|c| clip_of(&draw.clip_from_local, positions[c as usize]));
         bins.polygon.start(clip);
-        for plane in &self.planes() {
+        for plane in &self.planes {
             bins.polygon.cut(|clip| distance(plane, clip));
         }
         let first = bins.extra.len();

@@ -41,6 +41,11 @@ CANDIDATES: Mapping[str, Sequence[str]] = {
     "log_psm": ("log_psm", "log_psm:fit=seen", "log_psm:fit=exact", f"log_psm:{BODY}"),
     "uniform": ("uniform", "uniform:fit=seen", "uniform:fit=shadow", "uniform:turn=rectangle",
                 "uniform:turn=rectangle,fit=shadow"),
+    "scene_optimal": (
+        "scene_optimal", *(f"scene_optimal:cap={cap}" for cap in (8, 16, 64, "none")),
+        *(f"scene_optimal:objective={objective}" for objective in ("l1", "l2", "area", "flips")),
+        "scene_optimal:search=published", "scene_optimal:fit=seen",
+    ),
 }  # fmt: skip
 #: The warp as it was placed before there were samples, and with the near plane at the first visible surface.
 PLACED_BY_BODY, PLACED_BY_FIRST = f"lispsm:near=delta-z,{BODY}", "lispsm:near=delta-z,fit=exact"

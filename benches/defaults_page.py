@@ -27,6 +27,8 @@ import shadowlab as sl
 #: Techniques whose flips are counted; the second is what the others are relative to.
 MOVED = ("lispsm", PLACED_BY_BODY, PLACED_BY_FIRST, "lispsm:fit=seen", "uniform", "uniform:fit=shadow")
 FRAMES = 4
+#: Wrong pixels from which on a ratio of counts says something.
+FEW = 50
 INTRO = """# Defaults
 
 Written by `python benches/defaults.py --scenes DIR`. {views} views of {scenes} scenes: the library's with two lights
@@ -85,29 +87,34 @@ def of_candidates(counts: Counts, scenes: Sequence[str]) -> list[str]:
 
 
 def of_samples(all_cases: Sequence[Case], counts: Counts, resolution: int) -> list[str]:
-    """The default with samples of smaller pictures, mapped and traced."""
+    """Techniques with samples of smaller pictures, mapped and traced."""
     rows: list[list[object]] = []
     uniform = sum(counts["uniform"])
-    for source in ("mapped", "traced"):
+    for technique, source in itertools.product(("lispsm", "scene_optimal"), ("mapped", "traced")):
+        found: dict[int | None, list[int]] = {}
+        missed: dict[int | None, list[float]] = {}
         for side in (*SIDES, None):
-            found, missed = [], []
-            for case in all_cases:
-                samples = case.view.samples(side, source, renderer="cpu")
-                assert isinstance(samples, sl.Samples)
-                found.append(wrong(case.view, "lispsm", resolution, samples))
-                missed.append(outside_share(case.view, samples, resolution))
+            drawn = [case.view.samples(side, source, renderer="cpu") for case in all_cases]
+            samples = [one for one in drawn if isinstance(one, sl.Samples)]
+            pairs = list(zip(all_cases, samples, strict=True))
+            found[side] = [wrong(case.view, technique, resolution, one) for case, one in pairs]
+            missed[side] = [outside_share(case.view, one, technique, resolution) for case, one in pairs]
+        for side, of in found.items():
             pixels = f"{side} x {side}" if side else "the view's own"
-            shares = [f"{100 * np.median(missed):.3f} %", f"{100 * max(missed):.2f} %"]
-            rows.append([source, pixels, f"{sum(found) / uniform:.3f}", *shares])
-    head = ["shadow states", "samples", "of uniform, in sum", "receivers in shadow outside, median", "worst view"]
+            shares = [f"{100 * np.median(missed[side]):.3f} %", f"{100 * max(missed[side]):.2f} %"]
+            worst = max(a / max(b, FEW) for a, b in zip(of, found[SIDES[-1]], strict=True))
+            share = f"{sum(of) / sum(found[SIDES[-1]]):.3f}"
+            rows.append([f"`{technique}`", source, pixels, f"{sum(of) / uniform:.3f}", share, f"{worst:.2f}", *shares])
+    head = ["technique", "shadow states", "samples", "of uniform, in sum", f"of {SIDES[-1]} x {SIDES[-1]}, in sum",
+            "worst view", "receivers in shadow outside, median", "worst view"]  # fmt: skip
     return ["", *table(head, rows)]
 
 
-def outside_share(view: sl.View, samples: sl.Samples, resolution: int) -> float:
+def outside_share(view: sl.View, samples: sl.Samples, technique: str, resolution: int) -> float:
     """Share of the view's receivers in shadow that a map for other samples does not hold."""
     own = view.samples(shadows="traced", renderer="cpu")
     assert isinstance(own, sl.Samples)
-    p = sl.technique("lispsm").parameterize(
+    p = sl.technique(technique).parameterize(
         view.scene, view.camera, view.lights[0], resolution=resolution, samples=samples
     )
     shaded = int(np.count_nonzero(np.asarray(view.truth()) == sl.trace.Truth.SHADOW))

@@ -2,9 +2,9 @@
 
     python benches/predict.py [--scenes DIR] [--size 512] [--resolution 1024] [--out docs/predict.md]
 
-Every technique is drawn and predicted in every view of `benches/defaults.py`, several maps at the memory of one. The doubt
-that a prediction tells of itself is chosen by leaving scenes out: bounds that hold nine of ten counts in all other scenes
-are counted in the scene that was left out.
+Every technique is drawn and predicted in every view of `benches/defaults.py`, several maps at the memory of one. The
+doubt that a prediction tells of itself is chosen by leaving scenes out: bounds that hold nine of ten counts in all
+other scenes are counted in the scene that was left out.
 """
 
 from __future__ import annotations
@@ -62,7 +62,9 @@ def main() -> None:
             continue
         first = int(np.argmin(predicted))
         rank = float(spearmanr(drawn, predicted).statistic)
-        rows.append((case.scene, names[first], rank, float(drawn[first] / max(drawn.min(), 1.0)), names[drawn.argmin()]))
+        rows.append(
+            (case.scene, names[first], rank, float(drawn[first] / max(drawn.min(), 1.0)), names[drawn.argmin()])
+        )
         pairs += [(case.scene, a, b) for a, b in zip(drawn, predicted, strict=True)]
         print(*rows[-1], flush=True)
     args.out.write_text(page(rows, pairs, args), "utf-8")
@@ -107,10 +109,12 @@ def page(
         f"- Nine of ten drawn counts lie between {least:.2f} and {most:.2f} times the predicted one, give or take "
         f"{PIXELS:.0f} pixels; bounds chosen without a scene hold {100 * held_out(pairs):.0f} % of the counts in it. "
         f"`Prediction.low` and `high` use {LEAST} and {MOST}, which hold {100 * inside:.0f} %.", "",
-        "What is not in it: acne and light that leaks through the bias, casters thinner than a pixel, edges beyond the picture.", "",
+        "What is not in it: acne, light that leaks through the bias, casters thinner than a pixel, edges beyond the picture.",
+        "",
         "| scene | least predicted | rank correlation | times the best drawn | best drawn |",
         "| --- | --- | --- | --- | --- |",
-        *(f"| {scene} | `{name}` | {rank:.3f} | {times:.2f} | `{best}` |" for scene, name, rank, times, best in rows), "",
+        *(f"| {scene} | `{name}` | {rank:.3f} | {off:.2f} | `{best}` |" for scene, name, rank, off, best in rows),
+        "",
     ]  # fmt: skip
     return "\n".join(lines)
 

@@ -39,7 +39,7 @@ def test_a_bound_that_fails_is_exit_status_1(run, tmp_path, small, monkeypatch):
     monkeypatch.setattr(scene_optimal_table, "BOUNDS", {"scene_optimal": 1e6})
     status, out, _ = run("experiment", "scene-optimal", "--quick", "--backend", "cpu", "--out", tmp_path)
     assert status == 1
-    assert "scene_optimal: expected that the normal map makes at least 1e+06 % more mistakes in sum, got" in out
+    assert "scene_optimal: expected that the normal map makes at least 1e+06 % more mistakes at 128², got" in out
 
 
 def test_options_choose_what_is_counted(run, tmp_path, small):

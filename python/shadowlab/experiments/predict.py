@@ -26,8 +26,8 @@ LEAST, MOST, PIXELS = 0.5, 2.5, 20.0
 class Prediction(Value):
     """Wrong pixels that are foretold, and how far off that may be; compared and sorted by `wrong`.
 
-    What most of the doubt is about, acne, leaks and casters thinner than a pixel, does the same to all maps of a view: of two
-    techniques in one view the order is far better known than either number.
+    What most of the doubt is about, acne, leaks and casters thinner than a pixel, does the same to all maps of a view:
+    of two techniques in one view the order is far better known than either number.
 
     Attributes
     ----------

@@ -46,9 +46,11 @@ QUICK_SIZES = (1000,)
 #: What is counted where nobody says, by the texts that make them; the normal map is the first.
 TECHNIQUES = (
     NORMAL, "uniform", "lispsm", "gmnpr", "tsm", "plane_optimal", "scene_optimal:search=published", "scene_optimal",
-    "z_partition:count=4,inner=lispsm",
+    "z_partition:count=4,inner=lispsm", "optimal_partition:count=2", "rectilinear",
 )  # fmt: skip
-QUICK_TECHNIQUES = (NORMAL, "scene_optimal:search=published", "scene_optimal")
+QUICK_TECHNIQUES = (
+    NORMAL, "scene_optimal:search=published", "scene_optimal", "optimal_partition:count=2", "rectilinear"
+)  # fmt: skip
 #: Texels along each side of the map that the paper takes for the truth.
 REFERENCE_SIDE = 3700
 ROWS_FILE = "runs.csv"

@@ -22,7 +22,7 @@ const EXACT: f64 = 1e-12;
 fn edges(size: &MapSize, count: u32, mut across: impl FnMut(DVec2) -> DVec2) -> Vec<RayEdge> {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count) * 2.0 - 1.0;
     let places = (0..count * count).map(|i| DVec2::new(at(i % count), at(i / count)) * size.inset());
-    let edge = |ray: DVec2| RayEdge { ray, pixel: DMat2::IDENTITY, across: across(ray), weight: 1.0 };
+    let edge = |ray: DVec2| RayEdge { ray, pixel: DMat2::IDENTITY, across: across(ray), weight: 1.0, depth: 1.0 };
     places.map(edge).collect()
 }
 
@@ -138,7 +138,7 @@ fn warps_ascend_keep_the_border_and_never_cost_more_than_none() {
             let p = maps(text, &v);
             let what = format!("{} / {text}", v.name);
             assert_eq!(p.technique, "rectilinear", "{what}");
-            let size = MapSize::new([RESOLUTION; 2]).and_then(|size| size.with_margin(1.0)).expect("a size");
+            let size = MapSize::new([RESOLUTION; 2]).and_then(|size| size.with_room(1.0, 1.0)).expect("a size");
             for f in functions(&p) {
                 let knots: Vec<[f64; 2]> = f.knots().collect();
                 assert!(knots.windows(2).all(|k| k[0][0] < k[1][0] && k[0][1] < k[1][1]), "{what}: {knots:?}");

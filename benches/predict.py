@@ -109,7 +109,8 @@ def page(
         f"- Nine of ten drawn counts lie between {least:.2f} and {most:.2f} times the predicted one, give or take "
         f"{PIXELS:.0f} pixels; bounds chosen without a scene hold {100 * held_out(pairs):.0f} % of the counts in it. "
         f"`Prediction.low` and `high` use {LEAST} and {MOST}, which hold {100 * inside:.0f} %.", "",
-        "What is not in it: acne, light that leaks through the bias, casters thinner than a pixel, edges beyond the picture.",
+        "What is not in it: acne, light that leaks through the bias, casters thinner than a pixel, edges beyond the "
+        "picture.",
         "",
         "| scene | least predicted | rank correlation | times the best drawn | best drawn |",
         "| --- | --- | --- | --- | --- |",

@@ -9,9 +9,21 @@
 //!
 //! is linear in (a, h·a) and (b, h·b): for the derivative of the sum by anything that moves a map, eight sums over the samples do.
 
+use glam::DVec2;
+
 use super::objective::{Areas, Capped, Cost, Free, Longest, Measure, Objective, Squares, Texel, Widths};
-use super::problem::Sample;
 use crate::simd::dispatch;
+
+/// A sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Its ray; in a problem from the middle of the hull, in units of the hull's extent.
+    pub y: DVec2,
+    /// d(pixel) / dy, two rows; or across an edge in the first, the second zero.
+    pub rows: [DVec2; 2],
+    /// Pixels that it stands for.
+    pub weight: f64,
+}
 
 /// Samples of a block.
 pub(super) const LANES: usize = 8;

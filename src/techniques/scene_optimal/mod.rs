@@ -8,8 +8,9 @@ mod published;
 mod search;
 mod warp;
 
+pub use kernel::Sample;
 pub use objective::{Cost, Objective};
-pub use problem::{Problem, Sample, Shape, Warped};
+pub use problem::{Problem, Shape, Warped};
 pub use published::{Enclosing, Published, Step, enclosing};
 pub use search::least;
 pub use warp::{CAP, HELD, SPEC, SUM, cost_of, make};

@@ -18,20 +18,9 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::kernel::{Block, LANES, Sides, Sums, blocks_of, slopes, sum};
+use super::kernel::{Block, LANES, Sample, Sides, Sums, blocks_of, slopes, sum};
 use super::objective::{Cost, Objective};
 use crate::focus::RayEdge;
-
-/// A sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Its ray; in a problem from the middle of the hull, in units of the hull's extent.
-    pub y: DVec2,
-    /// d(pixel) / dy, two rows; or across an edge in the first, the second zero.
-    pub rows: [DVec2; 2],
-    /// Pixels that it stands for.
-    pub weight: f64,
-}
 
 /// A homography up to scale and translation, which containment decides.
 #[derive(Debug, Clone, Copy, PartialEq)]

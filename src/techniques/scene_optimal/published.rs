@@ -13,7 +13,7 @@
 
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 
-use super::problem::Sample;
+use super::kernel::Sample;
 use crate::geometry::{convex_hull, planar_image};
 
 /// Turns that are tried, degrees.

@@ -8,8 +8,9 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::flips::Flips;
+use super::kernel::Sample;
 use super::objective::{Cost, Objective};
-use super::problem::{Problem, Sample, Shape};
+use super::problem::{Problem, Shape};
 use super::published::{ITERATIONS, Published};
 use super::search::{least, polished};
 use crate::error::{Error, Result};

@@ -23,7 +23,7 @@ use crate::support::by_body::by_body;
 use crate::support::tables::{self, camera, number, tables, vector};
 use crate::support::views::{Random, View, by_hand, directional, directions, from_library, points, spots};
 use measured::{
-    DIFFERENCES, EXACT, Sizes, assert_close, at, facing, from_differences, gbuffer, matrix, one, shown, ways,
+    DIFFERENCES, EXACT, Sizes, assert_close, at, facing, from_differences, gbuffer, matrix, one, shown, tolerance, ways,
 };
 
 /// Sides that differ, so that none can stand for another.
@@ -105,7 +105,7 @@ fn check(v: &View, name: &str, p: &Parameterization, on: &[(DVec3, DVec3)], tall
             continue;
         }
         let off = from_differences(v, &p.partitions[k], SIZES, *q, *n, &texel);
-        assert!(off < DIFFERENCES, "{what}: {off:e} from differences, {texel:?}");
+        assert!(off < tolerance(&v.camera, &p.partitions[k], *q), "{what}: {off:e} from differences, {texel:?}");
         check_parts(&what, v, *q, *n, &texel);
         *tally.0.entry(name.into()).or_default() += 1;
     }

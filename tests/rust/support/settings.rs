@@ -34,8 +34,8 @@ const TOGETHER: [&str; 24] = [
     "rectilinear:base=(uniform:focus=none),bins=3,cap=none",
 ];
 
-/// Techniques whose maps are no base of another: a warp follows after their projection already.
-const NO_BASE: [&str; 2] = ["log_psm", "log"];
+/// Techniques whose maps are no base of another: a warp follows after their projection already, or they divide the view.
+const NO_BASE: [&str; 3] = ["log_psm", "log", "optimal_partition"];
 
 /// Every technique with its defaults, with each word, flag and a few numbers of each parameter, and settings that belong
 /// together.

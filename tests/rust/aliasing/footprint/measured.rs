@@ -61,11 +61,20 @@ pub fn speed(place: impl Fn(DVec3) -> DVec2, p: DVec3, along: DVec3, h: f64) -> 
 
 /// A step that is small beside all that the image and a map make of a point.
 pub fn step(camera: &Camera, map: &Partition, p: DVec3) -> f64 {
+    smooth_step(camera, map, p).min(to_a_knot(map, p))
+}
+
+/// What differences at a point may be off by: more where a knot is so near that the step is short, which rounding is divided by.
+pub fn tolerance(camera: &Camera, map: &Partition, p: DVec3) -> f64 {
+    DIFFERENCES * (1.0 + 1e-3 * smooth_step(camera, map, p) / step(camera, map, p))
+}
+
+/// The step without knots.
+fn smooth_step(camera: &Camera, map: &Partition, p: DVec3) -> f64 {
     let w = map.shadow_clip_from_world.row(3);
     let doubling = w.dot(p.extend(1.0)).abs() / w.truncate().length();
     let depth = camera.depth_of(p);
-    let h = STEP * if doubling.is_finite() { doubling.min(depth) } else { depth };
-    h.min(to_a_knot(map, p))
+    STEP * if doubling.is_finite() { doubling.min(depth) } else { depth }
 }
 
 /// A quarter of the way on which no knot of a rectilinear warp is met.

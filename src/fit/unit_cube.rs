@@ -60,11 +60,12 @@ impl Fit {
         let k = canonical_factor(&self.clip_from_local, view);
         Self { clip_from_local: self.clip_from_local.scaled(k), crop: self.crop * k, ..self }
     }
-    /// The largest distance from a placed light at which the map begins, over the rays through the corners of K.
+    /// The largest distance from a placed light at which the map begins, over the rays through the corners of what it holds.
     pub fn begins_at(&self, view: &FocusedView) -> f64 {
         let light = view.rays.point.truncate();
         if let Some(outline) = view.outline {
-            return self.begins_on_ray(outline.middle, light);
+            let corners = outline.corners.iter().map(|ray| outline.rays.on_ray(*ray));
+            return corners.chain([outline.middle]).map(|p| self.begins_on_ray(p, light)).fold(0.0, f64::max);
         }
         view.receivers.vertices().iter().map(|p| self.begins_on_ray(*p, light)).fold(0.0, f64::max)
     }

@@ -52,6 +52,12 @@ impl RayFrame {
             }
         }
     }
+    /// A point on a ray, relative to the eye; before a placed light.
+    pub fn on_ray(&self, ray: DVec2) -> DVec3 {
+        let LightFrame { right, up, along } = self.frame;
+        let across = right * ray.x + up * ray.y;
+        self.apex.map_or(across, |(apex, _)| apex + across + along)
+    }
     /// Gradients of [`RayFrame::ray`] at a point.
     pub fn gradients(&self, p: DVec3) -> [DVec3; 2] {
         let LightFrame { right, up, along } = self.frame;

@@ -60,6 +60,53 @@ def test_both_searches_tell_the_error_of_the_uniform_map_in_the_same_measure(vie
         assert np.isclose(full.values["error_uniform"], published.values["error_uniform"], rtol=1e-12)
 
 
+def made(view, technique):
+    """Its map for the view's own samples."""
+    return sl.technique(technique).parameterize(
+        view.scene, view.camera, view.lights[0], resolution=512, samples=view.samples(renderer="cpu")
+    )
+
+
+@pytest.mark.parametrize("objective", ["edge", "l1", "l2", "area"])
+def test_what_the_search_makes_small_is_a_sum_over_texels_in_the_image(views, objective):
+    for view in views:
+        samples, p = view.samples(renderer="cpu"), made(view, f"scene_optimal:objective={objective},cap=none")
+        texels = sl.aliasing.footprint_at(
+            samples.positions, samples.normals, view.camera, view.lights[0], p, size=view.size
+        ).jacobian
+        normals = samples.edge_normals.astype(float)
+        counts = {
+            "edge": lambda g, n=normals: np.abs(np.einsum("ni,nij->nj", n, g)).sum(axis=1),
+            "l1": lambda g: np.linalg.svd(g, compute_uv=False)[:, 0],
+            "l2": lambda g: (g**2).sum(axis=(1, 2)),
+            "area": lambda g: np.abs(np.linalg.det(g)),
+        }[objective](np.asarray(texels))
+        # Two ways to the same double precision.
+        assert np.isclose(np.average(counts, weights=samples.weights), p.values["error"], rtol=1e-9)
+
+
+def test_no_known_map_has_less_error(views):
+    known = ("lispsm", "plane_optimal:fallback=uniform", "uniform:turn=rectangle,fit=shadow", "uniform:fit=shadow",
+             "scene_optimal:search=published")  # fmt: skip
+    for view in views:
+        # Widths of `edge_width` count up to 32 pixels.
+        p = made(view, "scene_optimal:cap=32")
+        samples, error = view.samples(renderer="cpu"), p.values["error"]
+        assert np.isclose(samples.edge_width(p), error, rtol=1e-9)
+        for technique in known:
+            assert error <= samples.edge_width(made(view, technique)) * (1 + 1e-9), technique
+
+
+def test_the_walk_over_flips_foretells_no_more_of_them(views):
+    for view in views:
+        p = made(view, "scene_optimal:objective=flips")
+        assert 0 < p.values["error"] <= p.values["error_uniform"] < 1
+        foretold = [float(sl.predict(view, name, 512, renderer="cpu")) for name in
+                    ("scene_optimal:objective=flips", "scene_optimal")]  # fmt: skip
+        # Of other receivers, and on one surface.
+        assert foretold[0] < 1.1 * foretold[1]
+
+
 def test_the_same_samples_give_the_same_map(views):
     view = views[1]
     one, two = (

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, run_watched, texels};
+use super::convert::{OrRaise, argument_error, number, run_watched, texels};
 use super::light::light;
 use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
@@ -99,7 +99,8 @@ impl PyTechnique {
     /// ------
     /// ArgumentError
     ///     A slack out of range, or a technique that does not fit each of its maps to samples.
-    fn with_slack(&self, py: Python<'_>, slack: f64) -> PyResult<Self> {
+    fn with_slack(&self, py: Python<'_>, slack: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let slack = number(slack, "slack", "1.08 is a good start")?;
         Ok(Self { technique: techniques::with_slack(self.technique.as_ref(), slack).or_raise(py)? })
     }
     /// The text that makes the technique again, with the settings that are not the default: `sl.technique(text)`.
@@ -241,7 +242,11 @@ fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         return Ok(Value::Flag(value.extract()?));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Value::Integer(value.extract()?));
+        // One beyond 64 bits is out of every range, and is told as a number.
+        return Ok(match value.extract::<i64>() {
+            Ok(whole) => Value::Integer(whole),
+            Err(_) => Value::Number(value.extract::<f64>().unwrap_or(f64::INFINITY)),
+        });
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Number(value.extract()?));

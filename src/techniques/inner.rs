@@ -1,8 +1,7 @@
 //! A technique with other settings, and the techniques inside it with theirs.
 
-use super::TECHNIQUES;
 use super::kit::{Kind, ParamSpec, Technique};
-use super::registry::{Entry, Make, technique};
+use super::registry::technique;
 use super::text::{techniques_of, text_of};
 use crate::error::Result;
 use crate::parameterization::Value;
@@ -12,7 +11,7 @@ use crate::parameterization::Value;
 /// # Errors
 /// None for settings that a technique has.
 pub(super) fn inner_of(of: &dyn Technique) -> Result<Vec<Box<dyn Technique>>> {
-    let inner = of.spec().params.iter().find(|param| is_inner(of, param));
+    let inner = of.spec().params.iter().find(|param| param.kind == Kind::Techniques);
     match of.settings().iter().find(|(name, _)| inner.is_some_and(|param| param.name == *name)) {
         Some((_, Value::Choice(text))) => techniques_of(text),
         _ => Ok(Vec::new()),
@@ -31,7 +30,7 @@ pub(super) fn with_settings(
     let settings = of.settings();
     let mut params = Vec::with_capacity(settings.len());
     for ((name, value), param) in settings.iter().zip(of.spec().params) {
-        let value = if is_inner(of, param) {
+        let value = if param.kind == Kind::Techniques {
             let made = inner_of(of)?.iter().map(|t| inner(t.as_ref())).collect::<Result<Vec<_>>>()?;
             let texts: Vec<String> = made.iter().map(|t| format!("({})", text_of(t.as_ref()))).collect();
             Value::Choice(texts.join("/"))
@@ -41,10 +40,4 @@ pub(super) fn with_settings(
         params.push((name.to_string(), value));
     }
     technique(of.spec().name, &params)
-}
-
-/// Whether a parameter names techniques that make maps inside of a scheme; what a warp names has the warp's own settings.
-fn is_inner(of: &dyn Technique, param: &ParamSpec) -> bool {
-    let is_scheme = |entry: &Entry| entry.spec.name == of.spec().name && matches!(entry.make, Make::Scheme(_));
-    param.kind == Kind::Techniques && TECHNIQUES.iter().any(is_scheme)
 }

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .. import _core
 from ..conventions.doubts import doubt_about
-from ..errors import ArgumentError, ShadowlabError, UnsupportedError
-from ..scene.view import View, light_of
+from ..errors import ShadowlabError, UnsupportedError
+from ..scene.view import View, checked_view, light_of
 from ..techniques.labels import is_parameterization, name_of, resolved
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from .columns import COLUMNS
@@ -26,7 +26,7 @@ from .drawing import Drawing
 from .timing import best_of, median_us
 
 if TYPE_CHECKING:
-    from ..types import Filter, Item, RendererArgument, RendererLike, TechniqueArgument
+    from ..types import Filter, Item, RendererArgument, RendererLike, TechniqueArgument, TechniqueLike
 
 from .metrics import DRAWN, METRICS, Metric, checked_metrics
 from .phases import checked_phases
@@ -97,10 +97,7 @@ def evaluate(
     >>> run.row()["misclassified"] == run.errors.count
     True
     """
-    if not isinstance(view, View):
-        raise ArgumentError(
-            f"view: expected a View, got {type(view).__name__}; sl.View(scene, camera, light) makes one"
-        )
+    checked_view(view)
     item = resolved(technique)
     check_filter(filter)
     check_bias(bias)
@@ -128,8 +125,10 @@ def samples_for(item: Item, view: View, renderer: RendererLike) -> _core.Samples
 def _fitted(item: Item, view: View, resolution: int, samples: _core.Samples | None) -> _core.Parameterization:
     if is_parameterization(item):
         return item
+    # What holds maps carries none from view to view.
+    fresh = cast("TechniqueLike", item.fresh() if hasattr(item, "fresh") else item)
     seen = {} if samples is None else {"samples": samples}
-    return item.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **seen)
+    return fresh.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **seen)
 
 
 def _measured(

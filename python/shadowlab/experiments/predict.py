@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from .. import _core
 from ..errors import ArgumentError
-from ..scene.view import View
+from ..scene.view import View, checked_view
 from ..techniques.labels import resolved
 from ..text import shown
 from ..text.checks import renderer_of, whole
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # Drawn counts of nine views in ten lie between these times the predicted ones, with so many pixels more. Chosen by
 # leaving scenes out (docs/predict.md).
-LEAST, MOST, PIXELS = 0.5, 2.5, 20.0
+LEAST, MOST, PIXELS = 0.55, 1.6, 20.0
 
 
 @dataclass(frozen=True, order=True, repr=False)
@@ -104,11 +104,8 @@ def predict(
     >>> sl.predict(view, "lispsm", 256) < sl.predict(view, "uniform", 256)
     True
     """
-    if not isinstance(view, View):
-        raise ArgumentError(
-            f"view: expected a View, got {type(view).__name__}; sl.View(scene, camera, light) makes one"
-        )
-    if shadows not in ("mapped", "traced"):
+    checked_view(view)
+    if not isinstance(shadows, str) or shadows not in ("mapped", "traced"):
         raise ArgumentError(f'shadows: expected "mapped" or "traced", got {shown(shadows)}')
     item, side, draw = resolved(technique), whole("resolution", resolution), renderer_of(renderer)
     wrong = 0.0

@@ -13,6 +13,7 @@ stands beside it; more techniques are counted, and techniques with K maps have m
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,6 +123,8 @@ def scene_optimal_experiment(
     sides = checked_sizes(sizes)
     seen = checked_views(configurations() if views is None else views)
     entries = with_normal(techniques)
+    if out is not None and not isinstance(out, (str, os.PathLike)):
+        raise ArgumentError(f"out: expected a directory as a path, got {shown(out)}")
     rows = KeptRows(TABLES["scene_optimal"], None if out is None else Path(out) / ROWS_FILE)
     keys = []
     with Steps(len(seen) * len(entries) * len(sides), progress) as step:
@@ -192,6 +195,10 @@ def checked_views(views: Sequence[LabelledView]) -> list[LabelledView]:
     ------
     ArgumentError
     """
+    if not isinstance(views, Iterable):
+        raise ArgumentError(
+            f"views: expected several LabelledView objects, got {shown(views)}; try scene_optimal_views"
+        )
     found = list(views)
     for one in found:
         if not isinstance(one, LabelledView):

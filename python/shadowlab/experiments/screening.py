@@ -52,7 +52,7 @@ def chosen_predict(
         raise ArgumentError(f'predict: expected a function, "auto" or None, got {shown(predict)}')
 
     def foretold(view: View, technique: Item, *, resolution: int) -> float:
-        return ours(view, technique, resolution, renderer=renderer)
+        return float(ours(view, technique, resolution, renderer=renderer))
 
     return foretold if screens else None
 

@@ -169,7 +169,7 @@ def temporal(
     texels = whole("resolution", resolution)
     picture = size_of(size, path[0]) if size is not None else small_size(path[0])
     entries = [
-        (label, item.fresh() if isinstance(item, TemporalFit) else item)
+        (label, Holding(item.fresh()) if isinstance(item, TemporalFit) else item)
         for label, item in labelled(techniques, lights[0])
     ]
     draw = renderer_of(renderer)
@@ -208,8 +208,23 @@ def frame_row(run: Run, before: Run | None) -> dict[str, Any]:
     row: dict[str, Any] = {**run.row(), "refit": None, "reason": ""}
     if p is not None and not run.failure:
         row["refit"] = last is None or not np.array_equal(p.matrices, last.matrices)
-        row["reason"] = run.item.reason if isinstance(run.item, TemporalFit) else ""
+        row["reason"] = run.item.reason if isinstance(run.item, Holding) else ""
     return row
+
+
+class Holding:
+    """A `TemporalFit` that goes on from frame to frame, as a technique that is evaluated."""
+
+    def __init__(self, fit: TemporalFit):
+        self.fit = fit
+        self.name, self.settings = fit.name, fit.settings
+        self.needs_samples, self.needs_shadows = fit.needs_samples, fit.needs_shadows
+        self.parameterize = fit.parameterize
+
+    @property
+    def reason(self) -> str:
+        """Why the last frame has new maps."""
+        return self.fit.reason
 
 
 class FramePair:

@@ -17,7 +17,7 @@ from ..experiments.run import done
 from ..experiments.scene_optimal_table import CURVES, NORMAL, OPTIMAL, PUBLISHED, SceneOptimalTable
 from ..experiments.scene_optimal_views import paper_views
 from ..pictures.samples import SAMPLE_STATES, pale_eye_view, pixels_of
-from ..scene.view import View, light_of
+from ..scene.view import View, checked_view, light_of
 from ..text import share_text, shown
 from ..text.checks import renderer_of
 from .axes import _axes, _picture, curve_look, legend_below, legend_beside, level, say, series_style
@@ -77,6 +77,7 @@ def samples_view(
     >>> s = sl.library.scene("robots")
     >>> ax = sl.plot.samples_view(sl.View(s, s.camera, s.light, size=(160, 90)), renderer="cpu")
     """
+    checked_view(view)
     light = light_of(view)
     made = view.samples(renderer=renderer) if samples is None else samples
     if not isinstance(made, _core.Samples):
@@ -145,7 +146,7 @@ def search_history(parameterization: _core.Parameterization, ax: Axes | None = N
 
 def samples_and_maps(
     view: View,
-    techniques: Sequence[TechniqueArgument] = FIGURE_TECHNIQUES,
+    techniques: str | Sequence[TechniqueArgument] = FIGURE_TECHNIQUES,
     *,
     resolution: int = 256,
     renderer: RendererArgument = None,
@@ -174,15 +175,19 @@ def samples_and_maps(
     """
     import matplotlib.pyplot as plt
 
-    shape = (len(view.views), 1 + len(techniques))
-    ratios = [view.camera.aspect, *[1.0] * len(techniques)]
+    checked_view(view)
+    entries = [techniques] if isinstance(techniques, str) else techniques
+    if not isinstance(entries, Sequence) or not entries:
+        raise ArgumentError(f"techniques: expected at least one, got {shown(techniques)}; try {FIGURE_TECHNIQUES}")
+    shape = (len(view.views), 1 + len(entries))
+    ratios = [view.camera.aspect, *[1.0] * len(entries)]
     height = 14.0 / sum(ratios) + TITLE_INCHES
     figure, grid = plt.subplots(
         *shape, figsize=(14.0, height * shape[0]), width_ratios=ratios, layout="constrained", squeeze=False
     )
     for i, (row, of) in enumerate(zip(grid, view.views, strict=True)):
         samples_view(of, row[0], renderer=renderer, title=f"samples of light {i + 1}" if len(grid) > 1 else "samples")
-        for ax, technique in zip(row[1:], techniques, strict=True):
+        for ax, technique in zip(row[1:], entries, strict=True):
             run = evaluate(of, technique, resolution, metrics=["misclassified"], renderer=renderer)
             if run.failure:
                 ax.set_axis_off()
@@ -216,6 +221,10 @@ def percent_more(result: SceneOptimalTable, ax: Axes | None = None, *, by_map: b
     -------
     matplotlib axes
     """
+    if not isinstance(result, SceneOptimalTable):
+        raise ArgumentError(
+            f"result: expected a SceneOptimalTable, got {type(result).__name__}; sl.scene_optimal_experiment makes one"
+        )
     ax = _axes(ax)
     column = "percent_more_by_map" if by_map else "percent_more"
     totals = result.served_by_all.totals

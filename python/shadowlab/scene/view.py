@@ -318,3 +318,16 @@ def angle_to(way: NDArray[np.float64] | None, camera: _core.Camera) -> float | N
 def elevation_of(way: NDArray[np.float64] | None) -> float | None:
     """How high a light stands above the horizon, radians; y points up."""
     return None if way is None else float(math.asin(np.clip(-way[1], -1.0, 1.0)))
+
+
+def checked_view(view: object) -> View:
+    """The view.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    """
+    if isinstance(view, View):
+        return view
+    raise ArgumentError(f"view: expected a View, got {type(view).__name__}; sl.View(scene, camera, light) makes one")

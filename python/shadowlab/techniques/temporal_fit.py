@@ -317,4 +317,7 @@ def number_of(name: str, value: object) -> float:
         raise ArgumentError(f"{name}: expected a number, got {shown(value)}; leave it out for the default")
     if math.isnan(value):
         raise ArgumentError(f"{name}: expected a number, got NaN; leave it out for the default")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        return math.copysign(math.inf, value)

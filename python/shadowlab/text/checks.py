@@ -40,6 +40,8 @@ def whole(name: str, value: object) -> int:
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
         raise ArgumentError(f"{name}: expected a whole number above 0, got {shown(value)}; 1024 is a good start")
+    if value >= 1 << 63:
+        raise ArgumentError(f"{name}: expected a whole number of 64 bits, got {shown(value)}; 1024 is a good start")
     return int(value)
 
 

@@ -29,6 +29,7 @@ impl fmt::Display for Kind {
                 write!(f, "{or}{many} numbers{range}")
             }
             Self::Techniques => f.write_str("a technique, or several separated by /"),
+            Self::Technique => f.write_str("a technique"),
         }
     }
 }
@@ -42,7 +43,7 @@ impl Kind {
             Self::Flag => self.to_string(),
             Self::Choice(_) => format!("one of {self}"),
             Self::ChoiceOrNumber { .. } => format!("a word or a number: {self}"),
-            Self::Numbers { .. } | Self::Techniques => self.to_string(),
+            Self::Numbers { .. } | Self::Techniques | Self::Technique => self.to_string(),
         }
     }
     /// The value as this kind stores it, or nothing when it does not fit. Whole numbers pass for numbers, and text that
@@ -84,7 +85,7 @@ impl Kind {
                 };
                 list.filter(fits).map(Value::Numbers)
             }),
-            Self::Techniques => match value {
+            Self::Techniques | Self::Technique => match value {
                 Value::Choice(text) => Some(Value::Choice(text.trim().to_string())),
                 _ => None,
             },

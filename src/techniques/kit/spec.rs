@@ -46,6 +46,8 @@ pub enum Kind {
     },
     /// One technique or several, as [`techniques_of`](crate::techniques::techniques_of) reads them.
     Techniques,
+    /// The text of one technique.
+    Technique,
 }
 
 /// The default of a parameter; [`Value`] without the heap.

@@ -111,7 +111,7 @@ fn check(needs: Needs, samples: Option<&Samples>, light: &Light) -> Result<()> {
             None => wrong(
                 "samples that say what is in shadow",
                 "samples without shadows",
-                "give them shadow states, or set fit=seen",
+                "give them shadow states (view.samples() has them), or take a warp that needs none, as tsm:fit=seen",
             ),
             Some(shadows) if shadows.light != *light => wrong(
                 "samples with the shadows of this light",

@@ -37,7 +37,8 @@ pub static SPEC: Spec = Spec {
             unit: "",
             default: Default::Choice("auto"),
             kind: Kind::ChoiceOrNumber { words: &["auto"], min: 1.0, max: INTERVALS as f64 },
-            doc: "how many splits; auto takes the number, 1 to 4, whose maps have the least error at equal memory, 1 / √count the side",
+            doc: "how many splits; auto takes the number, 1 to 4, whose maps have the least error where all together have the memory \
+                  of one of 1024 x 1024 texels, whatever the resolution",
         },
         SUM,
         CAP,
@@ -52,6 +53,13 @@ const INTERVALS: usize = 8;
 
 /// Splits that `count=auto` tries. Chosen because with more the error hardly falls (theory.md 10.8).
 const MOST_AUTO: usize = 4;
+
+/// Texels along each side of one map in whose memory `count=auto` compares counts. Not those asked for, so that as many maps are
+/// made for any: who divides a memory among them asks for fewer texels.
+const AUTO_TEXELS: u32 = 1024;
+
+/// Depths that differ by less than this share are one. Derived from f32, in which surfaces lie: a hundred roundings.
+const SAME_DEPTH: f64 = 100.0 * f32::EPSILON as f64;
 
 /// Samples at shadows' edges that are looked at.
 const MOST_EDGES: usize = 4096;
@@ -137,7 +145,8 @@ impl OptimalPartition {
         let hulls = borders.windows(2).map(|ends| self.hull(part, [ends[0], ends[1]]));
         let hulls = hulls.collect::<Result<Vec<_>>>()?;
         let intervals = hulls.len();
-        let texels = part.size.receivers_texels();
+        let auto = |count: usize| DVec2::splat(f64::from(AUTO_TEXELS) / (count as f64).sqrt());
+        let texels = self.count.map_or(auto(1), |_| part.size.receivers_texels());
         let best = |first: usize, end: usize| {
             let within = |edge: &&RayEdge| {
                 // The first and last reach to the camera's planes.
@@ -162,7 +171,7 @@ impl OptimalPartition {
         let ends = match self.count {
             Some(count) => divided(count, texels).0,
             None => {
-                let tried = (1..=MOST_AUTO.min(intervals)).map(|count| divided(count, texels / (count as f64).sqrt()));
+                let tried = (1..=MOST_AUTO.min(intervals)).map(|count| divided(count, auto(count)));
                 tried.min_by(|a, b| a.1.total_cmp(&b.1)).map_or_else(Vec::new, |(ends, _)| ends)
             }
         };
@@ -180,20 +189,24 @@ impl OptimalPartition {
     }
 }
 
-/// Depths between which there are equal shares of the edges, from the camera's near to its far plane; fewer where depths are the same.
+/// Depths between which there are equal shares of the edges, from the camera's near to its far plane; fewer where depths are the
+/// same.
 fn quantiles(edges: &[RayEdge], camera: &Camera) -> Vec<f64> {
     let mut depths: Vec<(f64, f64)> = edges.iter().map(|edge| (edge.depth, edge.weight)).collect();
     depths.sort_by(|a, b| a.0.total_cmp(&b.0));
     let all: f64 = depths.iter().map(|(_, weight)| weight).sum();
     let mut borders = vec![camera.near()];
     let mut sum = 0.0;
-    for (depth, weight) in depths {
+    for pair in depths.windows(2) {
+        let ([depth, next], weight) = ([pair[0].0, pair[1].0], pair[0].1);
         sum += weight;
         let is_due = sum >= all * borders.len() as f64 / INTERVALS as f64;
-        if is_due && borders.len() < INTERVALS && borders[borders.len() - 1] < depth && depth < camera.far() {
-            borders.push(depth);
+        let (middle, last) = (0.5 * (depth + next), borders[borders.len() - 1]);
+        if is_due && next - depth > SAME_DEPTH * next && last < middle && middle < camera.far() {
+            borders.push(middle);
         }
     }
+    borders.truncate(INTERVALS);
     borders.push(camera.far());
     borders
 }

@@ -33,7 +33,7 @@ pub static SPEC: Spec = Spec {
             name: "base",
             unit: "",
             default: Default::Choice("scene_optimal"),
-            kind: Kind::Techniques,
+            kind: Kind::Technique,
             doc: "the technique whose homography comes before the warp, with the range, fit and margin of this one; it \
                   decides which lights are served",
         },
@@ -47,7 +47,7 @@ pub static SPEC: Spec = Spec {
         ParamSpec {
             name: "floor",
             unit: "",
-            default: Default::Number(0.25),
+            default: Default::Number(0.5),
             kind: Kind::Number { min: 1e-3, max: 1.0 },
             doc: "least density of texels along either axis, as a share of its mean; 1 leaves the map even",
         },

@@ -20,8 +20,8 @@ use crate::geometry::Rows;
 use crate::parameterization::Value;
 use crate::techniques::kit::light_projection::uniform_rows;
 use crate::techniques::kit::{
-    CAP_PX, Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK,
-    Settings, Spec, Warp, receivers_outline,
+    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spec,
+    Warp, receivers_outline,
 };
 use crate::techniques::{lispsm, plane_optimal, uniform};
 
@@ -68,11 +68,11 @@ pub const SUM: ParamSpec = ParamSpec {
           extent (l1), the sum of its sides' squares (l2), or its area (area)",
 };
 
-/// Where lengths stop to count.
+/// Where lengths stop to count. The default is chosen by leaving scenes out (docs/defaults.md).
 pub const CAP: ParamSpec = ParamSpec {
     name: "cap",
     unit: "pixels",
-    default: Default::Number(CAP_PX),
+    default: Default::Number(16.0),
     kind: Kind::ChoiceOrNumber { words: &["none"], min: 0.5, max: 1e6 },
     doc: "width at which one sample stops to count, for edge and l1, so that none rules the sum",
 };

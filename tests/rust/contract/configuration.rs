@@ -248,7 +248,8 @@ pub fn random_settings(spec: &Spec, c: &Configuration, random: &mut Random) -> V
                     Value::Numbers(list)
                 }
             },
-            Kind::Techniques => word(random, if p.name == "base" { &bases } else { &inner }),
+            Kind::Techniques => word(random, &inner),
+            Kind::Technique => word(random, &bases),
         };
         chosen.push((p.name.to_string(), value));
     }

@@ -67,7 +67,7 @@ fn scaled(t: &dyn Technique, scale: f64, offset: DVec3) -> Box<dyn Technique> {
                     let moved = DVec3::new(list[0], list[1], list[2]).dot(offset);
                     Value::Numbers(vec![list[0], list[1], list[2], times(list[3], scale) - moved])
                 }
-                (Value::Choice(text), Kind::Techniques, _) => {
+                (Value::Choice(text), Kind::Techniques | Kind::Technique, _) => {
                     let inner = techniques_of(&text).expect("a technique made it");
                     let inner: Vec<String> = inner
                         .iter()
@@ -91,8 +91,8 @@ const CONDITION: f64 = 32.0;
 /// smallest warp distance there is: 41 at most.
 const CONDITION_SEEN: f64 = 128.0;
 
-/// Of the error of a map that is searched for: where a walk over its creases stops.
-const SEARCHED: f64 = 1e-3;
+/// Of the error of a map that is searched for: where in a flat valley rounding has it end, within what the search promises.
+const SEARCHED: f64 = 1e-2;
 
 /// The same of widths in pieces: a sample at a knot lies in either of two. Measured, where few samples are: 0.04.
 const BINNED: f64 = 0.1;

@@ -90,9 +90,9 @@ fn values_of(kind: &Kind) -> Vec<Value> {
             values.extend(lists.map(|n| Value::Numbers(ascending(n))));
         }
         // Each by itself, but for those that would nest in themselves: they have their lines among [`TOGETHER`].
-        Kind::Techniques => values.extend(
+        Kind::Techniques | Kind::Technique => values.extend(
             techniques::specs()
-                .filter(|spec| spec.params.iter().all(|p| p.kind != Kind::Techniques))
+                .filter(|spec| spec.params.iter().all(|p| !matches!(p.kind, Kind::Techniques | Kind::Technique)))
                 .map(|spec| Value::Choice(spec.name.to_string())),
         ),
         Kind::Number { .. } | Kind::Choice(_) | Kind::ChoiceOrNumber { .. } => {}

@@ -42,7 +42,7 @@ CANDIDATES: Mapping[str, Sequence[str]] = {
     "uniform": ("uniform", "uniform:fit=seen", "uniform:fit=shadow", "uniform:turn=rectangle",
                 "uniform:turn=rectangle,fit=shadow"),
     "scene_optimal": (
-        "scene_optimal", *(f"scene_optimal:cap={cap}" for cap in (8, 16, 64, "none")),
+        "scene_optimal", *(f"scene_optimal:cap={cap}" for cap in (8, 32, 64, "none")),
         *(f"scene_optimal:objective={objective}" for objective in ("l1", "l2", "area", "flips")),
         "scene_optimal:search=published", "scene_optimal:fit=seen",
     ),

@@ -90,7 +90,7 @@ def of_samples(all_cases: Sequence[Case], counts: Counts, resolution: int) -> li
     """Techniques with samples of smaller pictures, mapped and traced."""
     rows: list[list[object]] = []
     uniform = sum(counts["uniform"])
-    for technique, source in itertools.product(("lispsm", "scene_optimal"), ("mapped", "traced")):
+    for technique, source in itertools.product(("lispsm", "scene_optimal:cap=32"), ("mapped", "traced")):
         found: dict[int | None, list[int]] = {}
         missed: dict[int | None, list[float]] = {}
         for side in (*SIDES, None):

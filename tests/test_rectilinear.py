@@ -92,7 +92,7 @@ def test_knots_are_those_that_points_are_moved_by(views):
 
 
 def test_such_maps_are_equal_by_content_and_travel(views):
-    p, other = made(views[1]), made(views[1], "rectilinear:floor=0.5")
+    p, other = made(views[1]), made(views[1], "rectilinear:floor=0.25")
     for twin in (made(views[1]), copy.deepcopy(p), pickle.loads(pickle.dumps(p))):
         assert twin == p
         assert hash(twin) == hash(p)

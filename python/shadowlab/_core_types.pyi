@@ -21,6 +21,7 @@ NoteKind: TypeAlias = Literal[
     "no_shadow",
     "covers_samples",
     "border_outside",
+    "fewer_maps",
     "face_unseen",
     "check_matrix",
 ]

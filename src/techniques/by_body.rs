@@ -19,7 +19,7 @@ const WORDS: [(&str, &str, &str); 6] = [
 /// at visible edges the published warp distance. Techniques inside it likewise.
 ///
 /// # Errors
-/// As [`technique`]; none for settings that a technique has.
+/// As [`technique`](super::technique()); none for settings that a technique has.
 pub fn by_body(of: &dyn Technique) -> Result<Box<dyn Technique>> {
     let settings = of.settings();
     let is = |name: &str, word: &str| settings.iter().any(|(n, v)| *n == name && *v == Value::Choice(word.into()));

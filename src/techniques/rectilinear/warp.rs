@@ -18,9 +18,10 @@ use crate::focus::{Coverage, Focus, FocusedView};
 use crate::geometry::Rows;
 use crate::parameterization::{PiecewiseLinear, Rectilinear};
 use crate::techniques::kit::{
-    Default, FIT, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK, Settings,
-    Spacing, Spec, Warp,
+    Default, Kind, LightSupport, MARGIN, Named, Needs, ParamSpec, Part, Provisional, RANGE, SLACK, Settings, Spacing,
+    Spec, Warp,
 };
+use crate::techniques::scene_optimal::HELD;
 
 /// What the technique says of itself.
 pub static SPEC: Spec = Spec {
@@ -63,14 +64,6 @@ pub static SPEC: Spec = Spec {
         MARGIN,
         SLACK,
     ],
-};
-
-/// What the map must hold: as [`FIT`] of all warps, but by samples alone, for which the warp is made.
-const HELD: ParamSpec = ParamSpec {
-    kind: Kind::Choice(&["shadow", "seen"]),
-    doc: "what the map must hold: visible receivers in shadow and their neighbours, as outside a map all is lit (shadow), or \
-          all visible receivers (seen)",
-    ..FIT
 };
 
 /// Samples at edges, at the most: all of a picture of 256 x 256 pixels.

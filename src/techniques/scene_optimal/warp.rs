@@ -218,16 +218,16 @@ impl SceneOptimal {
     /// Maps that are known: those of the techniques whose families hold the best that closed forms give.
     fn known(view: &FocusedView, part: &Part) -> Vec<Rows> {
         let rectangle = [("turn".to_string(), Value::Choice("rectangle".to_string()))];
-        let known: [(_, fn(&Settings) -> _, &[_]); 3] = [
-            (&uniform::SPEC, uniform::make, &rectangle),
-            (&lispsm::SPEC, lispsm::make, &[]),
-            (&plane_optimal::SPEC, plane_optimal::make, &[]),
+        let of = |spec: &Spec, make: fn(&Settings) -> Result<Box<dyn Warp>>, settings: &[_]| {
+            make(&spec.resolve(settings)?)?.warp(view, part)
+        };
+        let made = [
+            of(&uniform::SPEC, uniform::make, &rectangle),
+            of(&lispsm::SPEC, lispsm::make, &[]),
+            of(&plane_optimal::SPEC, plane_optimal::make, &[]),
         ];
         // What cannot serve the view is no start.
-        let rows = known.into_iter().filter_map(|(spec, make, settings)| {
-            let warp: Box<dyn Warp> = make(&spec.resolve(settings).ok()?).ok()?;
-            warp.warp(view, part).ok()
-        });
+        let rows = made.into_iter().flatten();
         rows.map(|made| made.clip_from_local).collect()
     }
 }

@@ -83,7 +83,7 @@ fn rounding(partition: &Partition, p_world: DVec3, origin: DVec3) -> (f64, f64) 
         PostWarp::None => (x.max(y).max(z), of_w),
         PostWarp::Log { scale, .. } => (x.max(y).max(z).max(scale.abs() * of_w), of_w),
         PostWarp::Rectilinear(warp) => {
-            let slopes = warp.slopes(DVec3::from((clip / clip.w).truncate()).truncate());
+            let slopes = warp.slopes((clip / clip.w).truncate().truncate());
             ((x * slopes.x).max(y * slopes.y).max(z), of_w)
         }
     }

@@ -7,7 +7,7 @@ use shadowlab::techniques::{self, Kind, Technique, Value, technique_of};
 pub const BY_SAMPLES: [&str; 3] = ["scene_optimal", "rectilinear", "optimal_partition"];
 
 /// Settings that depend on each other.
-const TOGETHER: [&str; 24] = [
+const TOGETHER: [&str; 26] = [
     "lispsm:near=optimal,norm=mean,axis=middle,near_weight=1e6",
     "lispsm:near=optimal,norm=linf,axis=middle,near_weight=1e-6,fit=intersection",
     "lispsm:near=optimal,over=body,norm=storage,range=body,fit=exact",
@@ -32,6 +32,8 @@ const TOGETHER: [&str; 24] = [
     "face_partition:inner=rectilinear",
     "rectilinear:base=(uniform:turn=rectangle),fit=seen,range=body",
     "rectilinear:base=(uniform:focus=none),bins=3,cap=none",
+    "optimal_partition:count=2,fit=seen,slack=1.5",
+    "optimal_partition:count=3,objective=l1,cap=none",
 ];
 
 /// Techniques whose maps are no base of another: a warp follows after their projection already, or they divide the view.
@@ -57,6 +59,10 @@ pub fn settings() -> Vec<(String, Box<dyn Technique>)> {
             }
         };
         add(&[]);
+        // Its maps are those of scene_optimal, which has all settings, and it makes many of them to choose from.
+        if spec.name == "optimal_partition" {
+            continue;
+        }
         for p in spec.params {
             let is_none =
                 |v: &Value| p.name == "base" && NO_BASE.iter().any(|name| *v == Value::Choice((*name).into()));
@@ -93,6 +99,7 @@ fn values_of(kind: &Kind) -> Vec<Value> {
         Kind::Techniques | Kind::Technique => values.extend(
             techniques::specs()
                 .filter(|spec| spec.params.iter().all(|p| !matches!(p.kind, Kind::Techniques | Kind::Technique)))
+                .filter(|spec| spec.name != "optimal_partition")
                 .map(|spec| Value::Choice(spec.name.to_string())),
         ),
         Kind::Number { .. } | Kind::Choice(_) | Kind::ChoiceOrNumber { .. } => {}

@@ -32,8 +32,11 @@ pub(super) fn with_settings(
     for ((name, value), param) in settings.iter().zip(of.spec().params) {
         let value = if param.kind == Kind::Techniques {
             let made = inner_of(of)?.iter().map(|t| inner(t.as_ref())).collect::<Result<Vec<_>>>()?;
-            let texts: Vec<String> = made.iter().map(|t| format!("({})", text_of(t.as_ref()))).collect();
-            Value::Choice(texts.join("/"))
+            let texts: Vec<String> = made.iter().map(|t| text_of(t.as_ref())).collect();
+            Value::Choice(match texts.as_slice() {
+                [one] => one.clone(),
+                several => several.iter().map(|text| format!("({text})")).collect::<Vec<_>>().join("/"),
+            })
         } else {
             setting(name, value, param)
         };

@@ -91,6 +91,13 @@ def test_knots_are_those_that_points_are_moved_by(views):
             np.testing.assert_allclose(ndc[inside, axis], after, rtol=0, atol=1e-12)
 
 
+def test_the_width_across_edges_is_that_of_the_warped_texels(views):
+    for view in views:
+        samples, p = view.samples(renderer="cpu"), made(view, "rectilinear:cap=32,floor=0.1")
+        assert np.isclose(samples.edge_width(p), p.values["edge_width"], rtol=1e-6)
+        assert p.values["edge_width"] < 0.97 * p.values["edge_width_even"]
+
+
 def test_such_maps_are_equal_by_content_and_travel(views):
     p, other = made(views[1]), made(views[1], "rectilinear:floor=0.25")
     for twin in (made(views[1]), copy.deepcopy(p), pickle.loads(pickle.dumps(p))):

@@ -5,11 +5,10 @@
 
 use glam::DVec2;
 
-use super::predict::no_shadows;
-use crate::aliasing::texel::{Eye, TexelMap, texel_in_image};
+use super::asked_maps::AskedMaps;
 use crate::error::Result;
 use crate::focus::Samples;
-use crate::parameterization::{Parameterization, Region};
+use crate::parameterization::Parameterization;
 use crate::techniques::Holds;
 use crate::techniques::kit::{CAP_PX, capped_px};
 
@@ -19,22 +18,11 @@ use crate::techniques::kit::{CAP_PX, capped_px};
 /// # Errors
 /// [`Error::InvalidArgument`](crate::Error::InvalidArgument) for samples without shadow states, or a matrix that is not finite.
 pub fn edge_width(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Result<f64> {
-    let (Some(picture), Some(shadows)) = (&samples.picture, &samples.shadows) else { return Err(no_shadows()) };
-    let camera = &picture.camera;
-    let eye = Eye::new(camera, samples.origin, picture.size);
-    let local = p.relative_to(samples.origin)?;
-    let maps: Vec<TexelMap> = local.partitions.iter().map(|map| TexelMap::new(map, size)).collect();
+    let asked = AskedMaps::new(samples, p, size)?;
     let (mut sum, mut weights) = (0.0, 0.0);
-    for edge in &shadows.edges {
-        let (point, normal) = samples.sample(edge.sample as usize);
-        if !samples.counts(camera, &shadows.light, &Region::ALL, point, normal) {
-            continue;
-        }
-        let (at, n) = (point - samples.origin, DVec2::from_array(edge.normal.map(f64::from)));
-        let width = local.choose(at, camera.depth_of(point)).map(|k| {
-            let [xx, xy, yx, yy] = texel_in_image(&maps[k], &eye, at, normal).jacobian;
-            n.dot(DVec2::new(xx, yx)).abs() + n.dot(DVec2::new(xy, yy)).abs()
-        });
+    for edge in asked.shadows.edges.iter().filter(|edge| asked.counts(edge.sample as usize)) {
+        let n = DVec2::from_array(edge.normal.map(f64::from));
+        let width = asked.texel(edge.sample as usize).map(|g| n.dot(g.x_axis).abs() + n.dot(g.y_axis).abs());
         let weight = f64::from(edge.weight);
         sum += weight * width.filter(|width| width.is_finite()).map_or(CAP_PX, capped_px);
         weights += weight;
@@ -48,15 +36,9 @@ pub fn edge_width(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Re
 /// # Errors
 /// As [`edge_width`].
 pub fn missed(samples: &Samples, p: &Parameterization, holds: Holds) -> Result<usize> {
-    let (Some(picture), Some(shadows)) = (&samples.picture, &samples.shadows) else { return Err(no_shadows()) };
-    let (camera, local) = (&picture.camera, p.relative_to(samples.origin)?);
-    let is_missed = |i: usize| {
-        let (point, normal) = samples.sample(i);
-        samples.counts(camera, &shadows.light, &Region::ALL, point, normal)
-            && local.choose(point - samples.origin, camera.depth_of(point)).is_none()
-    };
+    let asked = AskedMaps::new(samples, p, p.resolution)?;
     Ok(match holds {
-        Holds::Shadow => shadows.shaded.iter().filter(|&&i| is_missed(i as usize)).count(),
-        Holds::Seen | Holds::Body => (0..samples.len()).filter(|&i| is_missed(i)).count(),
+        Holds::Shadow => asked.shadows.shaded.iter().filter(|&&i| asked.is_lost(i as usize)).count(),
+        Holds::Seen | Holds::Body => (0..samples.len()).filter(|&i| asked.is_lost(i)).count(),
     })
 }

@@ -1,5 +1,6 @@
 //! Surveys of a view: samples of what is seen, drawn; and wrong pixels of maps foretold from them.
 
+mod asked_maps;
 mod draw;
 mod edge_width;
 mod predict;

@@ -15,10 +15,6 @@ use glam::DVec3;
 use super::picture::Picture;
 use crate::image::TruthMask;
 
-/// Neighbours lie on one surface where the depth that the plane of one foretells of the other is right to this share. Chosen
-/// because neighbours on curved surfaces in pictures of 128 pixels a side stay below it, and casters off a wall above.
-const SAME_SURFACE: f64 = 0.05;
-
 /// A sample at the edge of a shadow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeSample {
@@ -180,13 +176,7 @@ fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
 
 /// Whether two samples of neighbouring pixels are of one surface, curved or not.
 fn is_one_surface(picture: &Picture, (p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)) -> bool {
-    let forward = picture.camera.forward();
-    let foretold = |p: DVec3, n: DVec3, q: DVec3| {
-        let depth = forward.dot(q);
-        let share = n.dot(p) / n.dot(q / depth) / depth;
-        (share - 1.0).abs() <= SAME_SURFACE
-    };
-    foretold(p, n, q) || foretold(q, m, p)
+    picture.is_on_plane((p, n), q) || picture.is_on_plane((q, m), p)
 }
 
 /// The place of a pixel on Morton's curve.

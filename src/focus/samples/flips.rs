@@ -76,6 +76,17 @@ impl Samples {
         let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
         (chosen, each)
     }
+    /// For each pixel of a picture, row by row, the index of a sample that it shows; nothing where none is there.
+    pub fn at_pixels(&self, picture: &Picture) -> Vec<Option<usize>> {
+        let ([width, height], eye) = (picture.size.map(|n| n as usize), picture.camera.eye());
+        let mut at = vec![None; width * height];
+        for i in 0..self.len() {
+            if let Some([x, y]) = picture.pixel(picture.place(self.sample(i).0 - eye)) {
+                at[y * width + x] = Some(i);
+            }
+        }
+        at
+    }
     /// The same for a part of a view, in the coordinates of the light's rays.
     pub fn ray_flips(
         &self,
@@ -98,9 +109,9 @@ impl Samples {
 }
 
 impl Shadows {
-    /// The share of a texel's points whose state is known and not the receiver's own; `texel` is d(pixel) / d(texel). Between two pixels of
-    /// different states lies an edge, anywhere with the same chance: a point between them has the other one's state with the chance of
-    /// its way there.
+    /// The share of a texel's points whose state is known and not the receiver's own; `texel` is d(pixel) / d(texel). Between
+    /// two pixels of different states lies an edge, anywhere with the same chance: a point between them has the other one's
+    /// state with the chance of its way there.
     pub fn flips(&self, picture: &Picture, near: &NearEdge, texel: &DMat2) -> f64 {
         self.flips_where(picture, near, texel, |_| true)
     }

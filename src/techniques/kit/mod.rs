@@ -14,7 +14,7 @@ mod spec;
 mod technique;
 mod warp_space;
 
-pub use edge_width::{CAP_PX, capped, capped_px, edge_width, exp_of_minus};
+pub use edge_width::{CAP_PX, capped, capped_px, edge_width};
 pub use maps::{Maps, Part, with_length};
 pub use receivers_outline::{ReceiversOutline, receivers_outline};
 pub use settings::{Holds, Range, Settings};

@@ -15,8 +15,8 @@ use super::measure::{Measure, across_along_per_ndc};
 use crate::fit::MapSize;
 use crate::focus::{RayEdge, RayFrame};
 use crate::geometry::planar_image;
-use crate::simd::dispatch;
-use crate::techniques::kit::{CAP_PX, WarpSpace, exp_of_minus};
+use crate::simd::{dispatch, exp_of_minus};
+use crate::techniques::kit::{CAP_PX, WarpSpace};
 
 /// Samples of the first look at a strength.
 const FEW: usize = 384;

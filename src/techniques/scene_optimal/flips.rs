@@ -4,6 +4,8 @@
 
 use glam::{DMat2, DMat3, DVec2};
 
+use super::problem::{Problem, Shape};
+use super::search::polished;
 use crate::focus::{Picture, RayFlip, Shadows};
 use crate::geometry::planar_image;
 use crate::techniques::kit::Part;
@@ -29,6 +31,14 @@ impl<'a> Flips<'a> {
         let (_, receivers) = samples.ray_flips(&part.camera, &part.light, &part.region, RECEIVERS)?;
         let texels = part.size.receivers_texels();
         (!receivers.is_empty()).then_some(Self { picture, shadows, receivers, hull, texels })
+    }
+    /// The shape with the least share that a walk from the best of some shapes finds, and its share; nothing without shapes.
+    pub fn least(&self, problem: &Problem, from: impl Iterator<Item = Shape>) -> Option<(Shape, f64)> {
+        let share = |shape: &Shape| self.share(&problem.homography(shape));
+        let valued = |shape: Shape| (shape, share(&shape));
+        let best = from.map(valued).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let walked = valued(polished(problem, &best.0, share));
+        Some(if walked.1 < best.1 { walked } else { best })
     }
     /// Of the map of a homography that is cropped to the hull.
     pub fn share(&self, homography: &DMat3) -> f64 {

@@ -4,7 +4,8 @@
 
 use glam::DMat2;
 
-use crate::techniques::kit::{capped, exp_of_minus};
+use crate::simd::exp_of_minus;
+use crate::techniques::kit::capped;
 
 /// A sum over samples, of G = d(pixel) / d(texel) of each.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,7 +12,7 @@ use super::kernel::Sample;
 use super::objective::{Cost, Objective};
 use super::problem::{Problem, Shape};
 use super::published::{ITERATIONS, Published};
-use super::search::{least, polished};
+use super::search::least;
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
 use crate::focus::{Coverage, FocusedView, RayEdge};
@@ -186,8 +186,7 @@ impl SceneOptimal {
         let error = |shape: Shape| problem.value(&shape, usize::MAX);
         let (homography, errors) = match self.search {
             Search::Published => {
-                let errors = published.iter().map(|found| problem.shape_of(found).map(error));
-                let errors: Vec<Option<f64>> = errors.collect();
+                let errors: Vec<_> = published.iter().map(|found| problem.shape_of(found).map(error)).collect();
                 values.extend(STEP_ERRORS.into_iter().zip(errors.iter().copied()).filter_map(finite));
                 (*published.last()?, [*errors.last()?, uniform.map(error)])
             }
@@ -197,19 +196,13 @@ impl SceneOptimal {
             }
             Search::Flips => {
                 let (shape, value) = least()?;
-                let homography = problem.homography(&shape);
-                match Flips::of(part, &hull) {
-                    Some(flips) => {
-                        let share = |shape: &Shape| flips.share(&problem.homography(shape));
-                        let starts = uniform.iter().chain([&shape]);
-                        let least = starts.copied().min_by(|a, b| share(a).total_cmp(&share(b)))?;
-                        let walked = polished(&problem, &least, share);
-                        let best = if share(&walked) < share(&least) { walked } else { least };
-                        (problem.homography(&best), [Some(share(&best)), uniform.as_ref().map(share)])
-                    }
-                    // Samples without a picture of the states.
-                    None => (homography, [Some(value), uniform.map(error)]),
-                }
+                // Samples without a picture of the states have no flips.
+                let walked = Flips::of(part, &hull).and_then(|flips| {
+                    let (shape, share) = flips.least(&problem, uniform.into_iter().chain([shape]))?;
+                    Some((shape, [Some(share), uniform.map(|shape| flips.share(&problem.homography(&shape)))]))
+                });
+                let (shape, errors) = walked.unwrap_or((shape, [Some(value), uniform.map(error)]));
+                (problem.homography(&shape), errors)
             }
         };
         values.extend(["error", "error_uniform"].into_iter().zip(errors).filter_map(finite));
@@ -227,13 +220,12 @@ impl SceneOptimal {
             of(&plane_optimal::SPEC, plane_optimal::make, &[]),
         ];
         // What cannot serve the view is no start.
-        let rows = made.into_iter().flatten();
-        rows.map(|made| made.clip_from_local).collect()
+        made.into_iter().flatten().map(|made| made.clip_from_local).collect()
     }
 }
 
-/// The homographies of rays that the published search accepts, in order. Rays are told to it from the samples' mean in units of their extent,
-/// of a placed light as they are.
+/// The homographies of rays that the published search accepts, in order. Rays are told to it from the samples' mean in units
+/// of their extent, of a placed light as they are.
 fn published(hull: &[DVec2], samples: impl Iterator<Item = Sample>, is_placed: bool) -> Option<Vec<DMat3>> {
     let mut samples: Vec<Sample> = samples.collect();
     let (mut middle, mut unit) = (DVec2::ZERO, 1.0);

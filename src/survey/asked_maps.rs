@@ -1,0 +1,60 @@
+//! Maps as the samples of a picture ask them: which of them each asks, and what a texel of that is in the picture.
+
+use glam::{DMat2, DVec2};
+
+use crate::aliasing::texel::{Eye, TexelMap, warped_texel};
+use crate::error::{Error, Result};
+use crate::focus::{Picture, Samples, Shadows};
+use crate::parameterization::{Parameterization, Region};
+
+/// Samples with the maps that they ask.
+pub(super) struct AskedMaps<'a> {
+    pub samples: &'a Samples,
+    pub picture: &'a Picture,
+    pub shadows: &'a Shadows,
+    eye: Eye,
+    /// Relative to the samples' origin.
+    local: Parameterization,
+    maps: Vec<TexelMap>,
+}
+
+impl<'a> AskedMaps<'a> {
+    /// Maps of `size` texels.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for samples without shadow states, or a matrix that is not finite.
+    pub fn new(samples: &'a Samples, p: &Parameterization, size: [u32; 2]) -> Result<Self> {
+        let (Some(picture), Some(shadows)) = (&samples.picture, &samples.shadows) else { return Err(no_shadows()) };
+        let eye = Eye::new(&picture.camera, samples.origin, picture.size);
+        let local = p.relative_to(samples.origin)?;
+        let maps = local.partitions.iter().map(|map| TexelMap::new(map, size)).collect();
+        Ok(Self { samples, picture, shadows, eye, local, maps })
+    }
+    /// d(pixel) / d(texel) at a sample; nothing where no map holds it.
+    pub fn texel(&self, i: usize) -> Option<DMat2> {
+        let k = self.asked(i)?;
+        let (point, normal) = self.samples.sample(i);
+        let at = point - self.samples.origin;
+        let texel = warped_texel(&self.maps[k], &self.local.partitions[k].post_warp, &self.eye, at, normal);
+        let [xx, xy, yx, yy] = texel.jacobian;
+        Some(DMat2::from_cols(DVec2::new(xx, yx), DVec2::new(xy, yy)))
+    }
+    /// Whether a sample faces the light, within its reach and the camera's planes.
+    pub fn counts(&self, i: usize) -> bool {
+        let (point, normal) = self.samples.sample(i);
+        self.samples.counts(&self.picture.camera, &self.shadows.light, &Region::ALL, point, normal)
+    }
+    /// Whether a sample counts and no map holds it.
+    pub fn is_lost(&self, i: usize) -> bool {
+        self.counts(i) && self.asked(i).is_none()
+    }
+    fn asked(&self, i: usize) -> Option<usize> {
+        let (point, _) = self.samples.sample(i);
+        self.local.choose(point - self.samples.origin, self.picture.camera.depth_of(point))
+    }
+}
+
+pub(super) fn no_shadows() -> Error {
+    let fix = "make them from a picture with shadow states: view.samples()";
+    Error::argument("samples", "samples of a picture that say what is in shadow", "samples without shadow states", fix)
+}

@@ -33,7 +33,7 @@ def experiment_options(commands: Commands, shared: ArgumentParser) -> None:
         description=scene_optimal_command.__doc__,
     )
     one.add_argument(
-        "--quick", action="store_true", help="four configurations, one size and three techniques: less than a minute"
+        "--quick", action="store_true", help="four configurations, one size and five techniques: about a minute"
     )
     one.add_argument(
         "--sizes", metavar="N[,N...]", help="texels along each side of a single map (default: 750,1000,...,2000)"

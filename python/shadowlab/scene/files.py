@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, NoReturn
 from ..errors import ArgumentError, LoadError
 from ..text import shown
 from .axes import Y_UP_FROM_Z_UP, up_axis, up_keyword
+from .foreign import Gathered, warn_left_out, warn_notes
+from .formats.given import Given
+from .formats.limits import Limits
+from .gltf.reader import read_gltf
 from .scenes import Scene
 
 if TYPE_CHECKING:
@@ -35,7 +39,7 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
     SceneError
         No triangle is left, or a face points at a vertex that does not exist.
     """
-    axis = up_axis(up)
+    up_axis(up)
     if not isinstance(path, (str, os.PathLike)):
         raise ArgumentError(f'path: expected the path of a mesh file, got {shown(path)}; try "scene.glb"')
     path = Path(path)
@@ -43,10 +47,12 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
         raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")
     if path.is_dir():
         raise LoadError(f"{path}: expected a mesh file, found a directory; name a file in it")
+    kind = path.suffix.lower().lstrip(".")
+    if kind in ("gltf", "glb"):
+        return _named(_scene_of(read_gltf(Given.of_file(path, kind, Limits()))), path, up)
     import trimesh
 
     known = trimesh.available_formats()
-    kind = path.suffix.lower().lstrip(".")
     if kind not in known:
         listed = ", ".join(sorted(known))
         raise LoadError(f"{path}: expected a file of a kind that trimesh loads ({listed}), got {kind or 'no ending'!r}")
@@ -57,8 +63,24 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
         _broken(path, f"{type(e).__name__}: {e}", e)
     if not loaded.geometry:
         _broken(path, "no geometry in it", None)
-    scene = Scene.from_trimesh(loaded)
-    if axis == 2:
+    return _named(Scene.from_trimesh(loaded), path, up)
+
+
+def _scene_of(found: Gathered) -> Scene:
+    """The scene of what a reader found, with its warnings."""
+    made = Scene(*found.arrays())
+    warn_left_out(sum(found.dropped), found.empty, stacklevel=4)
+    warn_notes(found.notes, stacklevel=4)
+    if found.cameras:
+        made.cameras = found.cameras
+    if found.lights:
+        made.lights = found.lights
+    return made
+
+
+def _named(scene: Scene, path: Path, up: Up) -> Scene:
+    """The scene of a file, turned so that y is up, with its source and recipe."""
+    if up_axis(up) == 2:
         scene = scene.transformed(Y_UP_FROM_Z_UP)
     scene.source = str(path)
     scene.recipe = f"sl.load_scene({str(path)!r}{up_keyword(up)})"

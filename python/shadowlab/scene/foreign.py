@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
+from .alpha_test import AlphaTest
 from .placed import camera_at, farthest, unique
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ SPARE = 0.05
 ASPECT = 16 / 9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Gathered:
     """What a scene of another program is made of, and what was left out of it."""
 
@@ -52,21 +53,33 @@ class Gathered:
     empty: list[str] = field(default_factory=list)
     #: Faces that were left out, by geometry.
     dropped: list[int] = field(default_factory=list)
+    #: What there is to say beside.
+    notes: list[str] = field(default_factory=list)
+    #: By key of the mesh.
+    alpha_tests: dict[Any, AlphaTest] = field(default_factory=dict)
+    #: Those that a file brings, by name.
+    cameras: dict[str, _core.Camera] = field(default_factory=dict)
+    lights: dict[str, Light] = field(default_factory=dict)
 
-    def add(self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None) -> None:
-        """Adds a mesh under a key, unless it has no usable triangle."""
+    def add(
+        self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None, alpha: AlphaTest | None = None
+    ) -> None:
+        """Adds a mesh under a key, with its alpha test if it has one, unless it has no usable triangle."""
         if made is None and _unusable(vertices, faces):
             self.empty.append(f"{name} (no usable triangle)")
             self.dropped.append(len(faces))
             return
         self.meshes[key] = _core.Mesh(vertices, faces) if made is None else made
+        if alpha is not None:
+            self.alpha_tests[key] = alpha
         self.dropped.append(self.meshes[key].dropped_faces)
 
     def place(self, key: Any, transform: Any) -> None:
-        """Places a mesh, if there is one under the key."""
+        """Places a mesh by one transform (4, 4) or several (K, 4, 4), if there is one under the key."""
         if key in self.meshes:
-            self.index.append(key)
-            self.transforms.append(np.asarray(transform, np.float64))
+            transforms = np.asarray(transform, np.float64).reshape(-1, 4, 4)
+            self.index.extend([key] * len(transforms))
+            self.transforms.append(transforms)
 
     def arrays(self) -> tuple[list[_core.Mesh], list[int], NDArray[np.float64]]:
         """What a scene is made of.
@@ -77,12 +90,13 @@ class Gathered:
             Where nothing is placed.
         """
         if not self.index:
-            what = f"left out: {', '.join(self.empty)}" if self.empty else "the scene graph places no mesh"
+            reasons = [*self.empty, *self.notes]
+            what = f"left out: {', '.join(reasons)}" if reasons else "the scene graph places no mesh"
             raise SceneError(
                 f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
             )
         order = {key: i for i, key in enumerate(self.meshes)}
-        return list(self.meshes.values()), [order[key] for key in self.index], np.array(self.transforms)
+        return list(self.meshes.values()), [order[key] for key in self.index], np.concatenate(self.transforms)
 
 
 def gathered(source: Any) -> Gathered:

@@ -1,0 +1,181 @@
+"""Materials of a glTF document, as far as they let light through: alpha tests (glTF 2.0, "Alpha Coverage")."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import LoadError
+from ..alpha_test import AlphaTest
+from .accessors import Accessors
+from .extensions import AVIF, SPECULAR_GLOSSINESS, TEXTURE_TRANSFORM, WEBP
+from .items import Item
+from .primitives import Primitive
+
+CUTOFF = 0.5
+OPAQUE_ALPHA = 255
+WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+# Of a texture whose alpha is its coordinate: an exact table of the 8 bits that a texel has.
+RAMP = np.arange(256, dtype=np.uint8)[None, :]
+
+
+class Discarded:
+    """Of a primitive whose material discards all of it."""
+
+
+@dataclass(eq=False)
+class Materials:
+    """The materials of a document: what is decoded is kept, and names are collected for warnings."""
+
+    accessors: Accessors
+    #: Names of materials whose alpha test, or whose blending, is not done.
+    tested: dict[str, None] = field(default_factory=dict)
+    blended: dict[str, None] = field(default_factory=dict)
+    _alpha: dict[int, NDArray[np.uint8] | str] = field(default_factory=dict)
+
+    def alpha_test(self, primitive: Primitive) -> AlphaTest | type[Discarded] | None:
+        """The alpha test of a primitive: None where all of it is opaque, `Discarded` where none of it is there.
+
+        Raises
+        ------
+        LoadError
+            For a material that cannot be read. Images that cannot be are named in a warning.
+        """
+        materials = self.accessors.document.materials
+        if "material" not in primitive.item.value:
+            return None
+        item = materials[primitive.item.index("material", len(materials), "materials")]
+        mode = item.text("alphaMode", "OPAQUE")
+        if mode not in ("OPAQUE", "MASK", "BLEND"):
+            raise item.wrong("alphaMode", "OPAQUE, MASK or BLEND")
+        label = item.name or item.where
+        if mode == "BLEND":
+            self.blended[label] = None
+        if mode != "MASK":
+            return None
+        return self._masked(item, label, primitive)
+
+    def _masked(self, item: Item, label: str, primitive: Primitive) -> AlphaTest | type[Discarded] | None:
+        cutoff = item.number("alphaCutoff", CUTOFF)
+        color, info = base_of(item)
+        factor = 1.0 if color is None else float(color[3])
+        vertex_alpha = self._vertex_alpha(primitive)
+        if vertex_alpha is not None and len(vertex_alpha) and (vertex_alpha == vertex_alpha[0]).all():
+            factor, vertex_alpha = factor * float(vertex_alpha[0]), None
+        texture = None if info is None else self._texture(info)
+        if isinstance(texture, str):
+            self.accessors.document.notes.append(f"the texture of material {label} is not read ({texture})")
+            texture = None
+        if texture is not None and (texture == OPAQUE_ALPHA).all():
+            texture = None
+        lowest, highest = (1.0, 1.0) if texture is None else (float(texture.min()) / 255, float(texture.max()) / 255)
+        if vertex_alpha is not None and len(vertex_alpha):
+            lowest, highest = lowest * float(vertex_alpha.min()), highest * float(vertex_alpha.max())
+        if highest * factor < cutoff:
+            return Discarded
+        if lowest * factor >= cutoff:
+            return None
+        self.tested[label] = None
+        if texture is None:
+            assert vertex_alpha is not None
+            # Interpolated linearly, as the colours are: alpha is the coordinate, from the middle of a texel to the next.
+            u = (np.clip(vertex_alpha, 0, 1) * 255 + 0.5) / 256
+            return AlphaTest(RAMP, np.column_stack([u, np.full(len(u), 0.5)]).astype(np.float32), cutoff, ("clamp", "clamp"), factor)
+        assert info is not None
+        if vertex_alpha is not None:
+            self.accessors.document.notes.append(f"material {label} is tested without the alpha of the vertices' colours")
+        return AlphaTest(texture, self._coordinates(info, primitive), cutoff, self._wraps(info), factor)
+
+    def _vertex_alpha(self, primitive: Primitive) -> NDArray[Any] | None:
+        raw = primitive.raw_attribute("COLOR_0", self.accessors, "VEC3", "VEC4")
+        if raw is None or raw[0].shape[1] < 4:
+            return None
+        colors = primitive.attribute("COLOR_0", self.accessors, "VEC3", "VEC4")
+        return None if colors is None else np.nan_to_num(colors[:, 3].astype(np.float64), nan=1.0)
+
+    def _texture(self, info: Item) -> NDArray[np.uint8] | str:
+        """The alpha (H, W) of a texture, or why it is not read."""
+        top = self.accessors.document.top
+        textures, images = top.items("textures"), top.items("images")
+        texture = textures[info.index("index", len(textures), "textures")]
+        holder = texture if "source" in texture.value else texture.extension(WEBP, AVIF)
+        if holder is None or "source" not in holder.value:
+            return "its image is of a format that is not read"
+        index = holder.index("source", len(images), "images")
+        if index not in self._alpha:
+            self._alpha[index] = self._decoded(images[index])
+        return self._alpha[index]
+
+    def _decoded(self, image: Item) -> NDArray[np.uint8] | str:
+        document, buffers = self.accessors.document, self.accessors.buffers
+        try:
+            if "uri" in image.value:
+                data = buffers.at_uri(image)
+            else:
+                data = bytes(buffers.view(image.index("bufferView", len(document.views), "buffer views")).data)
+        except LoadError as e:
+            return str(e)
+        from PIL import Image
+
+        try:
+            with warnings.catch_warnings():
+                # Its size is held against our own limits.
+                warnings.simplefilter("ignore")
+                picture = Image.open(io.BytesIO(data))
+                width, height = picture.size
+                document.given.limits.check(image.file, "elements", width * height, f"pixels in {image.where}")
+                document.expand(4 * width * height)
+                transparent = picture.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info
+                if not transparent:
+                    return np.full((1, 1), OPAQUE_ALPHA, np.uint8)
+                return np.asarray(picture.convert("RGBA").getchannel("A"), np.uint8)
+        except (LoadError, MemoryError):
+            raise
+        except Exception as e:  # noqa: BLE001 - each of pillow's decoders raises what its parser raises
+            return f"{type(e).__name__}: {e}"
+
+    def _coordinates(self, info: Item, primitive: Primitive) -> NDArray[np.float32]:
+        transform = info.extension(TEXTURE_TRANSFORM)
+        holder = transform if transform is not None and "texCoord" in transform.value else info
+        name = f"TEXCOORD_{holder.whole('texCoord', 0)}"
+        found = primitive.attribute(name, self.accessors, "VEC2")
+        if found is None:
+            raise primitive.item.broken(f"attributes: expected {name}, which its material's texture takes, found none")
+        uv = found.astype(np.float64)
+        if transform is not None:
+            scale, offset = transform.numbers("scale", 2), transform.numbers("offset", 2)
+            turn = transform.number("rotation", 0.0)
+            uv = uv if scale is None else uv * scale
+            u, v = math.cos(turn) * uv[:, 0] + math.sin(turn) * uv[:, 1], math.cos(turn) * uv[:, 1] - math.sin(turn) * uv[:, 0]
+            uv = np.column_stack([u, v]) + (0.0 if offset is None else offset)
+        with np.errstate(over="ignore"):
+            return uv.astype(np.float32)
+
+    def _wraps(self, info: Item) -> tuple[str, str]:
+        top = self.accessors.document.top
+        texture, samplers = top.items("textures")[info.whole("index")], top.items("samplers")
+        if "sampler" not in texture.value:
+            return "repeat", "repeat"
+        sampler = samplers[texture.index("sampler", len(samplers), "samplers")]
+        found = []
+        for key in ("wrapS", "wrapT"):
+            wrap = WRAPS.get(sampler.whole(key, 10497))
+            if wrap is None:
+                raise sampler.wrong(key, " or ".join(f"{number} ({name})" for number, name in WRAPS.items()))
+            found.append(wrap)
+        return found[0], found[1]
+
+
+def base_of(material: Item) -> tuple[NDArray[np.float64] | None, Item | None]:
+    """The factor (4,) of a material's colour and the reference to its texture, each None where there is none."""
+    older = material.extension(SPECULAR_GLOSSINESS)
+    if older is not None:
+        return older.numbers("diffuseFactor", 4), older.item("diffuseTexture")
+    base = material.item("pbrMetallicRoughness")
+    return (None, None) if base is None else (base.numbers("baseColorFactor", 4), base.item("baseColorTexture"))

@@ -1,0 +1,230 @@
+"""glTF 2.0 files (.gltf and .glb) as meshes, places, cameras and lights.
+
+Source: Khronos Group, "glTF 2.0 Specification", version 2.0.1 (2021), and the extensions in `extensions.py`.
+What is read is the file at rest: animations are passed over. Departures: a mesh that no visible node of the active scene
+shows is left out, and so is a primitive that its material discards altogether.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import _core
+from ...errors import ArgumentError, LoadError, SceneError
+from ..alpha_test import AlphaTest
+from ..foreign import Gathered
+from ..formats.given import Given
+from .accessors import Accessors
+from .cameras import cameras_in
+from .document import Document, document_of
+from .graph import Graph, graph_of
+from .instancing import instances_of
+from .items import Item
+from .lights import lights_in
+from .materials import Discarded, Materials
+from .morphs import morphed, weights_of
+from .primitives import Primitive, primitive_of
+from .skins import joint_matrices, posed
+
+# Where a coordinate of a placed mesh is refused: its square, and that of the scene's extent, must stay finite.
+MOST_COORDINATE = 1e150
+# Names in one warning.
+MOST_NAMES = 5
+
+
+@dataclass(frozen=True)
+class Use:
+    """A mesh as nodes show it: nodes that agree in all of this share it.
+
+    Attributes
+    ----------
+    mesh : int
+    skin : int
+        -1 for none.
+    weights : tuple of float
+        Of its morph targets; empty where all are 0.
+    """
+
+    mesh: int
+    skin: int
+    weights: tuple[float, ...]
+
+
+@dataclass(eq=False)
+class Reading:
+    """A document while its scene is gathered."""
+
+    document: Document
+    accessors: Accessors
+    graph: Graph
+    materials: Materials
+    found: Gathered = field(default_factory=Gathered)
+    #: World from mesh at each use, in the order of the scene.
+    places: list[tuple[Use, NDArray[np.float64]]] = field(default_factory=list)
+    #: Primitives that joints put into world space, whatever their node's transform.
+    in_world: set[tuple[Use, int]] = field(default_factory=set)
+    joints: dict[int, NDArray[np.float64]] = field(default_factory=dict)
+
+
+def read_gltf(given: Given) -> Gathered:
+    """What a glTF file holds.
+
+    Parameters
+    ----------
+    given : Given
+        Text or binary, whatever its ending says.
+
+    Raises
+    ------
+    LoadError
+        For a file that is broken, of another version, beyond its limits, or that requires an extension that is not read.
+    SceneError
+        For geometry that cannot be used: an index of no vertex, numbers that overflow.
+    """
+    try:
+        document = document_of(given)
+        accessors = Accessors.of(document)
+        reading = Reading(document, accessors, graph_of(document), Materials(accessors))
+        gather(reading)
+    except MemoryError as e:
+        raise LoadError(f"{given.name}: expected a file that fits into memory, got one that does not ({e})") from e
+    return reading.found
+
+
+def gather(reading: Reading) -> None:
+    """Meshes, places, cameras and lights of the active scene."""
+    document, graph, found = reading.document, reading.graph, reading.found
+    active, hidden = graph.active(), graph.invisible()
+    visible = [node for node in active if node not in hidden]
+    collect_places(reading, visible)
+    uses = dict.fromkeys(use for use, _ in reading.places)
+    for use in sorted(uses, key=lambda use: use.mesh):
+        add_mesh(reading, use)
+    for use, transforms in reading.places:
+        for i in range(len(primitives_of(reading, use))):
+            if (use, i) in reading.in_world:
+                found.place((use, i), np.eye(4))
+            else:
+                found.place((use, i), transforms)
+    check_extent(reading)
+    box: list[NDArray[np.float64]] = []
+
+    def bounds() -> NDArray[np.float64]:
+        if not box:
+            box.append(np.asarray(_core.Scene(*found.arrays()).bounds))
+        return box[0]
+
+    if found.index:
+        found.cameras.update(cameras_in(graph, sorted(active), bounds, document.notes))
+        found.lights.update(lights_in(graph, sorted(visible), bounds, document.notes))
+    for names, what in (
+        (reading.materials.tested, "alpha-tested"),
+        (reading.materials.blended, "blended"),
+    ):
+        if names:
+            shown = ", ".join(list(names)[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+            many = len(names) > 1
+            document.notes.append(f"{what} material{'s' if many else ''} {shown} {'are' if many else 'is'} opaque here")
+    found.notes.extend(dict.fromkeys(document.notes))
+
+
+def primitives_of(reading: Reading, use: Use) -> list[Item]:
+    """The primitives of a mesh."""
+    return reading.document.meshes[use.mesh].items("primitives")
+
+
+def collect_places(reading: Reading, nodes: list[int]) -> None:
+    """Finds where meshes stand.
+
+    Raises
+    ------
+    LoadError
+        For more places than the limits allow.
+    SceneError
+        For a transform that is not finite.
+    """
+    document, graph, total = reading.document, reading.graph, 0
+    limits = document.given.limits
+    for index in nodes:
+        node = document.nodes[index]
+        if "mesh" not in node.value:
+            continue
+        mesh = node.index("mesh", len(document.meshes), "meshes")
+        skin = node.index("skin", len(document.skins), "skins") if "skin" in node.value else -1
+        use = Use(mesh, skin, weights_of(node, document.meshes[mesh]))
+        transforms = graph.world[index][None]
+        instances = instances_of(node, reading.accessors)
+        if instances is not None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                transforms = transforms @ instances
+        if skin < 0 and not np.isfinite(transforms).all():
+            raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; scale it down")
+        total += len(transforms) * len(primitives_of(reading, use))
+        limits.check(node.file, "instances", total, "placed meshes")
+        reading.places.append((use, transforms))
+
+
+def add_mesh(reading: Reading, use: Use) -> None:
+    """Adds the primitives of a mesh as nodes show it."""
+    document, accessors = reading.document, reading.accessors
+    mesh = document.meshes[use.mesh]
+    items = mesh.items("primitives")
+    for i, item in enumerate(items):
+        label = mesh.name or f"mesh {use.mesh}"
+        label += f", primitive {i}" if len(items) > 1 else ""
+        primitive = primitive_of(item, label, accessors)
+        if isinstance(primitive, str):
+            reading.found.empty.append(f"{label} ({primitive})")
+            continue
+        alpha = reading.materials.alpha_test(primitive)
+        if alpha is Discarded:
+            document.notes.append(f"left out {label}: its material discards all of it")
+            continue
+        vertices = morphed(primitive, use.weights, accessors)
+        if use.skin >= 0:
+            vertices = skinned(reading, use, i, primitive, vertices)
+        # What a file of many small views of few bytes makes is bounded, too.
+        document.expand(12 * len(primitive.faces))
+        reading.found.add(
+            (use, i), label, vertices, primitive.faces, alpha=alpha if isinstance(alpha, AlphaTest) else None
+        )
+
+
+def skinned(reading: Reading, use: Use, i: int, primitive: Primitive, vertices: NDArray[Any]) -> NDArray[Any]:
+    """The vertices as the skin of a use poses them."""
+    skin = reading.document.skins[use.skin]
+    if use.skin not in reading.joints:
+        reading.joints[use.skin] = joint_matrices(skin, reading.graph, reading.accessors)
+    made = posed(primitive, vertices, reading.joints[use.skin], reading.accessors)
+    if made is None:
+        reading.document.notes.append(f"{primitive.label} has no joints for its skin: it stands as its node does")
+        return vertices
+    reading.in_world.add((use, i))
+    return made
+
+
+def check_extent(reading: Reading) -> None:
+    """Raises for a mesh that is so far away, or so large, that lengths overflow.
+
+    Raises
+    ------
+    SceneError
+    """
+    found = reading.found
+    for use, transforms in reading.places:
+        for i, item in enumerate(primitives_of(reading, use)):
+            key = (use, i)
+            if key not in found.meshes:
+                continue
+            scale, center = found.meshes[key].frame
+            placed = np.eye(4)[None] if key in reading.in_world else transforms
+            with np.errstate(over="ignore", invalid="ignore"):
+                reach = (np.abs(placed[:, :3, :3]) @ (np.abs(center) + scale) + np.abs(placed[:, :3, 3])).max()
+            if not reach < MOST_COORDINATE:
+                raise SceneError(
+                    f"{item.file}: {item.where}: expected coordinates below {MOST_COORDINATE:g}, got {reach:g}; scale it down"
+                )

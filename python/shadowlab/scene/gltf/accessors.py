@@ -113,7 +113,9 @@ class Accessors:
         """
         layout, values = self.raw(item, key, "SCALAR")
         if layout.kind.kind != "u":
-            raise layout.item.wrong("componentType", f"one of {', '.join(map(str, INDEX_COMPONENTS))} for {item.where}.{key}")
+            raise layout.item.wrong(
+                "componentType", f"one of {', '.join(map(str, INDEX_COMPONENTS))} for {item.where}.{key}"
+            )
         return values[:, 0]
 
     def has_data(self, item: Item, key: str) -> bool:

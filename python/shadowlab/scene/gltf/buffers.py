@@ -95,7 +95,9 @@ class Buffers:
             self.document.given.limits.check(item.file, "size", length, f"bytes in {item.where}")
             data = self._bytes(index, item)
             if len(data) < length:
-                raise item.broken(f"expected {length:,} bytes, got {len(data):,}: it is truncated; export the file again")
+                raise item.broken(
+                    f"expected {length:,} bytes, got {len(data):,}: it is truncated; export the file again"
+                )
             self._buffers[index] = data[:length]
         return self._buffers[index]
 
@@ -142,7 +144,9 @@ def data_of(item: Item, uri: str) -> bytes:
     """
     head, comma, body = uri[5:].partition(",")
     if not comma:
-        raise item.broken("uri: expected a comma between the type and the bytes of a data URI, got none; export the file again")
+        raise item.broken(
+            "uri: expected a comma between the type and the bytes of a data URI, got none; export the file again"
+        )
     data = unquote_to_bytes(body)
     if head.lower().replace(" ", "").split(";")[-1] != "base64":
         return data

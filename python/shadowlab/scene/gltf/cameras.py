@@ -17,9 +17,7 @@ from .items import Item
 Bounds = Callable[[], NDArray[np.float64]]
 
 
-def cameras_in(
-    graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]
-) -> dict[str, _core.Camera]:
+def cameras_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]) -> dict[str, _core.Camera]:
     """The cameras at nodes, by name: the node's, else the camera's.
 
     Parameters
@@ -47,9 +45,7 @@ def cameras_in(
     return found
 
 
-def camera_of(
-    lens: Item, pose: NDArray[np.float64], bounds: Bounds, label: str, notes: list[str]
-) -> _core.Camera:
+def camera_of(lens: Item, pose: NDArray[np.float64], bounds: Bounds, label: str, notes: list[str]) -> _core.Camera:
     """The camera of a lens and its pose, world from camera.
 
     Raises
@@ -102,7 +98,13 @@ def orthographic(
     if not (width > 0 and height > 0):
         raise ArgumentError(f"xmag and ymag: expected half the picture's size, above 0, got {width:g} and {height:g}")
     made: _core.Camera = make(
-        pose[:3, 3], pose[:3, 3] - pose[:3, 2], pose[:3, 1], height=2 * height, aspect=width / height, near=near, far=far
+        pose[:3, 3],
+        pose[:3, 3] - pose[:3, 2],
+        pose[:3, 1],
+        height=2 * height,
+        aspect=width / height,
+        near=near,
+        far=far,
     )
     return made
 

@@ -49,6 +49,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     size: int = 0
     expanded: int = 0
+    _primitives: dict[int, list[Item]] = field(default_factory=dict)
 
     @cached_property
     def nodes(self) -> list[Item]:
@@ -59,6 +60,12 @@ class Document:
     def meshes(self) -> list[Item]:
         """All meshes."""
         return self.top.items("meshes")
+
+    def primitives(self, mesh: int) -> list[Item]:
+        """The primitives of a mesh."""
+        if mesh not in self._primitives:
+            self._primitives[mesh] = self.meshes[mesh].items("primitives")
+        return self._primitives[mesh]
 
     @cached_property
     def accessors(self) -> list[Item]:
@@ -96,7 +103,9 @@ class Document:
         self.expanded += asked
         if self.expanded > FREE_BYTES:
             ratio = self.expanded / max(self.size, 1)
-            self.given.limits.check(self.given.name, "ratio", round(ratio, 1), "bytes in memory for each byte of the file")
+            self.given.limits.check(
+                self.given.name, "ratio", round(ratio, 1), "bytes in memory for each byte of the file"
+            )
 
 
 def document_of(given: Given) -> Document:
@@ -117,7 +126,9 @@ def document_of(given: Given) -> Document:
     required, missed = checked_extensions(top)
     found = Document(given, top, binary, required, size=len(data))
     if missed:
-        found.notes.append(f"passed over extension{'s' if len(missed) > 1 else ''} {', '.join(missed)}: geometry may differ")
+        found.notes.append(
+            f"passed over extension{'s' if len(missed) > 1 else ''} {', '.join(missed)}: geometry may differ"
+        )
     return found
 
 
@@ -193,7 +204,9 @@ def check_asset_version(top: Item) -> None:
             continue
         found = VERSION.fullmatch(asset.text(key))
         if not found or int(found[1][:9]) != 2 or (key == "minVersion" and int(found[2][:9]) > NEWEST_MINOR):
-            raise asset.wrong(key, "glTF 2.0" if key == "minVersion" else "2.0, or another minor version", f"{FIX} as glTF 2.0")
+            raise asset.wrong(
+                key, "glTF 2.0" if key == "minVersion" else "2.0, or another minor version", f"{FIX} as glTF 2.0"
+            )
 
 
 def broken(name: str, expected: str, cause: Exception | None = None) -> NoReturn:

@@ -71,7 +71,9 @@ def _decoded(packed: Item, attributes: Item, accessors: Accessors) -> Decoded:
     except MemoryError:
         raise
     except Exception as e:  # noqa: BLE001 - a decoder of C++ has errors of its own
-        raise packed.broken(f"expected data of Draco, could not decode it ({type(e).__name__}: {e}); export the file again") from e
+        raise packed.broken(
+            f"expected data of Draco, could not decode it ({type(e).__name__}: {e}); export the file again"
+        ) from e
     faces = getattr(mesh, "faces", None)
     if faces is None:
         raise packed.broken("expected a mesh in the data of Draco, got a point cloud; export the file again")

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from .document import Document
 from .extensions import VISIBILITY
-from .items import Item
 
 # How far a quaternion's length may be from 1 before it is said: normalised bytes have steps of 1/127.
 UNIT_TOLERANCE = 0.02
+# How far the last row of a matrix may be from that of an affine map: rounding of single precision.
+AFFINE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,16 +135,23 @@ def local_transforms(document: Document) -> NDArray[np.float64]:
     nodes = document.nodes
     made = np.tile(np.eye(4), (len(nodes), 1, 1))
     placed: list[int] = []
-    translation, rotation, scale = np.zeros((len(nodes), 3)), np.tile([0.0, 0, 0, 1], (len(nodes), 1)), np.ones((len(nodes), 3))
+    given: dict[int, NDArray[np.float64]] = {}
+    translation, rotation, scale = (
+        np.zeros((len(nodes), 3)),
+        np.tile([0.0, 0, 0, 1], (len(nodes), 1)),
+        np.ones((len(nodes), 3)),
+    )
     for i, node in enumerate(nodes):
-        matrix = node.numbers("matrix", 16)
+        matrix = node.numbers("matrix", 16) if "matrix" in node.value else None
         if matrix is not None:
-            made[i] = affine(node, matrix)
+            given[i] = matrix
             continue
         for key, into in (("translation", translation), ("rotation", rotation), ("scale", scale)):
             if key in node.value:
                 into[i] = node.numbers(key, into.shape[1])
                 placed.append(i)
+    if given:
+        made[list(given)] = affine(list(given), np.array(list(given.values())), document)
     rows = sorted(set(placed))
     if rows:
         unit, wrong = unit_quaternions(rotation[rows])
@@ -157,12 +165,16 @@ def local_transforms(document: Document) -> NDArray[np.float64]:
     return made
 
 
-def affine(node: Item, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix (4, 4) of a node's 16 numbers, which go down the columns."""
-    made = matrix.reshape(4, 4).T
-    if not np.allclose(made[3], (0, 0, 0, 1), rtol=0, atol=1e-6):
-        raise node.wrong("matrix", f"a last row of 0, 0, 0, 1 (numbers 4, 8, 12, 16), got {made[3].tolist()} in")
-    made[3] = 0, 0, 0, 1
+def affine(nodes: list[int], numbers: NDArray[np.float64], document: Document) -> NDArray[np.float64]:
+    """The matrices (K, 4, 4) of nodes from their 16 numbers each, which go down the columns."""
+    made = numbers.reshape(-1, 4, 4).swapaxes(1, 2)
+    wrong = np.flatnonzero(np.abs(made[:, 3] - (0, 0, 0, 1)).max(axis=1) > AFFINE_TOLERANCE)
+    if len(wrong):
+        row = made[wrong[0], 3].tolist()
+        raise document.nodes[nodes[wrong[0]]].broken(
+            f"matrix: expected 0, 0, 0, 1 as numbers 4, 8, 12 and 16, got {row}; export the file again"
+        )
+    made[:, 3] = 0, 0, 0, 1
     return made
 
 

@@ -11,7 +11,11 @@ from .graph import transforms_of, unit_quaternions
 from .items import Item
 
 #: The attributes that place instances, with their types and what stands for a missing one. Others are an application's.
-PLACING = {"TRANSLATION": ("VEC3", (0.0, 0.0, 0.0)), "ROTATION": ("VEC4", (0.0, 0.0, 0.0, 1.0)), "SCALE": ("VEC3", (1.0,) * 3)}
+PLACING = {
+    "TRANSLATION": ("VEC3", (0.0, 0.0, 0.0)),
+    "ROTATION": ("VEC4", (0.0, 0.0, 0.0, 1.0)),
+    "SCALE": ("VEC3", (1.0,) * 3),
+}
 
 
 def instances_of(node: Item, accessors: Accessors) -> NDArray[np.float64] | None:
@@ -28,7 +32,8 @@ def instances_of(node: Item, accessors: Accessors) -> NDArray[np.float64] | None
     attributes = extension.needed("attributes")
     # Those of an application count, too: they say how many there are.
     counts = {
-        name: accessors.layout(attributes, name, ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4")).count for name in attributes.value
+        name: accessors.layout(attributes, name, ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4")).count
+        for name in attributes.value
     }
     if len(set(counts.values())) != 1:
         told = ", ".join(f"{name} {count}" for name, count in counts.items()) or "none"

@@ -13,6 +13,8 @@ from ...errors import LoadError
 
 # Of a name or value in an error.
 MOST_SHOWN = 60
+# JSON's numbers; true and false are of another type.
+NUMBERS = {int, float}
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +110,14 @@ class Item:
         value = self.value.get(key)
         if value is None and key not in self.value:
             return None
-        length_fits = isinstance(value, list) and (count is None or len(value) == count)
-        if not length_fits or not all(map(is_number, value)):
+        fits = isinstance(value, list) and (count is None or len(value) == count) and set(map(type, value)) <= NUMBERS
+        try:
+            made = np.array(value if fits else np.nan, np.float64)
+        except OverflowError:  # a whole number of hundreds of digits
+            made = np.array(np.nan)
+        if not np.isfinite(made).all():
             raise self.wrong(key, f"a list of {'' if count is None else f'{count} '}finite numbers")
-        return np.array(value, np.float64)
+        return made
 
     def indices(self, key: str, count: int, what: str) -> list[int]:
         """A list of indices of `count` things; empty where there is none.
@@ -223,10 +229,8 @@ class Item:
 
 def is_number(value: object) -> bool:
     """Whether a JSON value is a finite number that a float holds."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
     try:
-        return math.isfinite(value)
+        return type(value) in NUMBERS and math.isfinite(value)  # type: ignore[arg-type]
     except OverflowError:
         return False
 
@@ -236,7 +240,11 @@ def brief(value: object) -> str:
     if isinstance(value, dict):
         return "an object"
     if isinstance(value, list):
-        return f"a list of {len(value)}" if len(value) > 4 or any(isinstance(v, (list, dict)) for v in value) else str(value)
+        return (
+            f"a list of {len(value)}"
+            if len(value) > 4 or any(isinstance(v, (list, dict)) for v in value)
+            else str(value)
+        )
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**20:
         return "a number of more than 20 digits"
     text = {None: "null", True: "true", False: "false"}.get(value) if value is None or isinstance(value, bool) else None

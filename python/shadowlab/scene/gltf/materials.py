@@ -86,10 +86,14 @@ class Materials:
             assert vertex_alpha is not None
             # Interpolated linearly, as the colours are: alpha is the coordinate, from the middle of a texel to the next.
             u = (np.clip(vertex_alpha, 0, 1) * 255 + 0.5) / 256
-            return AlphaTest(RAMP, np.column_stack([u, np.full(len(u), 0.5)]).astype(np.float32), cutoff, ("clamp", "clamp"), factor)
+            return AlphaTest(
+                RAMP, np.column_stack([u, np.full(len(u), 0.5)]).astype(np.float32), cutoff, ("clamp", "clamp"), factor
+            )
         assert info is not None
         if vertex_alpha is not None:
-            self.accessors.document.notes.append(f"material {label} is tested without the alpha of the vertices' colours")
+            self.accessors.document.notes.append(
+                f"material {label} is tested without the alpha of the vertices' colours"
+            )
         return AlphaTest(texture, self._coordinates(info, primitive), cutoff, self._wraps(info), factor)
 
     def _vertex_alpha(self, primitive: Primitive) -> NDArray[Any] | None:
@@ -152,7 +156,10 @@ class Materials:
             scale, offset = transform.numbers("scale", 2), transform.numbers("offset", 2)
             turn = transform.number("rotation", 0.0)
             uv = uv if scale is None else uv * scale
-            u, v = math.cos(turn) * uv[:, 0] + math.sin(turn) * uv[:, 1], math.cos(turn) * uv[:, 1] - math.sin(turn) * uv[:, 0]
+            u, v = (
+                math.cos(turn) * uv[:, 0] + math.sin(turn) * uv[:, 1],
+                math.cos(turn) * uv[:, 1] - math.sin(turn) * uv[:, 0],
+            )
             uv = np.column_stack([u, v]) + (0.0 if offset is None else offset)
         with np.errstate(over="ignore"):
             return uv.astype(np.float32)

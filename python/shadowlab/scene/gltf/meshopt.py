@@ -40,7 +40,9 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
         raise packed.wrong("filter", f"one of {', '.join(FILTERS)}, and NONE but for {ATTRIBUTES}")
     strides: tuple[int, ...] = (2, 4)
     if mode == ATTRIBUTES:
-        strides = {"OCTAHEDRAL": (4, 8), "COLOR": (4, 8), "QUATERNION": (8,)}.get(filter, tuple(range(4, MOST_STRIDE + 1, 4)))
+        strides = {"OCTAHEDRAL": (4, 8), "COLOR": (4, 8), "QUATERNION": (8,)}.get(
+            filter, tuple(range(4, MOST_STRIDE + 1, 4))
+        )
     if stride not in strides:
         few = " or ".join(map(str, strides)) if len(strides) < 3 else f"a multiple of 4 up to {MOST_STRIDE}"
         raise packed.wrong("byteStride", few)
@@ -64,7 +66,9 @@ def stream(packed: Item, mode: str, data: bytes, count: int, stride: int) -> NDA
             # 32 bits per index, whatever the view keeps of them.
             decoded = decode(count, 4, data).astype(np.uint16 if stride == 2 else np.uint32)
     except (RuntimeError, ValueError) as e:
-        raise packed.broken(f"expected a stream of meshoptimizer, could not decode it ({e}); export the file again") from e
+        raise packed.broken(
+            f"expected a stream of meshoptimizer, could not decode it ({e}); export the file again"
+        ) from e
     found: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8)
     return found
 

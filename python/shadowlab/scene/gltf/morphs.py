@@ -20,6 +20,8 @@ def weights_of(node: Item, mesh: Item) -> tuple[float, ...]:
     LoadError
         For weights that are no finite numbers.
     """
+    if "weights" not in node.value and "weights" not in mesh.value:
+        return ()
     holder = node if "weights" in node.value else mesh
     weights = holder.numbers("weights")
     return () if weights is None or not weights.any() else tuple(weights.tolist())

@@ -83,7 +83,7 @@ def primitive_of(item: Item, label: str, accessors: Accessors) -> Primitive | st
     LoadError
         For what cannot be read.
     SceneError
-        For an index of no vertex.
+        For indices that restart a strip.
     """
     mode = item.whole("mode", LIST)
     if mode in OTHERS:
@@ -112,8 +112,9 @@ def primitive_of(item: Item, label: str, accessors: Accessors) -> Primitive | st
         faces = triangles_of(order, mode)
         left = len(order) % 3
         if mode == LIST and left:
-            accessors.document.notes.append(f"left out the last {left} of the vertices of {label}: three make a triangle")
-    check_range(faces, len(vertices), label, item.file)
+            accessors.document.notes.append(
+                f"left out the last {left} of the vertices of {label}: three make a triangle"
+            )
     return Primitive(item, label, vertices, faces, decoded)
 
 

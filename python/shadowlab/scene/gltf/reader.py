@@ -8,7 +8,7 @@ shows is left out, and so is a primitive that its material discards altogether.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from .items import Item
 from .lights import lights_in
 from .materials import Discarded, Materials
 from .morphs import morphed, weights_of
-from .primitives import Primitive, primitive_of
+from .primitives import Primitive, check_range, primitive_of
 from .skins import joint_matrices, posed
 
 # Where a coordinate of a placed mesh is refused: its square, and that of the scene's extent, must stay finite.
@@ -36,8 +36,7 @@ MOST_COORDINATE = 1e150
 MOST_NAMES = 5
 
 
-@dataclass(frozen=True)
-class Use:
+class Use(NamedTuple):
     """A mesh as nodes show it: nodes that agree in all of this share it.
 
     Attributes
@@ -105,12 +104,11 @@ def gather(reading: Reading) -> None:
     for use in sorted(uses, key=lambda use: use.mesh):
         add_mesh(reading, use)
     for use, transforms in reading.places:
-        for i in range(len(primitives_of(reading, use))):
+        for i in range(len(document.primitives(use.mesh))):
             if (use, i) in reading.in_world:
                 found.place((use, i), np.eye(4))
             else:
                 found.place((use, i), transforms)
-    check_extent(reading)
     box: list[NDArray[np.float64]] = []
 
     def bounds() -> NDArray[np.float64]:
@@ -119,6 +117,7 @@ def gather(reading: Reading) -> None:
         return box[0]
 
     if found.index:
+        check_extent(found, document.given.name)
         found.cameras.update(cameras_in(graph, sorted(active), bounds, document.notes))
         found.lights.update(lights_in(graph, sorted(visible), bounds, document.notes))
     for names, what in (
@@ -132,11 +131,6 @@ def gather(reading: Reading) -> None:
     found.notes.extend(dict.fromkeys(document.notes))
 
 
-def primitives_of(reading: Reading, use: Use) -> list[Item]:
-    """The primitives of a mesh."""
-    return reading.document.meshes[use.mesh].items("primitives")
-
-
 def collect_places(reading: Reading, nodes: list[int]) -> None:
     """Finds where meshes stand.
 
@@ -147,8 +141,8 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
     SceneError
         For a transform that is not finite.
     """
-    document, graph, total = reading.document, reading.graph, 0
-    limits = document.given.limits
+    document, world, total = reading.document, reading.graph.world, 0
+    limits, finite = document.given.limits, np.isfinite(world).all(axis=(1, 2))
     for index in nodes:
         node = document.nodes[index]
         if "mesh" not in node.value:
@@ -156,14 +150,17 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         mesh = node.index("mesh", len(document.meshes), "meshes")
         skin = node.index("skin", len(document.skins), "skins") if "skin" in node.value else -1
         use = Use(mesh, skin, weights_of(node, document.meshes[mesh]))
-        transforms = graph.world[index][None]
+        transforms = world[index : index + 1]
         instances = instances_of(node, reading.accessors)
         if instances is not None:
             with np.errstate(over="ignore", invalid="ignore"):
                 transforms = transforms @ instances
-        if skin < 0 and not np.isfinite(transforms).all():
-            raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; scale it down")
-        total += len(transforms) * len(primitives_of(reading, use))
+            finite[index] &= np.isfinite(transforms).all()
+        if skin < 0 and not finite[index]:
+            raise SceneError(
+                f"{node.file}: {node.place}: expected a finite transform, got one that overflows; scale it down"
+            )
+        total += len(transforms) * len(document.primitives(use.mesh))
         limits.check(node.file, "instances", total, "placed meshes")
         reading.places.append((use, transforms))
 
@@ -172,7 +169,7 @@ def add_mesh(reading: Reading, use: Use) -> None:
     """Adds the primitives of a mesh as nodes show it."""
     document, accessors = reading.document, reading.accessors
     mesh = document.meshes[use.mesh]
-    items = mesh.items("primitives")
+    items = document.primitives(use.mesh)
     for i, item in enumerate(items):
         label = mesh.name or f"mesh {use.mesh}"
         label += f", primitive {i}" if len(items) > 1 else ""
@@ -187,11 +184,30 @@ def add_mesh(reading: Reading, use: Use) -> None:
         vertices = morphed(primitive, use.weights, accessors)
         if use.skin >= 0:
             vertices = skinned(reading, use, i, primitive, vertices)
-        # What a file of many small views of few bytes makes is bounded, too.
+        # What a file of many views of the same bytes makes is bounded, too.
         document.expand(12 * len(primitive.faces))
-        reading.found.add(
-            (use, i), label, vertices, primitive.faces, alpha=alpha if isinstance(alpha, AlphaTest) else None
-        )
+        test = alpha if isinstance(alpha, AlphaTest) else None
+        made = mesh_of_primitive(primitive, vertices)
+        if made is None:
+            reading.found.empty.append(f"{label} (no usable triangle)")
+            reading.found.dropped.append(len(primitive.faces))
+        else:
+            reading.found.add((use, i), label, vertices, primitive.faces, made, alpha=test)
+
+
+def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any]) -> _core.Mesh | None:
+    """The mesh of a primitive with these vertices; None without a triangle of finite ones.
+
+    Raises
+    ------
+    SceneError
+        For an index of no vertex.
+    """
+    try:
+        return _core.Mesh(vertices, primitive.faces) if len(primitive.faces) else None
+    except SceneError:
+        check_range(primitive.faces, len(vertices), primitive.label, primitive.item.file)
+        return None
 
 
 def skinned(reading: Reading, use: Use, i: int, primitive: Primitive, vertices: NDArray[Any]) -> NDArray[Any]:
@@ -207,24 +223,19 @@ def skinned(reading: Reading, use: Use, i: int, primitive: Primitive, vertices: 
     return made
 
 
-def check_extent(reading: Reading) -> None:
-    """Raises for a mesh that is so far away, or so large, that lengths overflow.
+def check_extent(found: Gathered, name: str) -> None:
+    """Raises for meshes that are so far away, or so large, that lengths overflow.
 
     Raises
     ------
     SceneError
     """
-    found = reading.found
-    for use, transforms in reading.places:
-        for i, item in enumerate(primitives_of(reading, use)):
-            key = (use, i)
-            if key not in found.meshes:
-                continue
-            scale, center = found.meshes[key].frame
-            placed = np.eye(4)[None] if key in reading.in_world else transforms
-            with np.errstate(over="ignore", invalid="ignore"):
-                reach = (np.abs(placed[:, :3, :3]) @ (np.abs(center) + scale) + np.abs(placed[:, :3, 3])).max()
-            if not reach < MOST_COORDINATE:
-                raise SceneError(
-                    f"{item.file}: {item.where}: expected coordinates below {MOST_COORDINATE:g}, got {reach:g}; scale it down"
-                )
+    meshes, index, transforms = found.arrays()
+    frames = [mesh.frame for mesh in meshes]
+    half = np.array([np.abs(center) + scale for scale, center in frames])[index]
+    with np.errstate(over="ignore", invalid="ignore"):
+        reach = np.abs(transforms[:, :3, :3]) @ half[:, :, None] + np.abs(transforms[:, :3, 3:])
+    if not reach.max() < MOST_COORDINATE:
+        raise SceneError(
+            f"{name}: expected coordinates below {MOST_COORDINATE:g}, got {reach.max():g}; scale the scene down"
+        )

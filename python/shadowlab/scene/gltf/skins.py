@@ -45,7 +45,9 @@ def joint_matrices(skin: Item, graph: Graph, accessors: Accessors) -> NDArray[np
             # Columns one after the other, as all matrices of glTF.
             world = world @ inverse[: len(joints)].reshape(-1, 4, 4).swapaxes(1, 2)
     if not np.isfinite(world).all():
-        raise SceneError(f"{skin.file}: {skin.place}: expected finite joint matrices, got others; export the file again")
+        raise SceneError(
+            f"{skin.file}: {skin.place}: expected finite joint matrices, got others; export the file again"
+        )
     return world[:, :3]
 
 
@@ -116,13 +118,17 @@ def influences(primitive: Primitive, accessors: Accessors) -> tuple[NDArray[Any]
             break
         if moved is None or raw is None:
             missing = "JOINTS" if moved is None else "WEIGHTS"
-            raise primitive.item.broken(f"attributes: expected {missing}_{i} beside the other, found none; export the file again")
+            raise primitive.item.broken(
+                f"attributes: expected {missing}_{i} beside the other, found none; export the file again"
+            )
         if moved[0].dtype.kind != "u":
             raise primitive.item.broken(f"JOINTS_{i}: expected unsigned integers, got others; export the file again")
         # Integer weights are shares whether they are marked so or not.
         share = dequantised(raw[0], True).astype(np.float64)
         if not (np.isfinite(share).all() and (share >= 0).all()):
-            raise primitive.item.broken(f"WEIGHTS_{i}: expected finite weights of at least 0, got others; export the file again")
+            raise primitive.item.broken(
+                f"WEIGHTS_{i}: expected finite weights of at least 0, got others; export the file again"
+            )
         joints.append(moved[0])
         weights.append(share)
     return (np.concatenate(joints, axis=1), np.concatenate(weights, axis=1)) if joints else None

@@ -1,1 +1,1 @@
-"""The reader of glTF 2.0, .gltf and .glb (Khronos Group 2021, "glTF 2.0 Specification"), one file per part of the format."""
+"""The reader of glTF 2.0 (Khronos Group 2021, "glTF 2.0 Specification"), one file per part of the format."""

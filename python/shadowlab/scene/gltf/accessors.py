@@ -1,4 +1,4 @@
-"""Accessors of a glTF document as arrays: typed views of bytes, sparse values put in their places, integers dequantised.
+"""Accessors of a glTF document as arrays: views of bytes, sparse values in their places, integers dequantised.
 
 Nothing is allocated before count, stride and offsets are checked against the bytes that there are.
 """
@@ -143,8 +143,7 @@ class Accessors:
         rows = self._elements(indices, count, 1, np.dtype(COMPONENTS[kind]), strided=False)[:, 0]
         if int(rows.max()) >= layout.count:
             raise indices.broken(
-                f"expected indices below the {layout.count} elements of {layout.item.where}, got {int(rows.max())}; "
-                "export the file again"
+                f"expected indices below the {layout.count} elements of {layout.item.where}, got {int(rows.max())}"
             )
         # A base without bytes is our own to write to.
         if "bufferView" in layout.item.value:
@@ -161,8 +160,8 @@ class Accessors:
         needed = offset + (count - 1) * stride + element if count else offset
         if needed > len(view.data):
             raise item.broken(
-                f"expected {count:,} elements of {element} bytes, {stride} apart, from byte {offset:,} of its buffer view, "
-                f"which has {len(view.data):,}; export the file again"
+                f"expected {count:,} elements of {element} bytes, {stride} apart, from byte {offset:,} of its buffer "
+                f"view, got one of {len(view.data):,} bytes"
             )
         found: NDArray[Any] = np.ndarray((count, width), kind, view.data, offset, (stride, kind.itemsize))
         return found
@@ -178,14 +177,13 @@ def checked_stride(item: Item, view: ViewBytes, element: int) -> int:
     """
     if view.stride and view.stride < element:
         raise item.broken(
-            f"expected a buffer view whose byteStride is at least the {element} bytes of an element, got {view.stride}; "
-            "export the file again"
+            f"expected a buffer view whose byteStride is at least the {element} bytes of an element, got {view.stride}"
         )
     return view.stride or element
 
 
 def dequantised(values: NDArray[Any], normalized: bool) -> NDArray[Any]:
-    """Numbers from stored components ("Accessor Data Types" and KHR_mesh_quantization): float32 stays, integers become float64."""
+    """Numbers from stored components (KHR_mesh_quantization): float32 stays, integers become float64."""
     if values.dtype.kind == "f":
         return values
     numbers = values.astype(np.float64)

@@ -63,7 +63,7 @@ class Buffers:
         if length != count * stride:
             raise view.wrong("byteLength", f"{count} elements of {stride} bytes, as its compression says")
         if not installed("meshoptimizer"):
-            raise packed.broken(f"expected a decoder, since the view has no data without compression; {HOW}")
+            raise packed.broken("expected a decoder, since the view has no data without compression", HOW)
         limits = self.document.given.limits
         limits.check(packed.file, "elements", count, f"elements in {packed.where}")
         self.document.expand(length)
@@ -76,8 +76,7 @@ class Buffers:
         offset, length = view.whole("byteOffset", 0), view.whole("byteLength", least=1)
         if offset + length > len(buffer):
             raise view.broken(
-                f"expected bytes {offset:,} to {offset + length:,} of its buffer, which has {len(buffer):,}; "
-                "export the file again"
+                f"expected bytes {offset:,} to {offset + length:,} of its buffer, which has {len(buffer):,}"
             )
         return buffer[offset : offset + length]
 
@@ -95,9 +94,7 @@ class Buffers:
             self.document.given.limits.check(item.file, "size", length, f"bytes in {item.where}")
             data = self._bytes(index, item)
             if len(data) < length:
-                raise item.broken(
-                    f"expected {length:,} bytes, got {len(data):,}: it is truncated; export the file again"
-                )
+                raise item.broken(f"expected {length:,} bytes, got {len(data):,}: it is truncated")
             self._buffers[index] = data[:length]
         return self._buffers[index]
 
@@ -106,7 +103,7 @@ class Buffers:
             return memoryview(self.at_uri(item))
         if index == 0 and self.document.binary is not None:
             return self.document.binary
-        raise item.broken("expected a URI or a binary chunk with its bytes, found neither; export the file again")
+        raise item.broken("expected a URI or a binary chunk with its bytes, found neither")
 
     def at_uri(self, item: Item) -> bytes:
         """The bytes at the URI of an object: in the text itself, or in a file beside this one.
@@ -144,9 +141,7 @@ def data_of(item: Item, uri: str) -> bytes:
     """
     head, comma, body = uri[5:].partition(",")
     if not comma:
-        raise item.broken(
-            "uri: expected a comma between the type and the bytes of a data URI, got none; export the file again"
-        )
+        raise item.broken("uri: expected a comma between the type and the bytes of a data URI, got none")
     data = unquote_to_bytes(body)
     if head.lower().replace(" ", "").split(";")[-1] != "base64":
         return data
@@ -154,4 +149,4 @@ def data_of(item: Item, uri: str) -> bytes:
     try:
         return base64.b64decode(data + b"=" * (-len(data) % 4), validate=True)
     except binascii.Error as e:
-        raise item.broken(f"uri: expected bytes in base64, could not read them ({e}); export the file again") from e
+        raise item.broken(f"uri: expected bytes in base64, could not read them ({e})") from e

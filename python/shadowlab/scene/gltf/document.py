@@ -1,4 +1,4 @@
-"""A glTF document: JSON text or the chunks of a binary file, with version and extensions checked before anything is read."""
+"""A glTF document: JSON text or the chunks of a binary file, its version and extensions checked before all else."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from ...errors import LoadError
 from ..formats.given import Given
 from .extensions import checked_extensions
-from .items import Item, brief
+from .items import FIX, Item, brief
 
 MAGIC = b"glTF"
 BINARY_VERSION = 2
@@ -20,9 +20,8 @@ JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
 VERSION = re.compile(r"(\d+)\.(\d+)", re.ASCII)
 # The newest minor version of glTF 2 that is known; a file may demand a newer one by its minVersion.
 NEWEST_MINOR = 0
-# Bytes that a file may expand to, whatever its size; beyond, `Limits.ratio` counts. Chosen well below any machine's memory.
+# Bytes that a file may expand to, whatever its size; beyond, `Limits.ratio` counts. Chosen well below any memory.
 FREE_BYTES = 64 << 20
-FIX = "export the file again"
 
 
 @dataclass(eq=False)
@@ -198,7 +197,7 @@ def check_asset_version(top: Item) -> None:
     """
     asset = top.item("asset")
     if asset is None:
-        raise top.broken(f"asset: expected an object with the version of glTF, got none; {FIX} as glTF 2.0")
+        raise top.broken("asset: expected an object with the version of glTF, got none", f"{FIX} as glTF 2.0")
     for key in ("minVersion", "version"):
         if key == "minVersion" and key not in asset.value:
             continue

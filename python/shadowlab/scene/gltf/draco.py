@@ -32,8 +32,8 @@ def decoded_primitive(primitive: Item, accessors: Accessors) -> Decoded | str | 
     Returns
     -------
     Decoded, str or None
-        None where the primitive has no compressed data, or data without compression beside it; why it cannot be decoded,
-        where no decoder is installed and the file does not require one.
+        None where the primitive has no compressed data, or has others beside it; why it cannot be decoded, where no
+        decoder is installed and the file does not require one.
 
     Raises
     ------
@@ -70,13 +70,11 @@ def _decoded(packed: Item, attributes: Item, accessors: Accessors) -> Decoded:
         mesh = DracoPy.decode(bytes(view.data))
     except MemoryError:
         raise
-    except Exception as e:  # noqa: BLE001 - a decoder of C++ has errors of its own
-        raise packed.broken(
-            f"expected data of Draco, could not decode it ({type(e).__name__}: {e}); export the file again"
-        ) from e
+    except Exception as e:
+        raise packed.broken(f"expected data of Draco, could not decode it ({type(e).__name__}: {e})") from e
     faces = getattr(mesh, "faces", None)
     if faces is None:
-        raise packed.broken("expected a mesh in the data of Draco, got a point cloud; export the file again")
+        raise packed.broken("expected a mesh in the data of Draco, got a point cloud")
     found = {}
     stored = {int(one["unique_id"]): np.asarray(one["data"]) for one in mesh.attributes}
     for name, layout in layouts.items():
@@ -87,7 +85,7 @@ def _decoded(packed: Item, attributes: Item, accessors: Accessors) -> Decoded:
         if data.shape != (layout.count, layout.width):
             raise names.broken(
                 f"{name}: expected {layout.count} elements of {layout.width} components, as its accessor says, got "
-                f"{' x '.join(map(str, data.shape))} from the data of Draco; export the file again"
+                f"{' x '.join(map(str, data.shape))} from the data of Draco"
             )
         found[name] = data
     return Decoded(np.asarray(faces).reshape(-1, 3), found)

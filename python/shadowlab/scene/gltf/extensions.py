@@ -5,7 +5,7 @@ A file lists what it uses (`extensionsUsed`), and of these what it cannot be rea
 | extension | required | used only |
 | --- | --- | --- |
 | read here (`READ`) | read | read |
-| compression (`LIBRARIES`) | decoded, or refused where the decoder is missing | data without compression, where there is any |
+| compression (`LIBRARIES`) | decoded, or refused without a decoder | data without compression, if there are any |
 | about shading, names, sound (`NO_SHADOW`) | passed over | passed over |
 | any other | refused | passed over with a warning |
 """
@@ -35,7 +35,7 @@ READ = frozenset(
 )
 #: The module that decodes each compression; the extra `compressed` brings both.
 LIBRARIES = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
-#: Extensions that change neither geometry nor what light goes through: shading, texture formats, sound, behaviour, metadata.
+#: Extensions that change neither geometry nor what light goes through: shading, textures, sound, behaviour, metadata.
 NO_SHADOW = re.compile(
     r"KHR_materials_\w+|KHR_texture_\w+|MSFT_texture_\w+|MSFT_packing_\w+|ADOBE_materials_\w+|NV_materials_\w+"
     r"|KHR_techniques_webgl|KHR_xmp\w*|KHR_audio\w*|MSFT_audio_emitter|OMI_audio\w*|KHR_animation\w*|KHR_interactivity\w*"

@@ -78,7 +78,7 @@ class Graph:
             if self.parent[root] >= 0:
                 raise scene.broken(
                     f"nodes: expected roots, got {self.document.nodes[root].place}, a child of "
-                    f"{self.document.nodes[self.parent[root]].place}; list its root, or export the file again"
+                    f"{self.document.nodes[self.parent[root]].place}"
                 )
         return roots
 
@@ -110,7 +110,7 @@ def graph_of(document: Document) -> Graph:
         for child in below:
             if parent[child] >= 0:
                 raise nodes[child].broken(
-                    f"expected one parent, got {nodes[parent[child]].place} and {nodes[index].place}; export the file again"
+                    f"expected one parent, got {nodes[parent[child]].place} and {nodes[index].place}"
                 )
             parent[child] = index
     levels = [[i for i, above in enumerate(parent) if above < 0]]
@@ -120,7 +120,7 @@ def graph_of(document: Document) -> Graph:
     reached = {i for level in levels for i in level}
     if len(reached) < len(nodes):
         lost = next(i for i in range(len(nodes)) if i not in reached)
-        raise nodes[lost].broken("expected a tree of nodes, got one that is below itself; export the file again")
+        raise nodes[lost].broken("expected a tree of nodes, got one that is below itself")
     return Graph(document, parent, children, levels)
 
 
@@ -172,7 +172,7 @@ def affine(nodes: list[int], numbers: NDArray[np.float64], document: Document) -
     if len(wrong):
         row = made[wrong[0], 3].tolist()
         raise document.nodes[nodes[wrong[0]]].broken(
-            f"matrix: expected 0, 0, 0, 1 as numbers 4, 8, 12 and 16, got {row}; export the file again"
+            f"matrix: expected 0, 0, 0, 1 as numbers 4, 8, 12 and 16, got {row}"
         )
     made[:, 3] = 0, 0, 0, 1
     return made

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .accessors import Accessors
+from .accessors import WIDTHS, Accessors
 from .extensions import INSTANCING
 from .graph import transforms_of, unit_quaternions
 from .items import Item
@@ -31,13 +31,10 @@ def instances_of(node: Item, accessors: Accessors) -> NDArray[np.float64] | None
         return None
     attributes = extension.needed("attributes")
     # Those of an application count, too: they say how many there are.
-    counts = {
-        name: accessors.layout(attributes, name, ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4")).count
-        for name in attributes.value
-    }
+    counts = {name: accessors.layout(attributes, name, tuple(WIDTHS)).count for name in attributes.value}
     if len(set(counts.values())) != 1:
         told = ", ".join(f"{name} {count}" for name, count in counts.items()) or "none"
-        raise attributes.broken(f"expected attributes with one element per instance, got {told}; export the file again")
+        raise attributes.broken(f"expected attributes with one element per instance, got {told}")
     count = next(iter(counts.values()))
     limits = accessors.document.given.limits
     limits.check(node.file, "instances", count, f"instances at {node.place}")
@@ -48,7 +45,7 @@ def instances_of(node: Item, accessors: Accessors) -> NDArray[np.float64] | None
         else:
             parts.append(np.broadcast_to(np.array(default), (count, len(default))))
     if not all(np.isfinite(part).all() for part in parts):
-        raise attributes.broken("expected finite numbers, got others; export the file again")
+        raise attributes.broken("expected finite numbers, got others")
     unit, wrong = unit_quaternions(parts[1])
     if wrong:
         zero = int((~parts[1].any(axis=1)).sum())

@@ -13,6 +13,7 @@ from ...errors import LoadError
 
 # Of a name or value in an error.
 MOST_SHOWN = 60
+FIX = "export the file again"
 # JSON's numbers; true and false are of another type.
 NUMBERS = {int, float}
 
@@ -45,14 +46,14 @@ class Item:
         """Its place with its name."""
         return f"{self.where} ({self.name!r})" if self.name else self.where or "the document"
 
-    def broken(self, what: str) -> LoadError:
-        """An error about this object."""
-        return LoadError(f"{self.file}: {self.place}: {what}")
+    def broken(self, what: str, fix: str = FIX) -> LoadError:
+        """An error about this object, and what to do."""
+        return LoadError(f"{self.file}: {self.place}: {what}; {fix}")
 
-    def wrong(self, key: str, expected: str, fix: str = "export the file again") -> LoadError:
-        """An error about a value of this object."""
+    def wrong(self, key: str, expected: str, fix: str = FIX) -> LoadError:
+        """An error about a value of this object, and what to do."""
         got = brief(self.value[key]) if key in self.value else "nothing"
-        return self.broken(f"{key}: expected {expected}, got {got}; {fix}")
+        return self.broken(f"{key}: expected {expected}, got {got}", fix)
 
     def whole(self, key: str, default: int | None = None, *, least: int = 0) -> int:
         """A whole number, which may be written as 3.0.
@@ -95,7 +96,7 @@ class Item:
         if key not in self.value and default is not None:
             return default
         value = self.value.get(key)
-        if not is_number(value):
+        if value is None or not is_number(value):
             raise self.wrong(key, "a finite number")
         return float(value)
 
@@ -134,12 +135,9 @@ class Item:
         found = []
         for i, value in enumerate(values):
             if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value // 1:
-                raise of.broken(f"[{i}]: expected an index of {what}, got {brief(value)}; export the file again")
+                raise of.broken(f"[{i}]: expected an index of {what}, got {brief(value)}")
             if not 0 <= value < count:
-                raise of.broken(
-                    f"[{i}]: expected one of the file's {count} {what}, counted from 0, got {brief(value)}; "
-                    "export the file again"
-                )
+                raise of.broken(f"[{i}]: expected one of the file's {count} {what}, counted from 0, got {brief(value)}")
             found.append(int(value))
         return found
 
@@ -247,6 +245,5 @@ def brief(value: object) -> str:
         )
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**20:
         return "a number of more than 20 digits"
-    text = {None: "null", True: "true", False: "false"}.get(value) if value is None or isinstance(value, bool) else None
-    text = text or repr(value)
+    text = {"None": "null", "True": "true", "False": "false"}.get(repr(value), repr(value))
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

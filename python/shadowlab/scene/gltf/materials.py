@@ -84,16 +84,13 @@ class Materials:
         self.tested[label] = None
         if texture is None:
             assert vertex_alpha is not None
-            # Interpolated linearly, as the colours are: alpha is the coordinate, from the middle of a texel to the next.
+            # Linear between vertices, as the colours are: alpha is the coordinate, from the middle of the first texel.
             u = (np.clip(vertex_alpha, 0, 1) * 255 + 0.5) / 256
-            return AlphaTest(
-                RAMP, np.column_stack([u, np.full(len(u), 0.5)]).astype(np.float32), cutoff, ("clamp", "clamp"), factor
-            )
+            uv = np.column_stack([u, np.full(len(u), 0.5)]).astype(np.float32)
+            return AlphaTest(RAMP, uv, cutoff, ("clamp", "clamp"), factor)
         assert info is not None
         if vertex_alpha is not None:
-            self.accessors.document.notes.append(
-                f"material {label} is tested without the alpha of the vertices' colours"
-            )
+            self.accessors.document.notes.append(f"material {label} is taken without the alpha of its vertices")
         return AlphaTest(texture, self._coordinates(info, primitive), cutoff, self._wraps(info), factor)
 
     def _vertex_alpha(self, primitive: Primitive) -> NDArray[Any] | None:
@@ -156,11 +153,8 @@ class Materials:
             scale, offset = transform.numbers("scale", 2), transform.numbers("offset", 2)
             turn = transform.number("rotation", 0.0)
             uv = uv if scale is None else uv * scale
-            u, v = (
-                math.cos(turn) * uv[:, 0] + math.sin(turn) * uv[:, 1],
-                math.cos(turn) * uv[:, 1] - math.sin(turn) * uv[:, 0],
-            )
-            uv = np.column_stack([u, v]) + (0.0 if offset is None else offset)
+            c, s = math.cos(turn), math.sin(turn)
+            uv = uv @ np.array([[c, -s], [s, c]]) + (0.0 if offset is None else offset)
         with np.errstate(over="ignore"):
             return uv.astype(np.float32)
 

@@ -1,7 +1,6 @@
 """Views compressed by EXT_meshopt_compression and KHR_meshopt_compression.
 
-The streams are decoded by the package meshoptimizer; the filters (appendix B of both extensions) follow here, since they are
-a few lines of numpy.
+The streams are decoded by the package meshoptimizer; the filters (appendix B of both extensions) follow here.
 """
 
 from __future__ import annotations
@@ -33,16 +32,15 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
     LoadError
         For settings that the extension forbids, or a broken stream.
     """
-    mode, filter = packed.text("mode"), packed.text("filter", "NONE")
+    mode, after = packed.text("mode"), packed.text("filter", "NONE")
     if mode not in (ATTRIBUTES, TRIANGLES, INDICES):
         raise packed.wrong("mode", f"{ATTRIBUTES}, {TRIANGLES} or {INDICES}")
-    if filter not in FILTERS or (filter != "NONE" and mode != ATTRIBUTES):
+    if after not in FILTERS or (after != "NONE" and mode != ATTRIBUTES):
         raise packed.wrong("filter", f"one of {', '.join(FILTERS)}, and NONE but for {ATTRIBUTES}")
     strides: tuple[int, ...] = (2, 4)
     if mode == ATTRIBUTES:
-        strides = {"OCTAHEDRAL": (4, 8), "COLOR": (4, 8), "QUATERNION": (8,)}.get(
-            filter, tuple(range(4, MOST_STRIDE + 1, 4))
-        )
+        narrow = {"OCTAHEDRAL": (4, 8), "COLOR": (4, 8), "QUATERNION": (8,)}
+        strides = narrow.get(after, tuple(range(4, MOST_STRIDE + 1, 4)))
     if stride not in strides:
         few = " or ".join(map(str, strides)) if len(strides) < 3 else f"a multiple of 4 up to {MOST_STRIDE}"
         raise packed.wrong("byteStride", few)
@@ -51,7 +49,7 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
     if count == 0:
         return b""
     raw = stream(packed, mode, data, count, stride)
-    return raw.tobytes() if filter == "NONE" else filtered(filter, raw, count, stride).tobytes()
+    return raw.tobytes() if after == "NONE" else filtered(after, raw, count, stride).tobytes()
 
 
 def stream(packed: Item, mode: str, data: bytes, count: int, stride: int) -> NDArray[np.uint8]:
@@ -66,9 +64,7 @@ def stream(packed: Item, mode: str, data: bytes, count: int, stride: int) -> NDA
             # 32 bits per index, whatever the view keeps of them.
             decoded = decode(count, 4, data).astype(np.uint16 if stride == 2 else np.uint32)
     except (RuntimeError, ValueError) as e:
-        raise packed.broken(
-            f"expected a stream of meshoptimizer, could not decode it ({e}); export the file again"
-        ) from e
+        raise packed.broken(f"expected a stream of meshoptimizer, could not decode it ({e})") from e
     found: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8)
     return found
 

@@ -40,8 +40,7 @@ def morphed(primitive: Primitive, weights: tuple[float, ...], accessors: Accesso
         return primitive.vertices
     if len(weights) != len(targets):
         raise primitive.item.broken(
-            f"targets: expected one per weight of {primitive.label}, which are {len(weights)}, got {len(targets)}; "
-            "export the file again"
+            f"targets: expected one per weight of {primitive.label}, which are {len(weights)}, got {len(targets)}"
         )
     made = primitive.vertices.astype(np.float64)
     for weight, target in zip(weights, targets, strict=True):
@@ -50,8 +49,7 @@ def morphed(primitive: Primitive, weights: tuple[float, ...], accessors: Accesso
         moves = accessors.floats(target, "POSITION", "VEC3")
         if len(moves) != len(made):
             raise target.broken(
-                f"POSITION: expected {len(made)} elements, one per vertex of {primitive.label}, got {len(moves)}; "
-                "export the file again"
+                f"POSITION: expected {len(made)} elements, one per vertex of {primitive.label}, got {len(moves)}"
             )
         with np.errstate(over="ignore", invalid="ignore"):
             made += weight * moves.astype(np.float64)

@@ -61,8 +61,7 @@ class Primitive:
         values = accessors.raw(attributes, name, *types)[1]
         if len(values) != len(self.vertices):
             raise attributes.broken(
-                f"{name}: expected {len(self.vertices)} elements, one per vertex of {self.label}, got {len(values)}; "
-                "export the file again"
+                f"{name}: expected {len(self.vertices)} elements, one per vertex of {self.label}, got {len(values)}"
             )
         return values, layout.normalized
 

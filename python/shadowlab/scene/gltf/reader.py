@@ -1,8 +1,8 @@
 """glTF 2.0 files (.gltf and .glb) as meshes, places, cameras and lights.
 
 Source: Khronos Group, "glTF 2.0 Specification", version 2.0.1 (2021), and the extensions in `extensions.py`.
-What is read is the file at rest: animations are passed over. Departures: a mesh that no visible node of the active scene
-shows is left out, and so is a primitive that its material discards altogether.
+What is read is the file at rest: animations are passed over. A mesh that no visible node of the active scene shows is
+left out, and so is a primitive that its material discards altogether.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
-from ...errors import ArgumentError, LoadError, SceneError
+from ...errors import LoadError, SceneError
 from ..alpha_test import AlphaTest
 from ..foreign import Gathered
 from ..formats.given import Given
@@ -23,7 +23,7 @@ from .cameras import cameras_in
 from .document import Document, document_of
 from .graph import Graph, graph_of
 from .instancing import instances_of
-from .items import Item
+from .items import FIX
 from .lights import lights_in
 from .materials import Discarded, Materials
 from .morphs import morphed, weights_of
@@ -80,7 +80,7 @@ def read_gltf(given: Given) -> Gathered:
     Raises
     ------
     LoadError
-        For a file that is broken, of another version, beyond its limits, or that requires an extension that is not read.
+        For a file that is broken, of another version, beyond its limits, or requires an extension that is not read.
     SceneError
         For geometry that cannot be used: an index of no vertex, numbers that overflow.
     """
@@ -142,7 +142,7 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         For a transform that is not finite.
     """
     document, world, total = reading.document, reading.graph.world, 0
-    limits, finite = document.given.limits, np.isfinite(world).all(axis=(1, 2))
+    limits, finite = document.given.limits, list(map(bool, np.isfinite(world).reshape(-1, 16).all(axis=1)))
     for index in nodes:
         node = document.nodes[index]
         if "mesh" not in node.value:
@@ -155,11 +155,9 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         if instances is not None:
             with np.errstate(over="ignore", invalid="ignore"):
                 transforms = transforms @ instances
-            finite[index] &= np.isfinite(transforms).all()
+            finite[index] = bool(np.isfinite(transforms).all())
         if skin < 0 and not finite[index]:
-            raise SceneError(
-                f"{node.file}: {node.place}: expected a finite transform, got one that overflows; scale it down"
-            )
+            raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}")
         total += len(transforms) * len(document.primitives(use.mesh))
         limits.check(node.file, "instances", total, "placed meshes")
         reading.places.append((use, transforms))

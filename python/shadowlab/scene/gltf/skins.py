@@ -33,14 +33,12 @@ def joint_matrices(skin: Item, graph: Graph, accessors: Accessors) -> NDArray[np
     """
     joints = skin.indices("joints", len(graph.parent), "nodes")
     if not joints:
-        raise skin.broken("joints: expected at least one node, got none; export the file again")
+        raise skin.broken("joints: expected at least one node, got none")
     world = graph.world[joints]
     if "inverseBindMatrices" in skin.value:
         inverse = accessors.floats(skin, "inverseBindMatrices", "MAT4").astype(np.float64)
         if len(inverse) < len(joints):
-            raise skin.broken(
-                f"inverseBindMatrices: expected {len(joints)}, one per joint, got {len(inverse)}; export the file again"
-            )
+            raise skin.broken(f"inverseBindMatrices: expected {len(joints)}, one per joint, got {len(inverse)}")
         with np.errstate(over="ignore", invalid="ignore"):
             # Columns one after the other, as all matrices of glTF.
             world = world @ inverse[: len(joints)].reshape(-1, 4, 4).swapaxes(1, 2)
@@ -118,17 +116,13 @@ def influences(primitive: Primitive, accessors: Accessors) -> tuple[NDArray[Any]
             break
         if moved is None or raw is None:
             missing = "JOINTS" if moved is None else "WEIGHTS"
-            raise primitive.item.broken(
-                f"attributes: expected {missing}_{i} beside the other, found none; export the file again"
-            )
+            raise primitive.item.broken(f"attributes: expected {missing}_{i} beside the other, found none")
         if moved[0].dtype.kind != "u":
-            raise primitive.item.broken(f"JOINTS_{i}: expected unsigned integers, got others; export the file again")
+            raise primitive.item.broken(f"JOINTS_{i}: expected unsigned integers, got others")
         # Integer weights are shares whether they are marked so or not.
         share = dequantised(raw[0], True).astype(np.float64)
         if not (np.isfinite(share).all() and (share >= 0).all()):
-            raise primitive.item.broken(
-                f"WEIGHTS_{i}: expected finite weights of at least 0, got others; export the file again"
-            )
+            raise primitive.item.broken(f"WEIGHTS_{i}: expected finite weights of at least 0, got others")
         joints.append(moved[0])
         weights.append(share)
     return (np.concatenate(joints, axis=1), np.concatenate(weights, axis=1)) if joints else None

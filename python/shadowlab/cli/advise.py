@@ -8,6 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
+from ..scene.source import NAMED_LIGHT
+from .brought import brought_text, light_name
 from .options import (
     bias_given,
     check_once,
@@ -21,7 +23,8 @@ from .options import (
 from .view import chosen_light, given_vectors, load_view, view_text
 
 if TYPE_CHECKING:
-    from .._core import Camera, DirectionalLight, Scene
+    from .._core import Camera, DirectionalLight
+    from ..scene.scenes import Scene
     from ..scene.source import Source
     from ..types import Light
     from .options import Commands
@@ -118,7 +121,7 @@ def advise_command(options: Namespace) -> int:
     print(
         f"{source.name} on {advice.backend} ({advice.adapter}), {size[0]} x {size[1]} pixels, by {advice.measure.title}"
     )
-    print(f"{view_text(camera, lights, size, source)}\n")
+    print(f"{view_text(camera, lights, size, source)}{brought_text(scene, source)}\n")
     print(advice_table(advice.standings, advice.measure))
     print(f"\n{advice.verdict}\n\nReport: {path}")
     return 0
@@ -136,6 +139,12 @@ def load_views(
         raise ArgumentError("light: expected no direction of a point light, got several; --cone-deg makes them spots")
     first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
     scene, camera, light, source = load_view(first, size)
+    names = [light_name(direction) for direction in directions]
+    if any(names):
+        if not all(names):
+            raise ArgumentError("light: expected names or directions, got both; give all of one kind")
+        more_names = tuple((NAMED_LIGHT, name) for name in names[1:] if name is not None)
+        source = replace(source, given=source.given + more_names)
     if elevations is not None:
         # Their directions are not the one that fits the scene.
         source = replace(source, given=tuple(one for one in source.given if one[0] != "light"))

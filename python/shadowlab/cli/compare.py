@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
+from .brought import brought_text
 from .options import (
     bias_given,
     check_once,
@@ -95,7 +96,7 @@ def compare_command(options: Namespace) -> int:
         raise ArgumentError(study.runs[0].failure)
     report = study.save(directory)
     print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels")
-    print(f"{view_text(camera, [light], size, source)}\n")
+    print(f"{view_text(camera, [light], size, source)}{brought_text(scene, source)}\n")
     print(study_table(study.table))
     for line in notes_of(study.runs):
         print(line)

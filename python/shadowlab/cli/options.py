@@ -35,12 +35,17 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
         help="which of the views that are chosen for a scene: along it at eye level, from above, or along it against "
         "the light (default: along; a scene of the library has a view of its own)",
     )
+    view.add_argument("--camera", metavar="NAME", help="a camera of the file, by its name")
     view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
     view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
     view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
     view.add_argument("--near", type=number, metavar="D", help="near depth")
     view.add_argument("--far", type=number, metavar="D", help="far depth")
-    view.add_argument("--light", metavar="DX,DY,DZ", help="the way a directional light or the middle of a spot travels")
+    view.add_argument(
+        "--light",
+        metavar="DX,DY,DZ|NAME",
+        help="the way a directional light or the middle of a spot travels, or a light of the file, by its name",
+    )
     view.add_argument("--light-position", metavar="X,Y,Z", help="where a point light is, or a spot")
     view.add_argument("--cone-deg", type=number, metavar="DEG", help="full angle of a spot's cone")
     view.add_argument("--range", type=number, metavar="D", help="how far a point light or a spot reaches")

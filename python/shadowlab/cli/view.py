@@ -11,7 +11,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import ArgumentError
+from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
 from ..text import parse_spec, parse_vector
+from .brought import camera_named, light_name, named_camera, named_light
 
 if TYPE_CHECKING:
     import numpy as np
@@ -44,13 +46,18 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
     else:
         part = load_scene(options.scene, up=options.up)
     own = part if isinstance(part, library.LibraryScene) and options.view is None else None
+    of_file = None if options.camera is None else camera_named(options, part)
+    brought = of_file if of_file is not None else own.camera if own is not None else None
     # The aspect is that of the picture, so that its pixels are square.
-    width, height = size or picture_size(WIDE_ASPECT if own is None else own.camera.aspect)
+    width, height = size or picture_size(WIDE_ASPECT if brought is None else brought.aspect)
     aspect = width / height
     whole = part.with_ground() if options.ground else part
     vectors = ("eye", "target", "light", "light-position")
     texts = {name: getattr(options, name.replace("-", "_")) for name in vectors}
     as_given = {name: ",".join(text.replace(",", " ").split()) for name, text in texts.items() if text is not None}
+    if light_name(options.light) is not None:
+        as_given[NAMED_LIGHT] = options.light
+        del as_given["light"]
     aimed = bool({"eye", "target"} & as_given.keys())
     taken = "own"
     if own is not None:
@@ -65,23 +72,27 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
         words = {"eye": chosen.eye, "target": chosen.target, "light": chosen.light}
         if aimed:
             del words["target"]
-        if {"light", "light-position"} & as_given.keys():
+        if {"light", "light-position", NAMED_LIGHT} & as_given.keys():
             del words["light"]
         as_given = {name: own_numbers(vector, options.up) for name, vector in words.items()} | as_given
+    if of_file is not None:
+        lens = {name: getattr(options, name.replace("-", "_")) for name in ("fov-deg", "near", "far")}
+        as_given = {name: text for name, text in as_given.items() if name not in ("eye", "target")}
+        as_given[NAMED_CAMERA] = options.camera
+        as_given |= {name: repr(value) for name, value in lens.items() if value is not None}
     extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
     source = replace(
         Source.of_scene(whole),
         arguments=(options.scene, *extra),
         up=options.up,
         given=tuple(as_given.items()),
-        view="" if aimed else taken,
+        view="" if aimed or of_file is not None else taken,
     )
-    return (
-        whole,
-        chosen_camera(options, given, camera, whole, aspect),
-        chosen_light(options, given, light, whole),
-        source,
-    )
+    if of_file is not None:
+        taken_camera = named_camera(options, part, aspect)
+    else:
+        taken_camera = chosen_camera(options, given, camera, whole, aspect)
+    return whole, taken_camera, chosen_light(options, given, light, whole), source
 
 
 def view_text(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> str:
@@ -105,6 +116,8 @@ def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float
     from ..scene.axes import turned
 
     names = [name for name in ("eye", "target", "light", "light_position") if getattr(options, name) is not None]
+    if light_name(options.light) is not None:
+        names.remove("light")
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
     return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
 
@@ -146,11 +159,14 @@ def chosen_camera(
 def chosen_light(
     options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Light, scene: Scene
 ) -> Light:
-    """The light that was given, or the fitting one: a point light at a position, a spot with a cone."""
+    """The light that was given or named, or the fitting one: a point light at a position, a spot with a cone."""
     import numpy as np
 
     from .._core import DirectionalLight, PointLight, SpotLight
 
+    named = named_light(options, scene)
+    if named is not None:
+        return named
     if "light_position" not in given:
         for name, value in (("range", options.range), ("cone-deg", options.cone_deg)):
             if value is not None:

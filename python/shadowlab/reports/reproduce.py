@@ -14,6 +14,7 @@ import numpy as np
 
 from .._core import Bias
 from ..errors import ShadowlabError
+from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
 from ..techniques.labels import is_parameterization
 from ..techniques.registry import technique_of
 from ..text import format_bias, format_spec, format_value
@@ -166,7 +167,7 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     """The command that computes these runs again; None where it cannot say what the study was."""
     source, camera = study.source, study.camera
     level = abs(float(np.asarray(camera.right)[1])) <= 4 * np.finfo(np.float64).eps  # a rolled camera has no option
-    sayable = source.arguments and level and study.truth is not None
+    sayable = source.arguments and (level or NAMED_CAMERA in dict(source.given)) and study.truth is not None
     aspect = study.size[0] / study.size[1]
     square = abs(camera.aspect - aspect) <= 4 * np.finfo(np.float64).eps * aspect
     specs = dict.fromkeys(technique_text(run) for run in runs)
@@ -192,16 +193,25 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
 def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> list[str]:
     """The command line's options that make a camera, one or several lights, and the size of the picture.
 
-    Vectors that were given stand as they were given.
+    Vectors that were given stand as they were given, cameras and lights of the file by their names.
     """
-    words = [
-        f"--eye={own_numbers(camera.eye, source.up)}",
-        f"--target={own_numbers(camera_target(camera), source.up)}",
-        *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
-        *("--near", format_value(camera.near), "--far", format_value(camera.far)),
-    ]
-    # Spots of one lamp share their position.
-    words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))
+    given = dict(source.given)
+    if NAMED_CAMERA in given:
+        words = [f"--camera={given[NAMED_CAMERA]}"]
+        words += [f"--{name}={given[name]}" for name in ("fov-deg", "near", "far") if name in given]
+    else:
+        words = [
+            f"--eye={own_numbers(camera.eye, source.up)}",
+            f"--target={own_numbers(camera_target(camera), source.up)}",
+            *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
+            *("--near", format_value(camera.near), "--far", format_value(camera.far)),
+        ]
+    names = [text for name, text in source.given if name == NAMED_LIGHT]
+    if len(names) == len(lights):
+        words += [f"--light={name}" for name in names]
+    else:
+        # Spots of one lamp share their position.
+        words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))
     as_given = {f"--{name}": text for name, text in source.given if name != "light" or len(lights) == 1}
     heads = [word.partition("=")[0] for word in words]
     words = [f"{head}={as_given[head]}" if head in as_given else word for head, word in zip(heads, words, strict=True)]

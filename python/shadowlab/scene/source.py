@@ -9,6 +9,8 @@ from typing import ClassVar
 from .. import _core
 from ..travel import Value
 
+#: In `Source.given`: the name of the file's camera that was taken, and that of each of its lights.
+NAMED_CAMERA, NAMED_LIGHT = "camera", "light-name"
 UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 
 
@@ -16,9 +18,10 @@ UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 class Source(Value):
     """Where a scene came from: a name for people, a line of Python, and the command line's arguments, if it has any.
 
-    `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there: a
-    camera keeps no target, and a direction not its length. `view` says where camera and light came from: the name of
-    one of the `default_views`, "own" for those that the scene brings, or "" for those that were given.
+    `out` is the directory that the command line wrote its report to, `given` the vectors as they were given there (a
+    camera keeps no target, and a direction not its length) and the names of cameras and lights of the file. `view` says
+    where camera and light came from: the name of one of the `default_views`, "own" for those that the scene brings, or
+    "" for those that were given.
     """
 
     name: str

@@ -142,7 +142,7 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         For a transform that is not finite.
     """
     document, world, total = reading.document, reading.graph.world, 0
-    limits, finite = document.given.limits, list(map(bool, np.isfinite(world).reshape(-1, 16).all(axis=1)))
+    limits, finite = document.given.limits, np.asarray(np.isfinite(world).reshape(-1, 16).all(axis=1))
     for index in nodes:
         node = document.nodes[index]
         if "mesh" not in node.value:

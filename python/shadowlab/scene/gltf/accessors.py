@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .buffers import Buffers, ViewBytes
 from .document import Document
-from .items import Item
+from .items import JsonObject
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 INDEX_COMPONENTS = (5121, 5123, 5125)
@@ -24,7 +24,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 class Layout:
     """What an accessor says of its elements."""
 
-    item: Item
+    item: JsonObject
     count: int
     width: int
     kind: np.dtype[Any]
@@ -49,12 +49,12 @@ class Accessors:
         """Those of a document."""
         return cls(document, Buffers(document))
 
-    def layout(self, item: Item, key: str, types: tuple[str, ...]) -> Layout:
+    def layout(self, item: JsonObject, key: str, types: tuple[str, ...]) -> Layout:
         """What the accessor that `item` refers to by a key says of its elements.
 
         Parameters
         ----------
-        item : Item
+        item : JsonObject
             What refers to it.
         key : str
             Its field with the index.
@@ -78,7 +78,7 @@ class Accessors:
         normalized = accessor.flag("normalized", False) and kind != "<f4"
         return Layout(accessor, count, WIDTHS[accessor.text("type")], np.dtype(kind), normalized)
 
-    def raw(self, item: Item, key: str, *types: str) -> tuple[Layout, NDArray[Any]]:
+    def raw(self, item: JsonObject, key: str, *types: str) -> tuple[Layout, NDArray[Any]]:
         """The elements (count, width) of an accessor as they are stored, with its layout; not to be written to.
 
         Raises
@@ -92,7 +92,7 @@ class Accessors:
             self._arrays[index] = self._read(layout)
         return layout, self._arrays[index]
 
-    def floats(self, item: Item, key: str, *types: str) -> NDArray[Any]:
+    def floats(self, item: JsonObject, key: str, *types: str) -> NDArray[Any]:
         """The elements (count, width) as numbers, dequantised: float32 where they are stored so, else float64.
 
         Raises
@@ -103,7 +103,7 @@ class Accessors:
         layout, values = self.raw(item, key, *types)
         return dequantised(values, layout.normalized)
 
-    def indices(self, item: Item, key: str) -> NDArray[Any]:
+    def indices(self, item: JsonObject, key: str) -> NDArray[Any]:
         """The unsigned integers (count,) of an accessor.
 
         Raises
@@ -118,7 +118,7 @@ class Accessors:
             )
         return values[:, 0]
 
-    def has_data(self, item: Item, key: str) -> bool:
+    def has_data(self, item: JsonObject, key: str) -> bool:
         """Whether an accessor has bytes of its own, rather than zeros or what a compression of its primitive brings."""
         accessor = self.document.accessors[item.index(key, len(self.document.accessors), "accessors")]
         return "bufferView" in accessor.value or "sparse" in accessor.value
@@ -132,7 +132,7 @@ class Accessors:
             values = np.zeros((layout.count, layout.width), layout.kind)
         return values if sparse is None else self._with_sparse(layout, values, sparse)
 
-    def _with_sparse(self, layout: Layout, base: NDArray[Any], sparse: Item) -> NDArray[Any]:
+    def _with_sparse(self, layout: Layout, base: NDArray[Any], sparse: JsonObject) -> NDArray[Any]:
         count = sparse.whole("count", least=1)
         if count > layout.count:
             raise sparse.wrong("count", f"at most the {layout.count} elements of {layout.item.where}")
@@ -152,7 +152,9 @@ class Accessors:
         base[rows] = self._elements(values, count, layout.width, layout.kind, strided=False)
         return base
 
-    def _elements(self, item: Item, count: int, width: int, kind: np.dtype[Any], *, strided: bool) -> NDArray[Any]:
+    def _elements(
+        self, item: JsonObject, count: int, width: int, kind: np.dtype[Any], *, strided: bool
+    ) -> NDArray[Any]:
         """The elements in a buffer view that an object names, at its offset."""
         view = self.buffers.view(item.index("bufferView", len(self.document.views), "buffer views"))
         offset, element = item.whole("byteOffset", 0), width * kind.itemsize
@@ -167,7 +169,7 @@ class Accessors:
         return found
 
 
-def checked_stride(item: Item, view: ViewBytes, element: int) -> int:
+def checked_stride(item: JsonObject, view: ViewBytes, element: int) -> int:
     """The distance of elements in a view.
 
     Raises

@@ -9,7 +9,7 @@ from urllib.parse import unquote_to_bytes
 
 from .document import Document
 from .extensions import HOW, MESHOPT, installed
-from .items import Item
+from .items import JsonObject
 from .meshopt import decoded_view
 
 
@@ -46,10 +46,10 @@ class Buffers:
                 self._views[index] = self._unpacked(item, packed)
         return self._views[index]
 
-    def _optional(self, packed: Item) -> bool:
+    def _optional(self, packed: JsonObject) -> bool:
         return not any(name in self.document.required and packed.where.endswith(name) for name in MESHOPT)
 
-    def _has_data(self, view: Item) -> bool:
+    def _has_data(self, view: JsonObject) -> bool:
         """Whether the buffer of a view has bytes of its own, beside compressed ones."""
         buffer = self.document.buffers[view.index("buffer", len(self.document.buffers), "buffers")]
         fallback = buffer.extension(*MESHOPT)
@@ -57,7 +57,7 @@ class Buffers:
             return False
         return "uri" in buffer.value or (buffer.where == "buffers[0]" and self.document.binary is not None)
 
-    def _unpacked(self, view: Item, packed: Item) -> ViewBytes:
+    def _unpacked(self, view: JsonObject, packed: JsonObject) -> ViewBytes:
         count, stride = packed.whole("count"), packed.whole("byteStride", least=1)
         length = view.whole("byteLength", least=1)
         if length != count * stride:
@@ -70,7 +70,7 @@ class Buffers:
         data = decoded_view(packed, bytes(self._cut(packed)), count, stride)
         return ViewBytes(memoryview(data), stride_of(view))
 
-    def _cut(self, view: Item) -> memoryview:
+    def _cut(self, view: JsonObject) -> memoryview:
         """The part of a buffer that a view, or the compression of one, names."""
         buffer = self.buffer(view.index("buffer", len(self.document.buffers), "buffers"))
         offset, length = view.whole("byteOffset", 0), view.whole("byteLength", least=1)
@@ -98,14 +98,14 @@ class Buffers:
             self._buffers[index] = data[:length]
         return self._buffers[index]
 
-    def _bytes(self, index: int, item: Item) -> memoryview:
+    def _bytes(self, index: int, item: JsonObject) -> memoryview:
         if "uri" in item.value:
             return memoryview(self.at_uri(item))
         if index == 0 and self.document.binary is not None:
             return self.document.binary
         raise item.broken("expected a URI or a binary chunk with its bytes, found neither")
 
-    def at_uri(self, item: Item) -> bytes:
+    def at_uri(self, item: JsonObject) -> bytes:
         """The bytes at the URI of an object: in the text itself, or in a file beside this one.
 
         Raises
@@ -121,7 +121,7 @@ class Buffers:
         return data
 
 
-def stride_of(view: Item) -> int:
+def stride_of(view: JsonObject) -> int:
     """The byteStride of a view; 0 where it has none."""
     if "byteStride" not in view.value:
         return 0
@@ -131,7 +131,7 @@ def stride_of(view: Item) -> int:
     return stride
 
 
-def data_of(item: Item, uri: str) -> bytes:
+def data_of(item: JsonObject, uri: str) -> bytes:
     """The bytes in a data URI (RFC 2397), in base64 or percent-encoded.
 
     Raises

@@ -12,7 +12,7 @@ from ...errors import ArgumentError
 from ..foreign import ASPECT, SPARE
 from ..placed import ROUNDING, camera_at, farthest, unique
 from .graph import Graph
-from .items import Item
+from .items import JsonObject
 
 Bounds = Callable[[], NDArray[np.float64]]
 
@@ -39,13 +39,15 @@ def cameras_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str])
         lens = lenses[node.index("camera", len(lenses), "cameras")]
         name = unique(node.name or lens.name or f"camera {len(found) + 1}", found)
         try:
-            found[name] = camera_of(lens, graph.world[index], bounds, f"camera {name!r}", notes)
+            found[name] = camera_at_node(lens, graph.world[index], bounds, f"camera {name!r}", notes)
         except ArgumentError as e:
             notes.append(f"left out camera {name!r}: {e}")
     return found
 
 
-def camera_of(lens: Item, pose: NDArray[np.float64], bounds: Bounds, label: str, notes: list[str]) -> _core.Camera:
+def camera_at_node(
+    lens: JsonObject, pose: NDArray[np.float64], bounds: Bounds, label: str, notes: list[str]
+) -> _core.Camera:
     """The camera of a lens and its pose, world from camera.
 
     Raises
@@ -82,7 +84,7 @@ def camera_of(lens: Item, pose: NDArray[np.float64], bounds: Bounds, label: str,
 
 
 def orthographic(
-    settings: Item, pose: NDArray[np.float64], scale: tuple[float, float, float], near: float, far: float
+    settings: JsonObject, pose: NDArray[np.float64], scale: tuple[float, float, float], near: float, far: float
 ) -> _core.Camera:
     """The parallel camera of half a width and half a height.
 

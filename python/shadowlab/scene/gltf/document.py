@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 from ...errors import LoadError
 from ..formats.given import Given
 from .extensions import checked_extensions
-from .items import FIX, Item, brief
+from .items import FIX, JsonObject, brief
 
 MAGIC = b"glTF"
 BINARY_VERSION = 2
@@ -31,7 +31,7 @@ class Document:
     Attributes
     ----------
     given : Given
-    top : Item
+    top : JsonObject
         The document's JSON.
     binary : memoryview, optional
         The binary chunk.
@@ -42,52 +42,52 @@ class Document:
     """
 
     given: Given
-    top: Item
+    top: JsonObject
     binary: memoryview | None
     required: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
     size: int = 0
     expanded: int = 0
-    _primitives: dict[int, list[Item]] = field(default_factory=dict)
+    _primitives: dict[int, list[JsonObject]] = field(default_factory=dict)
 
     @cached_property
-    def nodes(self) -> list[Item]:
+    def nodes(self) -> list[JsonObject]:
         """All nodes."""
         return self.top.items("nodes")
 
     @cached_property
-    def meshes(self) -> list[Item]:
+    def meshes(self) -> list[JsonObject]:
         """All meshes."""
         return self.top.items("meshes")
 
-    def primitives(self, mesh: int) -> list[Item]:
+    def primitives(self, mesh: int) -> list[JsonObject]:
         """The primitives of a mesh."""
         if mesh not in self._primitives:
             self._primitives[mesh] = self.meshes[mesh].items("primitives")
         return self._primitives[mesh]
 
     @cached_property
-    def accessors(self) -> list[Item]:
+    def accessors(self) -> list[JsonObject]:
         """All accessors."""
         return self.top.items("accessors")
 
     @cached_property
-    def views(self) -> list[Item]:
+    def views(self) -> list[JsonObject]:
         """All buffer views."""
         return self.top.items("bufferViews")
 
     @cached_property
-    def buffers(self) -> list[Item]:
+    def buffers(self) -> list[JsonObject]:
         """All buffers."""
         return self.top.items("buffers")
 
     @cached_property
-    def skins(self) -> list[Item]:
+    def skins(self) -> list[JsonObject]:
         """All skins."""
         return self.top.items("skins")
 
     @cached_property
-    def materials(self) -> list[Item]:
+    def materials(self) -> list[JsonObject]:
         """All materials."""
         return self.top.items("materials")
 
@@ -120,7 +120,7 @@ def document_of(given: Given) -> Document:
         text, binary = chunks_of(given.name, data)
     else:
         text, binary = memoryview(data), None
-    top = Item(given.name, "", parsed(given.name, text))
+    top = JsonObject(given.name, "", parsed(given.name, text))
     check_asset_version(top)
     required, missed = checked_extensions(top)
     found = Document(given, top, binary, required, size=len(data))
@@ -188,7 +188,7 @@ def parsed(name: str, text: memoryview) -> dict[str, Any]:
     return found
 
 
-def check_asset_version(top: Item) -> None:
+def check_asset_version(top: JsonObject) -> None:
     """Raises for a document of another version than glTF 2.
 
     Raises

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .accessors import Accessors
 from .extensions import DRACO, HOW, installed
-from .items import Item
+from .items import JsonObject
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +21,12 @@ class Decoded:
     attributes: dict[str, NDArray[Any]]
 
 
-def decoded_primitive(primitive: Item, accessors: Accessors) -> Decoded | str | None:
+def decoded_primitive(primitive: JsonObject, accessors: Accessors) -> Decoded | str | None:
     """What the compressed data of a primitive says.
 
     Parameters
     ----------
-    primitive : Item
+    primitive : JsonObject
     accessors : Accessors
 
     Returns
@@ -53,7 +53,7 @@ def decoded_primitive(primitive: Item, accessors: Accessors) -> Decoded | str | 
     return _decoded(packed, attributes, accessors)
 
 
-def _decoded(packed: Item, attributes: Item, accessors: Accessors) -> Decoded:
+def _decoded(packed: JsonObject, attributes: JsonObject, accessors: Accessors) -> Decoded:
     import DracoPy
 
     document = accessors.document

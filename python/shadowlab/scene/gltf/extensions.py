@@ -17,13 +17,13 @@ import re
 from collections.abc import Callable
 
 from ...errors import LoadError
-from .items import Item
+from .items import JsonObject
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 VISIBILITY = "KHR_node_visibility"
 INSTANCING = "EXT_mesh_gpu_instancing"
-LIGHTS = "KHR_lights_punctual"
+PUNCTUAL = "KHR_lights_punctual"
 TEXTURE_TRANSFORM = "KHR_texture_transform"
 SPECULAR_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 WEBP = "EXT_texture_webp"
@@ -31,7 +31,7 @@ AVIF = "EXT_texture_avif"
 
 #: Extensions whose meaning for geometry, cameras and lights is implemented.
 READ = frozenset(
-    (DRACO, *MESHOPT, VISIBILITY, INSTANCING, LIGHTS, TEXTURE_TRANSFORM, "KHR_mesh_quantization", WEBP, AVIF)
+    (DRACO, *MESHOPT, VISIBILITY, INSTANCING, PUNCTUAL, TEXTURE_TRANSFORM, "KHR_mesh_quantization", WEBP, AVIF)
 )
 #: The module that decodes each compression; the extra `compressed` brings both.
 LIBRARIES = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
@@ -54,12 +54,12 @@ def installed(module: str) -> bool:
     return importlib.util.find_spec(module) is not None
 
 
-def checked_extensions(top: Item, found: Callable[[str], bool] = installed) -> tuple[frozenset[str], list[str]]:
+def checked_extensions(top: JsonObject, found: Callable[[str], bool] = installed) -> tuple[frozenset[str], list[str]]:
     """The required extensions, and those that are used, not read and may be missed.
 
     Parameters
     ----------
-    top : Item
+    top : JsonObject
         The document.
     found : callable
         Whether a module is installed.
@@ -83,7 +83,7 @@ def checked_extensions(top: Item, found: Callable[[str], bool] = installed) -> t
     return frozenset(required), missed
 
 
-def names_of_extensions(top: Item, key: str) -> list[str]:
+def names_of_extensions(top: JsonObject, key: str) -> list[str]:
     """The names in one of the document's two lists."""
     names = top.value.get(key, [])
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .accessors import WIDTHS, Accessors
 from .extensions import INSTANCING
 from .graph import transforms_of, unit_quaternions
-from .items import Item
+from .items import JsonObject
 
 #: The attributes that place instances, with their types and what stands for a missing one. Others are an application's.
 PLACING = {
@@ -18,7 +18,7 @@ PLACING = {
 }
 
 
-def instances_of(node: Item, accessors: Accessors) -> NDArray[np.float64] | None:
+def instances_of(node: JsonObject, accessors: Accessors) -> NDArray[np.float64] | None:
     """Node from instance (K, 4, 4); None for a node without the extension.
 
     Raises

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 
 # Of a name or value in an error.
-MOST_SHOWN = 60
+MOST_LETTERS = 60
 FIX = "export the file again"
 # JSON's numbers; true and false are of another type.
 NUMBERS = {int, float}
 
 
 @dataclass(frozen=True, eq=False)
-class Item:
+class JsonObject:
     """A JSON object and where it stands.
 
     Attributes
@@ -131,7 +131,7 @@ class Item:
         values = self.value.get(key, [])
         if not isinstance(values, list):
             raise self.wrong(key, f"a list of indices of {what}")
-        of = Item(self.file, f"{self.where}.{key}" if self.where else key, {})
+        of = JsonObject(self.file, f"{self.where}.{key}" if self.where else key, {})
         found = []
         for i, value in enumerate(values):
             if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value // 1:
@@ -169,7 +169,7 @@ class Item:
             raise self.wrong(key, "true or false")
         return value
 
-    def items(self, key: str) -> list[Item]:
+    def items(self, key: str) -> list[JsonObject]:
         """The objects of a list; none where there is no list.
 
         Raises
@@ -181,9 +181,9 @@ class Item:
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             raise self.wrong(key, "a list of objects")
         prefix = f"{self.where}.{key}" if self.where else key
-        return [Item(self.file, f"{prefix}[{i}]", value) for i, value in enumerate(values)]
+        return [JsonObject(self.file, f"{prefix}[{i}]", value) for i, value in enumerate(values)]
 
-    def item(self, key: str) -> Item | None:
+    def item(self, key: str) -> JsonObject | None:
         """An object; None where there is none.
 
         Raises
@@ -196,9 +196,9 @@ class Item:
         value = self.value[key]
         if not isinstance(value, dict):
             raise self.wrong(key, "an object")
-        return Item(self.file, f"{self.where}.{key}" if self.where else key, value)
+        return JsonObject(self.file, f"{self.where}.{key}" if self.where else key, value)
 
-    def needed(self, key: str) -> Item:
+    def needed(self, key: str) -> JsonObject:
         """An object that must be there.
 
         Raises
@@ -211,7 +211,7 @@ class Item:
             raise self.wrong(key, "an object")
         return found
 
-    def extension(self, *names: str) -> Item | None:
+    def extension(self, *names: str) -> JsonObject | None:
         """What the first extension of these names, if any is there, says of this object.
 
         Raises
@@ -246,4 +246,4 @@ def brief(value: object) -> str:
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**20:
         return "a number of more than 20 digits"
     text = {"None": "null", "True": "true", "False": "false"}.get(repr(value), repr(value))
-    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
+    return text if len(text) <= MOST_LETTERS else f"{text[:MOST_LETTERS]}..."

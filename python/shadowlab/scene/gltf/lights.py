@@ -13,9 +13,9 @@ from ...errors import ArgumentError
 from ..foreign import SPARE
 from ..placed import farthest, unique
 from .cameras import Bounds
-from .extensions import LIGHTS
+from .extensions import PUNCTUAL
 from .graph import Graph
-from .items import Item
+from .items import JsonObject
 
 if TYPE_CHECKING:
     from ...types import Light
@@ -35,11 +35,11 @@ def lights_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]) 
         Gets what is left out.
     """
     found: dict[str, Light] = {}
-    extension = graph.document.top.extension(LIGHTS)
+    extension = graph.document.top.extension(PUNCTUAL)
     listed = [] if extension is None else extension.items("lights")
     for index in nodes:
         node = graph.document.nodes[index]
-        at = node.extension(LIGHTS)
+        at = node.extension(PUNCTUAL)
         if at is None:
             continue
         light = listed[at.index("light", len(listed), "lights")]
@@ -51,7 +51,7 @@ def lights_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]) 
     return found
 
 
-def light_at(light: Item, pose: NDArray[np.float64], bounds: Bounds) -> Light:
+def light_at(light: JsonObject, pose: NDArray[np.float64], bounds: Bounds) -> Light:
     """The light of a pose, world from light: it shines along -z.
 
     Raises

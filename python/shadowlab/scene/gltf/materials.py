@@ -15,7 +15,7 @@ from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from .accessors import Accessors
 from .extensions import AVIF, SPECULAR_GLOSSINESS, TEXTURE_TRANSFORM, WEBP
-from .items import Item
+from .items import JsonObject
 from .primitives import Primitive
 
 CUTOFF = 0.5
@@ -61,7 +61,7 @@ class Materials:
             return None
         return self._masked(item, label, primitive)
 
-    def _masked(self, item: Item, label: str, primitive: Primitive) -> AlphaTest | type[Discarded] | None:
+    def _masked(self, item: JsonObject, label: str, primitive: Primitive) -> AlphaTest | type[Discarded] | None:
         cutoff = item.number("alphaCutoff", CUTOFF)
         color, info = base_of(item)
         factor = 1.0 if color is None else float(color[3])
@@ -100,7 +100,7 @@ class Materials:
         colors = primitive.attribute("COLOR_0", self.accessors, "VEC3", "VEC4")
         return None if colors is None else np.nan_to_num(colors[:, 3].astype(np.float64), nan=1.0)
 
-    def _texture(self, info: Item) -> NDArray[np.uint8] | str:
+    def _texture(self, info: JsonObject) -> NDArray[np.uint8] | str:
         """The alpha (H, W) of a texture, or why it is not read."""
         top = self.accessors.document.top
         textures, images = top.items("textures"), top.items("images")
@@ -113,7 +113,7 @@ class Materials:
             self._alpha[index] = self._decoded(images[index])
         return self._alpha[index]
 
-    def _decoded(self, image: Item) -> NDArray[np.uint8] | str:
+    def _decoded(self, image: JsonObject) -> NDArray[np.uint8] | str:
         document, buffers = self.accessors.document, self.accessors.buffers
         try:
             if "uri" in image.value:
@@ -141,7 +141,7 @@ class Materials:
         except Exception as e:  # noqa: BLE001 - each of pillow's decoders raises what its parser raises
             return f"{type(e).__name__}: {e}"
 
-    def _coordinates(self, info: Item, primitive: Primitive) -> NDArray[np.float32]:
+    def _coordinates(self, info: JsonObject, primitive: Primitive) -> NDArray[np.float32]:
         transform = info.extension(TEXTURE_TRANSFORM)
         holder = transform if transform is not None and "texCoord" in transform.value else info
         name = f"TEXCOORD_{holder.whole('texCoord', 0)}"
@@ -158,7 +158,7 @@ class Materials:
         with np.errstate(over="ignore"):
             return uv.astype(np.float32)
 
-    def _wraps(self, info: Item) -> tuple[str, str]:
+    def _wraps(self, info: JsonObject) -> tuple[str, str]:
         top = self.accessors.document.top
         texture, samplers = top.items("textures")[info.whole("index")], top.items("samplers")
         if "sampler" not in texture.value:
@@ -173,7 +173,7 @@ class Materials:
         return found[0], found[1]
 
 
-def base_of(material: Item) -> tuple[NDArray[np.float64] | None, Item | None]:
+def base_of(material: JsonObject) -> tuple[NDArray[np.float64] | None, JsonObject | None]:
     """The factor (4,) of a material's colour and the reference to its texture, each None where there is none."""
     older = material.extension(SPECULAR_GLOSSINESS)
     if older is not None:

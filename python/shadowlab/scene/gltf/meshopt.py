@@ -8,19 +8,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .items import Item
+from .items import JsonObject
 
-ATTRIBUTES, TRIANGLES, INDICES = "ATTRIBUTES", "TRIANGLES", "INDICES"
-FILTERS = ("NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR")
+ATTRIBUTES, TRIANGLE_LISTS, INDICES = "ATTRIBUTES", "TRIANGLES", "INDICES"
+MESHOPT_FILTERS = ("NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR")
 MOST_STRIDE = 256
 
 
-def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
+def decoded_view(packed: JsonObject, data: bytes, count: int, stride: int) -> bytes:
     """The bytes of a compressed view.
 
     Parameters
     ----------
-    packed : Item
+    packed : JsonObject
         The extension's object: mode and filter.
     data : bytes
         The stream.
@@ -33,10 +33,10 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
         For settings that the extension forbids, or a broken stream.
     """
     mode, after = packed.text("mode"), packed.text("filter", "NONE")
-    if mode not in (ATTRIBUTES, TRIANGLES, INDICES):
-        raise packed.wrong("mode", f"{ATTRIBUTES}, {TRIANGLES} or {INDICES}")
-    if after not in FILTERS or (after != "NONE" and mode != ATTRIBUTES):
-        raise packed.wrong("filter", f"one of {', '.join(FILTERS)}, and NONE but for {ATTRIBUTES}")
+    if mode not in (ATTRIBUTES, TRIANGLE_LISTS, INDICES):
+        raise packed.wrong("mode", f"{ATTRIBUTES}, {TRIANGLE_LISTS} or {INDICES}")
+    if after not in MESHOPT_FILTERS or (after != "NONE" and mode != ATTRIBUTES):
+        raise packed.wrong("filter", f"one of {', '.join(MESHOPT_FILTERS)}, and NONE but for {ATTRIBUTES}")
     strides: tuple[int, ...] = (2, 4)
     if mode == ATTRIBUTES:
         narrow = {"OCTAHEDRAL": (4, 8), "COLOR": (4, 8), "QUATERNION": (8,)}
@@ -44,7 +44,7 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
     if stride not in strides:
         few = " or ".join(map(str, strides)) if len(strides) < 3 else f"a multiple of 4 up to {MOST_STRIDE}"
         raise packed.wrong("byteStride", few)
-    if mode == TRIANGLES and count % 3:
+    if mode == TRIANGLE_LISTS and count % 3:
         raise packed.wrong("count", "a multiple of 3")
     if count == 0:
         return b""
@@ -52,7 +52,7 @@ def decoded_view(packed: Item, data: bytes, count: int, stride: int) -> bytes:
     return raw.tobytes() if after == "NONE" else filtered(after, raw, count, stride).tobytes()
 
 
-def stream(packed: Item, mode: str, data: bytes, count: int, stride: int) -> NDArray[np.uint8]:
+def stream(packed: JsonObject, mode: str, data: bytes, count: int, stride: int) -> NDArray[np.uint8]:
     """The bytes before filtering."""
     import meshoptimizer
 
@@ -60,7 +60,9 @@ def stream(packed: Item, mode: str, data: bytes, count: int, stride: int) -> NDA
         if mode == ATTRIBUTES:
             decoded = meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype((np.void, stride)))
         else:
-            decode = meshoptimizer.decode_index_buffer if mode == TRIANGLES else meshoptimizer.decode_index_sequence
+            decode = (
+                meshoptimizer.decode_index_buffer if mode == TRIANGLE_LISTS else meshoptimizer.decode_index_sequence
+            )
             # 32 bits per index, whatever the view keeps of them.
             decoded = decode(count, 4, data).astype(np.uint16 if stride == 2 else np.uint32)
     except (RuntimeError, ValueError) as e:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .accessors import Accessors
-from .items import Item
+from .items import JsonObject
 from .primitives import Primitive
 
 
-def weights_of(node: Item, mesh: Item) -> tuple[float, ...]:
+def weights_of(node: JsonObject, mesh: JsonObject) -> tuple[float, ...]:
     """The weights of a mesh at a node: the node's own, else the mesh's. Empty where all are 0.
 
     Raises

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import SceneError
 from .accessors import Accessors, dequantised
 from .draco import Decoded, decoded_primitive
-from .items import Item
+from .items import JsonObject
 
 LIST, STRIP, FAN = 4, 5, 6
 OTHERS = {0: "points", 1: "lines", 2: "a line loop", 3: "a line strip"}
@@ -23,7 +23,7 @@ class Primitive:
 
     Attributes
     ----------
-    item : Item
+    item : JsonObject
     label : str
         Its mesh, and which of several primitives it is.
     vertices : (V, 3) float
@@ -33,7 +33,7 @@ class Primitive:
         What was compressed with it.
     """
 
-    item: Item
+    item: JsonObject
     label: str
     vertices: NDArray[Any]
     faces: NDArray[Any]
@@ -66,12 +66,12 @@ class Primitive:
         return values, layout.normalized
 
 
-def primitive_of(item: Item, label: str, accessors: Accessors) -> Primitive | str:
+def primitive_of(item: JsonObject, label: str, accessors: Accessors) -> Primitive | str:
     """The geometry of a primitive; why it has none, where it is left out.
 
     Parameters
     ----------
-    item : Item
+    item : JsonObject
         The primitive.
     label : str
         Its name for errors and warnings.
@@ -135,7 +135,7 @@ def triangles_of(order: NDArray[Any], mode: int) -> NDArray[Any]:
     return faces
 
 
-def check_no_restart(order: NDArray[Any], item: Item, label: str) -> None:
+def check_no_restart(order: NDArray[Any], item: JsonObject, label: str) -> None:
     """Raises for an index that would begin a new strip.
 
     Raises

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...errors import SceneError
 from .accessors import Accessors, dequantised
 from .graph import Graph
-from .items import Item
+from .items import JsonObject
 from .primitives import Primitive
 
 # Vertices that are posed at once: what is gathered for them, 96 bytes each, stays in a cache.
@@ -21,7 +21,7 @@ SUM_TOLERANCE = 0.02
 MOST_SETS = 64
 
 
-def joint_matrices(skin: Item, graph: Graph, accessors: Accessors) -> NDArray[np.float64]:
+def joint_matrices(skin: JsonObject, graph: Graph, accessors: Accessors) -> NDArray[np.float64]:
     """(J, 3, 4): world from the mesh at rest, for each joint.
 
     Raises

@@ -50,7 +50,10 @@ class Gltf:
 
     def sparse(self, rows: Any, values: Any, row_kind: str = "u2", kind: str = "f4") -> dict[str, Any]:
         """The field `sparse` of an accessor."""
-        indices = {"bufferView": self.view(np.array(rows, "<" + row_kind).tobytes()), "componentType": COMPONENTS[row_kind]}
+        indices = {
+            "bufferView": self.view(np.array(rows, "<" + row_kind).tobytes()),
+            "componentType": COMPONENTS[row_kind],
+        }
         return {
             "count": len(rows),
             "indices": indices,

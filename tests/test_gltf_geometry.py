@@ -272,7 +272,9 @@ def test_against_pygltflib_and_numpy(tmp_path):
         accessor = theirs.accessors[index]
         view = theirs.bufferViews[accessor.bufferView]
         kind = {number: name for name, number in COMPONENTS.items()}[accessor.componentType]
-        values = np.frombuffer(blob, "<" + kind, accessor.count * (3 if accessor.type == "VEC3" else 1), view.byteOffset)
+        values = np.frombuffer(
+            blob, "<" + kind, accessor.count * (3 if accessor.type == "VEC3" else 1), view.byteOffset
+        )
         return values.reshape(accessor.count, -1)
 
     transformations = imported("trimesh").transformations
@@ -309,7 +311,8 @@ def test_against_pygltflib_and_numpy(tmp_path):
 def test_primitives_are_named_in_errors_and_kept_apart(tmp_path):
     gltf = Gltf()
     gltf.mesh(name="pair")
-    gltf.json["meshes"][0]["primitives"].append({"attributes": {"POSITION": gltf.accessor(TOWER)}, "indices": gltf.accessor([0, 1, 9], "u2")})
+    second = {"attributes": {"POSITION": gltf.accessor(TOWER)}, "indices": gltf.accessor([0, 1, 9], "u2")}
+    gltf.json["meshes"][0]["primitives"].append(second)
     with pytest.raises(SceneError, match="pair, primitive 1"):
         loaded(tmp_path, only(gltf))
 

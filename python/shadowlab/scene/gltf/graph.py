@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from .document import Document
 from .extensions import VISIBILITY
 
+#: Of a transform in memory.
+TRANSFORM_BYTES = 128
 # How far a quaternion's length may be from 1 before it is said: normalised bytes have steps of 1/127.
 UNIT_TOLERANCE = 0.02
 # How far the last row of a matrix may be from that of an affine map: rounding of single precision.

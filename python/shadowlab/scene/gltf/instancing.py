@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .accessors import WIDTHS, Accessors
 from .extensions import INSTANCING
-from .graph import transforms_of, unit_quaternions
+from .graph import TRANSFORM_BYTES, transforms_of, unit_quaternions
 from .items import JsonObject
 
 #: The attributes that place instances, with their types and what stands for a missing one. Others are an application's.
@@ -38,6 +38,7 @@ def instances_of(node: JsonObject, accessors: Accessors) -> NDArray[np.float64] 
     count = next(iter(counts.values()))
     limits = accessors.document.given.limits
     limits.check(node.file, "instances", count, f"instances at {node.place}")
+    accessors.document.expand(count * TRANSFORM_BYTES)
     parts = []
     for name, (kind, default) in PLACING.items():
         if name in attributes.value:

@@ -131,13 +131,12 @@ class JsonObject:
         values = self.value.get(key, [])
         if not isinstance(values, list):
             raise self.wrong(key, f"a list of indices of {what}")
-        of = JsonObject(self.file, f"{self.where}.{key}" if self.where else key, {})
         found = []
         for i, value in enumerate(values):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value // 1:
-                raise of.broken(f"[{i}]: expected an index of {what}, got {brief(value)}")
-            if not 0 <= value < count:
-                raise of.broken(f"[{i}]: expected one of the file's {count} {what}, counted from 0, got {brief(value)}")
+            whole = type(value) in NUMBERS and value == value // 1
+            if not whole or not 0 <= value < count:
+                of = JsonObject(self.file, f"{self.where}.{key}[{i}]" if self.where else f"{key}[{i}]", {})
+                raise of.broken(f"expected one of the file's {count} {what}, counted from 0, got {brief(value)}")
             found.append(int(value))
         return found
 

@@ -21,7 +21,7 @@ from ..formats.given import Given
 from .accessors import Accessors
 from .cameras import cameras_in
 from .document import Document, document_of
-from .graph import Graph, graph_of
+from .graph import TRANSFORM_BYTES, Graph, graph_of
 from .instancing import instances_of
 from .items import FIX
 from .lights import lights_in
@@ -158,8 +158,9 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
             finite[index] = bool(np.isfinite(transforms).all())
         if skin < 0 and not finite[index]:
             raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}")
-        total += len(transforms) * len(document.primitives(use.mesh))
+        total += len(transforms) * len(document.primitives(mesh))
         limits.check(node.file, "instances", total, "placed meshes")
+        document.expand(TRANSFORM_BYTES * len(transforms) * len(document.primitives(mesh)))
         reading.places.append((use, transforms))
 
 

@@ -1,0 +1,471 @@
+"""The node graph of glTF: transforms, scenes, visibility, instances, morph targets and skins, by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gltf_support import TRIANGLE, Gltf, corners, loaded, told
+
+from shadowlab.errors import LoadError, SceneError
+from shadowlab.scene.formats.given import Given
+from shadowlab.scene.formats.limits import Limits
+from shadowlab.scene.gltf.reader import read_gltf
+
+ROUNDING = 2.0**-22
+HALF = np.sqrt(0.5)
+#: A quarter turn about z: x becomes y.
+QUARTER = [0, 0, HALF, HALF]
+#: A square of side 2 about the origin, in x, y.
+SQUARE = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+FACES = [0, 1, 2, 0, 2, 3]
+
+
+def square(**fields) -> tuple[Gltf, int]:
+    gltf = Gltf(**fields)
+    return gltf, gltf.mesh(SQUARE, FACES, name="square")
+
+
+def box(scene):
+    return scene.bounds[:, :2].ravel().round(6).tolist()
+
+
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ({"translation": [1, 2, 0]}, [0, 1, 2, 3]),
+        ({"scale": [3, 1, 1]}, [-3, -1, 3, 1]),
+        ({"rotation": QUARTER, "scale": [3, 1, 1]}, [-1, -3, 1, 3]),
+        ({"translation": [10, 0, 0], "rotation": QUARTER, "scale": [3, 1, 1]}, [9, -3, 11, 3]),
+        ({"matrix": [0, 3, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1]}, [9, -3, 11, 3]),
+        ({"scale": [-2, 1, 1], "translation": [5, 0, 0]}, [3, -1, 7, 1]),
+        ({"matrix": [1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}, [-2, -1, 2, 1]),
+        ({"scale": [2, 0, 1]}, [-2, 0, 2, 0]),
+        ({"scale": [0, 0, 0], "translation": [4, 4, 0]}, [4, 4, 4, 4]),
+        ({"scale": [1e-30, 1e-30, 1e-30]}, [0, 0, 0, 0]),
+    ],
+)
+def test_transforms(tmp_path, fields, expected):
+    gltf, mesh = square()
+    assert box(loaded(tmp_path, gltf.scene(gltf.node(mesh=mesh, **fields)))) == expected
+
+
+def test_parents_come_first(tmp_path):
+    gltf, mesh = square()
+    leaf = gltf.node(mesh=mesh, translation=[3, 0, 0])
+    middle = gltf.node(children=[leaf], rotation=QUARTER)
+    root = gltf.node(children=[middle], scale=[1, 10, 1], mesh=mesh)
+    scene = loaded(tmp_path, gltf.scene(root))
+    assert box(scene) == [-1, -10, 1, 40]
+    assert (scene.mesh_count, scene.instance_count) == (1, 2)
+
+
+@pytest.mark.parametrize("length", [1e-30, 0.5, 1e30])
+def test_quaternions_of_another_length(tmp_path, length):
+    gltf, mesh = square()
+    gltf.scene(gltf.node(mesh=mesh, scale=[3, 1, 1], rotation=(np.array(QUARTER) * length).tolist(), name="turned"))
+    scene, text = told(tmp_path, gltf)
+    assert box(scene) == [-1, -3, 1, 3]
+    assert "turned" in text
+    assert "unit quaternion" in text
+
+
+def test_a_zero_quaternion_turns_nothing_and_is_told(tmp_path):
+    gltf, mesh = square()
+    scene, text = told(tmp_path, gltf.scene(gltf.node(mesh=mesh, scale=[3, 1, 1], rotation=[0, 0, 0, 0], name="still")))
+    assert box(scene) == [-3, -1, 3, 1]
+    assert "'still'" in text
+    assert "none is taken" in text
+
+
+def test_matrices_that_are_not_affine(tmp_path):
+    gltf, mesh = square()
+    matrix = np.eye(4)
+    matrix[3, 0] = 0.5
+    with pytest.raises(LoadError, match="numbers 4, 8, 12 and 16"):
+        loaded(tmp_path, gltf.scene(gltf.node(mesh=mesh, matrix=matrix.T.ravel().tolist())))
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"translation": [1, 2]},
+        {"translation": "1 2 3"},
+        {"rotation": [0, 0, 1]},
+        {"scale": [1, 1, True]},
+        {"scale": [1, None, 1]},
+        {"matrix": [1] * 15},
+        {"translation": [10**400, 0, 0]},
+        {"mesh": 3},
+        {"mesh": -1},
+        {"mesh": "0"},
+        {"children": 5},
+        {"children": [9]},
+        {"children": ["0"]},
+        {"children": [0.5]},
+        {"extensions": 3},
+        {"extensions": {"KHR_node_visibility": {"visible": "no"}}},
+    ],
+)
+def test_broken_nodes_are_refused_by_name(tmp_path, fields):
+    gltf, mesh = square()
+    with pytest.raises(LoadError, match=r"nodes\[0\]"):
+        loaded(tmp_path, gltf.scene(gltf.node(**{"mesh": mesh, **fields})))
+
+
+def test_transforms_that_overflow(tmp_path):
+    gltf, mesh = square()
+    leaf = gltf.node(mesh=mesh, scale=[1e200, 1, 1], name="leaf")
+    gltf.scene(gltf.node(children=[leaf], scale=[1e200, 1, 1]))
+    with pytest.raises(SceneError, match=r"leaf.*overflows"):
+        loaded(tmp_path, gltf)
+    gltf, mesh = square()
+    with pytest.raises(SceneError, match="coordinates below"):
+        loaded(tmp_path, gltf.scene(gltf.node(mesh=mesh, scale=[1e200, 1, 1])))
+
+
+def test_cycles_and_two_parents_are_refused(tmp_path):
+    for children, match in (
+        ({0: [1], 1: [0]}, "below itself"),
+        ({0: [0]}, "below itself"),
+        ({0: [1], 1: [2], 2: [3], 3: [1]}, "one parent"),
+        ({0: [1, 2], 1: [3], 2: [3]}, r"nodes\[3\].*one parent"),
+        ({0: [1, 1]}, "one parent"),
+    ):
+        gltf, mesh = square()
+        for i in range(4):
+            gltf.node(mesh=mesh, **({"children": children[i]} if i in children else {}))
+        with pytest.raises(LoadError, match=match):
+            loaded(tmp_path, gltf.scene(0))
+
+
+def test_chains_of_ten_thousand_nodes(tmp_path):
+    gltf, mesh = square()
+    for i in range(10_000):
+        gltf.node(children=[i + 1], translation=[0.5, 0, 0])
+    gltf.node(mesh=mesh)
+    assert box(loaded(tmp_path, gltf.scene(0))) == [4999, -1, 5001, 1]
+
+
+def test_which_nodes_are_in_the_scene(tmp_path):
+    def forest():
+        gltf, mesh = square()
+        for x in (0, 10, 20):
+            gltf.node(mesh=mesh, translation=[x, 0, 0])
+        return gltf
+
+    gltf = forest()
+    gltf.json["scenes"] = [{"nodes": [0]}, {"nodes": [1, 2]}]
+    assert box(loaded(tmp_path, gltf)) == [-1, -1, 1, 1]
+    gltf.json["scene"] = 1
+    assert box(loaded(tmp_path, gltf)) == [9, -1, 21, 1]
+    assert box(loaded(tmp_path, forest())) == [-1, -1, 21, 1]
+    gltf.json["scene"] = 2
+    with pytest.raises(LoadError, match="scene: expected one of the file's 2 scenes"):
+        loaded(tmp_path, gltf)
+    gltf = forest()
+    gltf.json["scene"] = 0
+    with pytest.raises(LoadError, match="scene"):
+        loaded(tmp_path, gltf)
+    gltf = forest()
+    gltf.json["scenes"] = [{"nodes": [0, 0]}]
+    assert loaded(tmp_path, gltf).instance_count == 1
+    gltf = forest()
+    gltf.json["nodes"][0]["children"] = [1]
+    gltf.json["scenes"] = [{"nodes": [1]}]
+    with pytest.raises(LoadError, match="expected roots"):
+        loaded(tmp_path, gltf)
+    gltf = forest()
+    gltf.json["scenes"] = [{}]
+    with pytest.raises(SceneError, match="places no mesh"):
+        loaded(tmp_path, gltf)
+
+
+def test_meshes_that_no_node_shows_are_left_out(tmp_path):
+    gltf, mesh = square()
+    gltf.mesh(TRIANGLE)
+    gltf.node(mesh=1)
+    scene = loaded(tmp_path, gltf.scene(gltf.node(mesh=mesh)))
+    assert (scene.mesh_count, scene.instance_count) == (1, 1)
+
+
+def test_invisible_nodes_hide_all_below_them(tmp_path):
+    hidden = {"extensions": {"KHR_node_visibility": {"visible": False}}}
+    shown = {"extensions": {"KHR_node_visibility": {"visible": True}}}
+    gltf, mesh = square(extensionsUsed=["KHR_node_visibility"])
+    leaf = gltf.node(mesh=mesh, translation=[50, 0, 0], **shown)
+    middle = gltf.node(mesh=mesh, translation=[20, 0, 0], children=[leaf])
+    gltf.scene(gltf.node(mesh=mesh, translation=[9, 0, 0], children=[middle], **hidden), gltf.node(mesh=mesh, **shown))
+    assert box(loaded(tmp_path, gltf)) == [-1, -1, 1, 1]
+
+
+def instanced(attributes, **node):
+    gltf, mesh = square(extensionsUsed=["EXT_mesh_gpu_instancing"], extensionsRequired=["EXT_mesh_gpu_instancing"])
+    made = {name: gltf.accessor(*(v if isinstance(v, tuple) else (v,))) for name, v in attributes.items()}
+    for index in made.values():
+        if gltf.json["accessors"][index]["componentType"] != 5126:
+            gltf.json["accessors"][index]["normalized"] = True
+    gltf.node(mesh=mesh, extensions={"EXT_mesh_gpu_instancing": {"attributes": made}}, **node)
+    return gltf.scene(0)
+
+
+def test_instances_stay_instances(tmp_path):
+    attributes = {
+        "TRANSLATION": [[10, 0, 0], [0, 20, 0]],
+        "ROTATION": [QUARTER, [0, 0, 0, 1]],
+        "SCALE": [[3, 1, 1], [1, 2, 1]],
+    }
+    scene = loaded(tmp_path, instanced(attributes, translation=[100, 0, 0], scale=[2, 1, 1]))
+    assert (scene.mesh_count, scene.instance_count) == (1, 2)
+    found = corners(scene).reshape(2, -1, 3)
+    np.testing.assert_allclose(found.min(axis=1)[:, :2], [[118, -3], [98, 18]], atol=1e-4)
+    np.testing.assert_allclose(found.max(axis=1)[:, :2], [[122, 3], [102, 22]], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "expected"),
+    [
+        ({"TRANSLATION": [[5, 0, 0]] * 3}, [4, -1, 6, 1]),
+        ({"SCALE": [[5, 1, 1]]}, [-5, -1, 5, 1]),
+        ({"ROTATION": ([[0, 0, 90, 90]], "i1"), "SCALE": [[4, 1, 1]]}, [-1, -4, 1, 4]),
+        ({"ROTATION": ([[0, 0, 23170, 23170]], "i2"), "SCALE": [[4, 1, 1]]}, [-1, -4, 1, 4]),
+        ({"_ID": [1.0, 2.0], "TRANSLATION": [[5, 0, 0], [9, 0, 0]]}, [4, -1, 10, 1]),
+        ({"_ID": [1.0, 2.0]}, [-1, -1, 1, 1]),
+    ],
+)
+def test_instances_by_some_attributes(tmp_path, attributes, expected):
+    scene = loaded(tmp_path, instanced(attributes))
+    np.testing.assert_allclose(scene.bounds[:, :2].ravel(), expected, atol=1e-4)
+    assert scene.instance_count == len(next(iter(attributes.values()))) or "ROTATION" in attributes
+
+
+def test_instances_that_are_refused(tmp_path):
+    with pytest.raises(LoadError, match="TRANSLATION 2, SCALE 1"):
+        loaded(tmp_path, instanced({"TRANSLATION": [[0, 0, 0]] * 2, "SCALE": [[1, 1, 1]]}))
+    with pytest.raises(LoadError, match="got none"):
+        loaded(tmp_path, instanced({}))
+    with pytest.raises(LoadError, match="finite"):
+        loaded(tmp_path, instanced({"TRANSLATION": [[np.nan, 0, 0]]}))
+    with pytest.raises(LoadError, match="VEC4"):
+        loaded(tmp_path, instanced({"ROTATION": [[0, 0, 1]]}))
+    scene, text = told(tmp_path, instanced({"ROTATION": [[0, 0, 0, 0], QUARTER]}))
+    assert scene.instance_count == 2
+    assert "1 of 2 instances" in text
+    gltf = instanced({"TRANSLATION": [[0, 0, 0]]})
+    gltf.json["accessors"][-1]["count"] = 20_000_000
+    with pytest.raises(LoadError, match="instances"):
+        loaded(tmp_path, gltf)
+
+
+def test_many_small_arrays_of_instances_are_limited_together(tmp_path):
+    gltf = instanced({"TRANSLATION": np.zeros((400, 3))})
+    gltf.json["nodes"] *= 3
+    gltf.json["scenes"] = [{"nodes": [0, 1, 2]}]
+    path = tmp_path / "scene.glb"
+    path.write_bytes(gltf.glb())
+    with pytest.raises(LoadError, match=r"at most 1,000 placed meshes, got 1,200.*instances="):
+        read_gltf(Given.of_file(path, "glb", Limits(instances=1000)))
+    # Zeros that no byte of the file holds.
+    gltf = instanced({"_ID": [0.0]})
+    accessor = gltf.json["accessors"][-1]
+    del accessor["bufferView"]
+    accessor["count"] = 5_000_000
+    with pytest.raises(LoadError, match="for each byte"):
+        loaded(tmp_path, gltf)
+
+
+def morphing(weights, node_weights=None, **second):
+    gltf = Gltf()
+    up = gltf.accessor([[0, 0, 0], [0, 0, 0], [0, 2, 0], [0, 2, 0]])
+    wide = gltf.accessor(np.zeros((4, 3)), bufferView=None, sparse=gltf.sparse([1, 2], [[1, 0, 0]] * 2))
+    fields = {} if weights is None else {"weights": weights}
+    gltf.mesh(SQUARE, FACES, targets=[{"POSITION": up}, {"POSITION": wide}], **fields)
+    gltf.node(mesh=0, **({} if node_weights is None else {"weights": node_weights}))
+    return gltf.scene(0)
+
+
+@pytest.mark.parametrize(
+    ("weights", "node_weights", "expected"),
+    [
+        (None, None, [-1, -1, 1, 1]),
+        ([0, 0], None, [-1, -1, 1, 1]),
+        ([1, 0], None, [-1, -1, 1, 3]),
+        ([0.5, 3], None, [-1, -1, 4, 2]),
+        ([1, 0], [0, 1], [-1, -1, 2, 1]),
+        ([1, 1], [0, 0], [-1, -1, 1, 1]),
+        (None, [-1, 0], [-1, -1, 1, -1]),
+    ],
+)
+def test_morph_targets(tmp_path, weights, node_weights, expected):
+    assert box(loaded(tmp_path, morphing(weights, node_weights))) == expected
+
+
+def test_morph_targets_that_are_refused(tmp_path):
+    with pytest.raises(LoadError, match=r"one per weight.*which are 3, got 2"):
+        loaded(tmp_path, morphing([1, 1, 1]))
+    with pytest.raises(LoadError, match="weights"):
+        loaded(tmp_path, morphing(["1", 0]))
+    gltf = morphing([1, 0])
+    gltf.json["accessors"][0]["count"] = 3
+    with pytest.raises(LoadError, match="expected 4 elements"):
+        loaded(tmp_path, gltf)
+
+
+def test_nodes_share_a_mesh_only_with_equal_weights(tmp_path):
+    gltf = morphing([1, 0])
+    for x, weights in ((10, None), (20, [0, 1]), (30, [0, 1])):
+        gltf.node(mesh=0, translation=[x, 0, 0], **({"weights": weights} if weights else {}))
+    gltf.json["scenes"][0]["nodes"] = [0, 1, 2, 3]
+    scene = loaded(tmp_path, gltf)
+    assert (scene.mesh_count, scene.instance_count) == (2, 4)
+    assert box(scene) == [-1, -1, 32, 3]
+
+
+def test_quantised_targets(tmp_path):
+    gltf = Gltf()
+    moves = np.zeros((3, 4), np.int8)
+    moves[:, 1] = 127
+    target = gltf.accessor(moves[:, :3], "i1", bufferView=gltf.view(moves.tobytes(), byteStride=4), normalized=True)
+    gltf.mesh(TRIANGLE, targets=[{"POSITION": target}, {"NORMAL": target}], weights=[3, 1])
+    assert box(loaded(tmp_path, gltf.scene(gltf.node(mesh=0)))) == [0, 3, 1, 4]
+
+
+# A strip of four vertices: the lower pair on joint 0, the upper pair on joint 1, which stands at y = 1.
+JOINTS = [[0, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0], [1, 0, 0, 0]]
+WEIGHTS = [[1, 0, 0, 0]] * 4
+
+
+def skinned(
+    joint_fields, *, joints=JOINTS, joint_kind="u1", weights=WEIGHTS, weight_kind="f4", inverse=True, more=None
+):
+    gltf = Gltf()
+    scaled = np.array(weights, float)
+    if weight_kind != "f4":
+        scaled = np.round(scaled * np.iinfo(weight_kind).max)
+    attributes = {
+        "JOINTS_0": gltf.accessor(joints, joint_kind),
+        "WEIGHTS_0": gltf.accessor(scaled, weight_kind, normalized=weight_kind != "f4"),
+    }
+    for name, (values, kind) in (more or {}).items():
+        attributes[name] = gltf.accessor(values, kind)
+    gltf.mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], FACES, attributes=attributes, name="arm")
+    bind = np.tile(np.eye(4), (2, 1, 1))
+    bind[1, 1, 3] = -1
+    skin = {"joints": [0, 1]}
+    if inverse:
+        skin["inverseBindMatrices"] = gltf.accessor(bind.swapaxes(1, 2).reshape(2, 16))
+    gltf.add("skins", **skin)
+    gltf.node(children=[1])
+    gltf.node(**{"translation": [0, 1, 0], **joint_fields})
+    return gltf.scene(0, gltf.node(mesh=0, skin=0))
+
+
+@pytest.mark.parametrize(("joint_kind", "weight_kind"), [("u1", "f4"), ("u2", "u1"), ("u1", "u2")])
+def test_skins_at_rest_and_posed(tmp_path, joint_kind, weight_kind):
+    kinds = {"joint_kind": joint_kind, "weight_kind": weight_kind}
+    assert box(loaded(tmp_path, skinned({}, **kinds))) == [0, 0, 1, 1]
+    # A quarter turn of the upper joint about (0, 1): (1, 1) goes to (0, 2).
+    found = corners(loaded(tmp_path, skinned({"rotation": QUARTER}, **kinds)))
+    np.testing.assert_allclose(found[0], [[0, 0, 0], [1, 0, 0], [0, 2, 0]], atol=1e-5)
+
+
+def test_the_transform_of_a_skinned_node_is_ignored(tmp_path):
+    gltf = skinned({})
+    gltf.json["nodes"][2]["translation"] = [50, 0, 0]
+    gltf.json["nodes"][0]["translation"] = [0, 7, 0]
+    assert box(loaded(tmp_path, gltf)) == [0, 7, 1, 8]
+
+
+def test_weights_blend_and_are_brought_to_a_sum_of_one(tmp_path):
+    half = [[0.5, 0.5, 0, 0]] * 4
+    pairs = [[0, 1, 0, 0]] * 4
+    scene = loaded(tmp_path, skinned({"scale": [3, 1, 1]}, joints=pairs, weights=half))
+    assert box(scene) == [0, 0, 2, 1]
+    scene, text = told(tmp_path, skinned({"scale": [3, 1, 1]}, joints=pairs, weights=np.array(half) * 4))
+    assert box(scene) == [0, 0, 2, 1]
+    assert "weights of arm do not add up to 1" in text
+    scene, text = told(tmp_path, skinned({"scale": [3, 1, 1]}, weights=np.zeros((4, 4))))
+    assert box(scene) == [0, 0, 3, 1]
+    assert "4 vertices of arm have no weights" in text
+
+
+def test_a_second_set_of_joints(tmp_path):
+    more = {"JOINTS_1": ([[1, 0, 0, 0]] * 4, "u1"), "WEIGHTS_1": ([[0.5, 0, 0, 0]] * 4, "f4")}
+    scene = loaded(
+        tmp_path, skinned({"scale": [3, 1, 1]}, joints=np.zeros((4, 4)), weights=np.array(WEIGHTS) * 0.5, more=more)
+    )
+    assert box(scene) == [0, 0, 2, 1]
+    with pytest.raises(LoadError, match="JOINTS_1"):
+        loaded(tmp_path, skinned({}, more={"WEIGHTS_1": more["WEIGHTS_1"]}))
+
+
+def test_skins_that_are_refused(tmp_path):
+    with pytest.raises(SceneError, match=r"arm.*joints below the 2.*got 7 at vertex 2"):
+        loaded(tmp_path, skinned({}, joints=[[0] * 4, [0] * 4, [7, 0, 0, 0], [1] * 4]))
+    # One without weight does not matter.
+    loaded(tmp_path, skinned({}, joints=[[0, 9, 0, 0], [0, 9, 0, 0], [1, 9, 9, 9], [1, 0, 0, 0]]))
+    for change, match in (
+        (lambda j: j["skins"][0].update(joints=[]), "joints"),
+        (lambda j: j["skins"][0].update(joints=[0, 99]), r"skins\[0\].joints\[1\]"),
+        (lambda j: j["skins"][0].update(joints=[0, 1, 2]), "inverseBindMatrices: expected 3"),
+        (lambda j: j["skins"][0].update(inverseBindMatrices=0), "MAT4"),
+        (lambda j: j["nodes"][2].update(skin=1), "skin"),
+        (lambda j: j["accessors"][0].update(count=3), "JOINTS_0: expected 4"),
+    ):
+        gltf = skinned({})
+        change(gltf.json)
+        with pytest.raises(LoadError, match=match):
+            loaded(tmp_path, gltf)
+
+
+def test_a_skin_without_inverse_matrices(tmp_path):
+    assert box(loaded(tmp_path, skinned({}, inverse=False))) == [0, 0, 1, 2]
+
+
+def test_one_mesh_with_two_skins(tmp_path):
+    gltf = skinned({})
+    # Both of its vertices' joints are the root, moved by 40.
+    gltf.add("skins", joints=[gltf.node(translation=[40, 0, 0])] * 2)
+    gltf.node(mesh=0, skin=1)
+    gltf.json["scenes"][0]["nodes"] += [3, 4]
+    scene = loaded(tmp_path, gltf)
+    assert (scene.mesh_count, scene.instance_count) == (2, 2)
+    assert box(scene) == [0, 0, 41, 1]
+
+
+def test_joints_outside_of_the_scene_pose_too(tmp_path):
+    gltf = skinned({"translation": [0, 5, 0]})
+    gltf.json["scenes"][0]["nodes"] = [2]
+    assert box(loaded(tmp_path, gltf)) == [0, 0, 1, 5]
+
+
+def test_morphs_come_before_skins(tmp_path):
+    gltf = skinned({"rotation": QUARTER})
+    (primitive,) = gltf.json["meshes"][0]["primitives"]
+    primitive["targets"] = [{"POSITION": gltf.accessor([[0, 0, 0], [0, 0, 0], [4, 0, 0], [0, 0, 0]])}]
+    gltf.json["meshes"][0]["weights"] = [1]
+    # (5, 1) turned about (0, 1) is (0, 6).
+    np.testing.assert_allclose(loaded(tmp_path, gltf).bounds[1, :2], [1, 6], atol=1e-5)
+
+
+def test_a_skin_for_a_mesh_without_joints(tmp_path):
+    gltf = skinned({})
+    gltf.json["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}}], "name": "stiff"})
+    gltf.mesh(TRIANGLE, name="stiff")
+    gltf.node(mesh=2, skin=0, translation=[7, 0, 0])
+    gltf.json["scenes"][0]["nodes"] = [3]
+    scene, text = told(tmp_path, gltf)
+    assert box(scene) == [7, 0, 8, 1]
+    assert "stiff has no joints" in text
+
+
+def test_meshes_hang_on_cameras_and_lights(tmp_path):
+    gltf, mesh = square(extensions={"KHR_lights_punctual": {"lights": [{"type": "point", "range": 3}]}})
+    gltf.add("cameras", type="perspective", perspective={"yfov": 1, "znear": 0.1, "zfar": 9, "aspectRatio": 1})
+    child = gltf.node(mesh=mesh, translation=[1, 0, 0])
+    lamp = gltf.node(
+        children=[child], mesh=mesh, extensions={"KHR_lights_punctual": {"light": 0}}, translation=[0, 5, 0]
+    )
+    scene = loaded(tmp_path, gltf.scene(gltf.node(camera=0, mesh=mesh, children=[lamp], translation=[10, 0, 0])))
+    assert box(scene) == [9, -1, 12, 6]
+    assert scene.instance_count == 3
+    assert len(scene.cameras) == len(scene.lights) == 1

@@ -45,11 +45,9 @@ class Graph:
     def world(self) -> NDArray[np.float64]:
         """(N, 4, 4) float64: world from node."""
         world = local_transforms(self.document)
-        # What overflows is refused where it is placed.
-        with np.errstate(over="ignore", invalid="ignore"):
-            for level in self.levels[1:]:
-                parents = [self.parent[i] for i in level]
-                world[level] = world[parents] @ world[level]
+        for level in self.levels[1:]:
+            parents = [self.parent[i] for i in level]
+            world[level] = world[parents] @ world[level]
         return world
 
     def active(self) -> list[int]:
@@ -186,8 +184,7 @@ def unit_quaternions(quaternions: NDArray[np.float64]) -> tuple[NDArray[np.float
     # Scaled first: squares of tiny and huge numbers leave the range of float64.
     scaled = np.where(largest > 0, quaternions / np.where(largest > 0, largest, 1.0), (0.0, 0, 0, 1))
     length = np.linalg.norm(scaled, axis=1, keepdims=True)
-    with np.errstate(over="ignore"):
-        far = np.abs(length * largest - 1.0) > UNIT_TOLERANCE
+    far = np.abs(length * largest - 1.0) > UNIT_TOLERANCE
     return scaled / length, np.flatnonzero(far[:, 0]).tolist()
 
 

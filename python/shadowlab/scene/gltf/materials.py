@@ -155,8 +155,7 @@ class Materials:
             uv = uv if scale is None else uv * scale
             c, s = math.cos(turn), math.sin(turn)
             uv = uv @ np.array([[c, -s], [s, c]]) + (0.0 if offset is None else offset)
-        with np.errstate(over="ignore"):
-            return uv.astype(np.float32)
+        return uv.astype(np.float32)
 
     def _wraps(self, info: JsonObject) -> tuple[str, str]:
         top = self.accessors.document.top

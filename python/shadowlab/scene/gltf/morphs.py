@@ -51,6 +51,5 @@ def morphed(primitive: Primitive, weights: tuple[float, ...], accessors: Accesso
             raise target.broken(
                 f"POSITION: expected {len(made)} elements, one per vertex of {primitive.label}, got {len(moves)}"
             )
-        with np.errstate(over="ignore", invalid="ignore"):
-            made += weight * moves.astype(np.float64)
+        made += weight * moves.astype(np.float64)
     return made

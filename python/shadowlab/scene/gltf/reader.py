@@ -85,10 +85,12 @@ def read_gltf(given: Given) -> Gathered:
         For geometry that cannot be used: an index of no vertex, numbers that overflow.
     """
     try:
-        document = document_of(given)
-        accessors = Accessors.of(document)
-        reading = Reading(document, accessors, graph_of(document), Materials(accessors))
-        gather(reading)
+        # Whatever overflows, or is no number, is refused or left out where it counts.
+        with np.errstate(all="ignore"):
+            document = document_of(given)
+            accessors = Accessors.of(document)
+            reading = Reading(document, accessors, graph_of(document), Materials(accessors))
+            gather(reading)
     except MemoryError as e:
         raise LoadError(f"{given.name}: expected a file that fits into memory, got one that does not ({e})") from e
     return reading.found
@@ -153,8 +155,7 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         transforms = world[index : index + 1]
         instances = instances_of(node, reading.accessors)
         if instances is not None:
-            with np.errstate(over="ignore", invalid="ignore"):
-                transforms = transforms @ instances
+            transforms = transforms @ instances
             finite[index] = bool(np.isfinite(transforms).all())
         if skin < 0 and not finite[index]:
             raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}")
@@ -232,8 +233,7 @@ def check_extent(found: Gathered, name: str) -> None:
     meshes, index, transforms = found.arrays()
     frames = [mesh.frame for mesh in meshes]
     half = np.array([np.abs(center) + scale for scale, center in frames])[index]
-    with np.errstate(over="ignore", invalid="ignore"):
-        reach = np.abs(transforms[:, :3, :3]) @ half[:, :, None] + np.abs(transforms[:, :3, 3:])
+    reach = np.abs(transforms[:, :3, :3]) @ half[:, :, None] + np.abs(transforms[:, :3, 3:])
     if not reach.max() < MOST_COORDINATE:
         raise SceneError(
             f"{name}: expected coordinates below {MOST_COORDINATE:g}, got {reach.max():g}; scale the scene down"

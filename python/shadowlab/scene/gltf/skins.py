@@ -39,9 +39,8 @@ def joint_matrices(skin: JsonObject, graph: Graph, accessors: Accessors) -> NDAr
         inverse = accessors.floats(skin, "inverseBindMatrices", "MAT4").astype(np.float64)
         if len(inverse) < len(joints):
             raise skin.broken(f"inverseBindMatrices: expected {len(joints)}, one per joint, got {len(inverse)}")
-        with np.errstate(over="ignore", invalid="ignore"):
-            # Columns one after the other, as all matrices of glTF.
-            world = world @ inverse[: len(joints)].reshape(-1, 4, 4).swapaxes(1, 2)
+        # Columns one after the other, as all matrices of glTF.
+        world = world @ inverse[: len(joints)].reshape(-1, 4, 4).swapaxes(1, 2)
     if not np.isfinite(world).all():
         raise SceneError(
             f"{skin.file}: {skin.place}: expected finite joint matrices, got others; export the file again"
@@ -94,15 +93,14 @@ def posed(
     joints = np.where(weights > 0, joints, 0)
     made = np.empty((len(vertices), 3))
     points = np.ones((BLOCK, 4))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for start in range(0, len(vertices), BLOCK):
-            rows = slice(start, min(start + BLOCK, len(vertices)))
-            count = rows.stop - start
-            points[:count, :3] = vertices[rows]
-            blended = np.zeros((count, 3, 4))
-            for k in range(joints.shape[1]):
-                blended += weights[rows, k, None, None] * matrices[joints[rows, k]]
-            made[rows] = np.einsum("nij,nj->ni", blended, points[:count])
+    for start in range(0, len(vertices), BLOCK):
+        rows = slice(start, min(start + BLOCK, len(vertices)))
+        count = rows.stop - start
+        points[:count, :3] = vertices[rows]
+        blended = np.zeros((count, 3, 4))
+        for k in range(joints.shape[1]):
+            blended += weights[rows, k, None, None] * matrices[joints[rows, k]]
+        made[rows] = np.einsum("nij,nj->ni", blended, points[:count])
     return made
 
 

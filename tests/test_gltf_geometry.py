@@ -169,11 +169,12 @@ def test_a_primitive_without_positions_or_triangles_is_told(tmp_path):
     gltf = Gltf()
     gltf.add("meshes", primitives=[{"attributes": {"NORMAL": gltf.accessor(TRIANGLE)}}], name="bare")
     gltf.mesh(TRIANGLE[:2], mode=5, name="short")
+    gltf.add("meshes", name="hollow", primitives=[])
     gltf.mesh([[np.nan] * 3] * 3, name="lost")
-    gltf.scene(*(gltf.node(mesh=mesh) for mesh in (0, 1, 2, gltf.mesh())))
+    gltf.scene(*(gltf.node(mesh=mesh) for mesh in (0, 1, 2, 3, gltf.mesh())))
     scene, text = told(tmp_path, gltf)
     assert scene.triangle_count == 1
-    assert all(name in text for name in ("bare (no positions)", "short", "lost", "1 face"))
+    assert all(name in text for name in ("bare (no positions)", "short", "hollow", "lost", "1 face"))
     gltf = Gltf()
     gltf.mesh(TRIANGLE[:2], mode=5, name="short")
     with pytest.raises(SceneError, match="short"):

@@ -310,6 +310,13 @@ def test_morph_targets_that_are_refused(tmp_path):
         loaded(tmp_path, gltf)
 
 
+def test_weights_without_targets_are_told(tmp_path):
+    gltf, mesh = square()
+    scene, text = told(tmp_path, gltf.scene(gltf.node(mesh=mesh, weights=[1])))
+    assert box(scene) == [-1, -1, 1, 1]
+    assert "square has weights and no morph targets" in text
+
+
 def test_nodes_share_a_mesh_only_with_equal_weights(tmp_path):
     gltf = morphing([1, 0])
     for x, weights in ((10, None), (20, [0, 1]), (30, [0, 1])):
@@ -445,6 +452,16 @@ def test_morphs_come_before_skins(tmp_path):
     gltf.json["meshes"][0]["weights"] = [1]
     # (5, 1) turned about (0, 1) is (0, 6).
     np.testing.assert_allclose(loaded(tmp_path, gltf).bounds[1, :2], [1, 6], atol=1e-5)
+
+
+def test_a_skinned_mesh_with_instances_is_told(tmp_path):
+    gltf = skinned({})
+    placing = {"TRANSLATION": gltf.accessor([[9, 0, 0], [0, 9, 0]])}
+    gltf.json["nodes"][2]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": placing}}
+    scene, text = told(tmp_path, gltf)
+    assert box(scene) == [0, 0, 1, 1]
+    assert "'arm'" in text
+    assert "skinned and instanced" in text
 
 
 def test_a_skin_for_a_mesh_without_joints(tmp_path):

@@ -1,4 +1,4 @@
-"""Scenes from files: whatever trimesh loads."""
+"""Scenes from files: glTF by our own reader, and whatever trimesh loads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
-    """A scene from any file trimesh loads (glb, gltf, ply, obj, stl, off, 3mf...); instances stay instances.
+    """A scene from glTF (glb, gltf) or any file trimesh loads (ply, obj, stl, off, 3mf...); instances stay instances.
 
     Parameters
     ----------
@@ -38,6 +38,16 @@ def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
         The file is missing, of an unknown kind, broken, or holds no mesh.
     SceneError
         No triangle is left, or a face points at a vertex that does not exist.
+
+    Warns
+    -----
+    ShadowlabWarning
+        For what is left out or completed: faces that are not finite, points and lines, cameras without a far plane,
+        extensions of glTF that may change geometry, alpha-tested materials.
+
+    References
+    ----------
+    Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021; docs/gltf.md has what is read of it.
     """
     up_axis(up)
     if not isinstance(path, (str, os.PathLike)):

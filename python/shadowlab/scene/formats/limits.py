@@ -25,7 +25,7 @@ class Limits(Value):
     entries : int
         Files in an archive.
     ratio : float
-        Unpacked bytes for each packed byte of an archive.
+        Unpacked bytes for each packed byte of an archive, and bytes in memory for each byte of a glTF file.
 
     Raises
     ------

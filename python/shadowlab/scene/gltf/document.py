@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import struct
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +16,7 @@ from .items import FIX, JsonObject, brief
 MAGIC = b"glTF"
 BINARY_VERSION = 2
 JSON_CHUNK, BIN_CHUNK = 0x4E4F534A, 0x004E4942
-VERSION = re.compile(r"(\d+)\.(\d+)", re.ASCII)
+LONGEST_VERSION = 20
 # The newest minor version of glTF 2 that is known; a file may demand a newer one by its minVersion.
 NEWEST_MINOR = 0
 # Bytes that a file may expand to, whatever its size; beyond, `Limits.ratio` counts. Chosen well below any memory.
@@ -201,11 +200,12 @@ def check_asset_version(top: JsonObject) -> None:
     for key in ("minVersion", "version"):
         if key == "minVersion" and key not in asset.value:
             continue
-        found = VERSION.fullmatch(asset.text(key))
-        if not found or int(found[1][:9]) != 2 or (key == "minVersion" and int(found[2][:9]) > NEWEST_MINOR):
-            raise asset.wrong(
-                key, "glTF 2.0" if key == "minVersion" else "2.0, or another minor version", f"{FIX} as glTF 2.0"
-            )
+        # Longer ones are no versions, and take long to become numbers.
+        parts = asset.text(key).split(".") if len(asset.text(key)) < LONGEST_VERSION else []
+        good = len(parts) == 2 and all(part.isascii() and part.isdigit() for part in parts) and int(parts[0]) == 2
+        if not good or (key == "minVersion" and int(parts[1]) > NEWEST_MINOR):
+            wanted = "2.0" if key == "minVersion" else "2.0, or another minor version"
+            raise asset.wrong(key, wanted, f"{FIX} as glTF 2.0")
 
 
 def broken(name: str, expected: str, cause: Exception | None = None) -> NoReturn:

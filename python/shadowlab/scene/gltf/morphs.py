@@ -38,6 +38,9 @@ def morphed(primitive: Primitive, weights: tuple[float, ...], accessors: Accesso
     targets = primitive.item.items("targets")
     if not weights:
         return primitive.vertices
+    if not targets:
+        accessors.document.notes.append(f"{primitive.label} has weights and no morph targets: it stays as it is")
+        return primitive.vertices
     if len(weights) != len(targets):
         raise primitive.item.broken(
             f"targets: expected one per weight of {primitive.label}, which are {len(weights)}, got {len(targets)}"

@@ -109,6 +109,9 @@ def gather(reading: Reading) -> None:
         for i in range(len(document.primitives(use.mesh))):
             if (use, i) in reading.in_world:
                 found.place((use, i), np.eye(4))
+                if len(transforms) > 1:
+                    name = document.meshes[use.mesh].place
+                    document.notes.append(f"{name} is skinned and instanced: its joints place it, once")
             else:
                 found.place((use, i), transforms)
     box: list[NDArray[np.float64]] = []
@@ -170,6 +173,8 @@ def add_mesh(reading: Reading, use: Use) -> None:
     document, accessors = reading.document, reading.accessors
     mesh = document.meshes[use.mesh]
     items = document.primitives(use.mesh)
+    if not items:
+        reading.found.empty.append(f"{mesh.name or f'mesh {use.mesh}'} (no primitives)")
     for i, item in enumerate(items):
         label = mesh.name or f"mesh {use.mesh}"
         label += f", primitive {i}" if len(items) > 1 else ""

@@ -34,16 +34,17 @@ READ = frozenset(
 )
 #: The module that decodes each compression; the extra `compressed` brings both.
 LIBRARIES = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
-#: Extensions that change neither geometry nor what light goes through: shading, textures, sound, behaviour, metadata. By
-#: how their names begin, and by name.
+#: Extensions that change neither geometry nor what light goes through: shading, textures, sound, behaviour, metadata.
+#: By how their names begin, and by name.
 NO_SHADOW_FAMILIES = (
     "KHR_materials_", "KHR_texture_", "MSFT_texture_", "MSFT_packing_", "ADOBE_materials_", "NV_materials_", "KHR_xmp",
     "KHR_audio", "OMI_audio", "KHR_animation", "KHR_interactivity", "KHR_physics_", "OMI_physics_", "MSFT_physics_",
-    "KHR_character", "KHR_avatar", "VRM", "EXT_lights_", "KHR_lights_", "AGI_", "SEIN_",
+    "KHR_character", "KHR_avatar", "VRM", "AGI_", "SEIN_",
 )  # fmt: skip
 NO_SHADOW = frozenset((
-    "KHR_techniques_webgl", "KHR_node_selectability", "KHR_node_hoverability", "KHR_implicit_shapes", "KHR_collision_shapes",
-    "KHR_data_sizes", "EXT_mesh_features", "EXT_instance_features", "EXT_structural_metadata", "EXT_feature_metadata",
+    "KHR_techniques_webgl", "KHR_node_selectability", "KHR_node_hoverability", "KHR_implicit_shapes",
+    "KHR_collision_shapes", "KHR_data_sizes", "KHR_lights_environment", "KHR_lights_image_based", "EXT_lights_image_based",
+    "EXT_lights_ies", "EXT_mesh_features", "EXT_instance_features", "EXT_structural_metadata", "EXT_feature_metadata",
     "EXT_mesh_manifold", "EXT_bmesh_encoding", "CESIUM_primitive_outline", "FB_geometry_metadata", "GODOT_single_root",
     "MPEG_texture_video", "MPEG_audio_spatial", "MSFT_audio_emitter", "MOZ_hubs_components", "GRIFFEL_bim_data",
 ))  # fmt: skip

@@ -43,7 +43,8 @@ NO_SHADOW_FAMILIES = (
 )  # fmt: skip
 NO_SHADOW = frozenset((
     "KHR_techniques_webgl", "KHR_node_selectability", "KHR_node_hoverability", "KHR_implicit_shapes",
-    "KHR_collision_shapes", "KHR_data_sizes", "KHR_lights_environment", "KHR_lights_image_based", "EXT_lights_image_based",
+    "KHR_collision_shapes", "KHR_data_sizes", "KHR_lights_environment", "KHR_lights_image_based",
+    "EXT_lights_image_based",
     "EXT_lights_ies", "EXT_mesh_features", "EXT_instance_features", "EXT_structural_metadata", "EXT_feature_metadata",
     "EXT_mesh_manifold", "EXT_bmesh_encoding", "CESIUM_primitive_outline", "FB_geometry_metadata", "GODOT_single_root",
     "MPEG_texture_video", "MPEG_audio_spatial", "MSFT_audio_emitter", "MOZ_hubs_components", "GRIFFEL_bim_data",

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
+from .alpha_test import AlphaTest
 from .placed import camera_at, farthest, unique
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ SPARE = 0.05
 ASPECT = 16 / 9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Gathered:
     """What a scene of another program is made of, and what was left out of it."""
 
@@ -52,6 +53,43 @@ class Gathered:
     empty: list[str] = field(default_factory=list)
     #: Faces that were left out, by geometry.
     dropped: list[int] = field(default_factory=list)
+    #: Faces with fewer than three distinct corners in a row, which were left out.
+    degenerate: int = 0
+    #: What else was left out.
+    left_out: list[str] = field(default_factory=list)
+    #: What there is to say beside.
+    notes: list[str] = field(default_factory=list)
+    #: By key of the mesh.
+    alpha_tests: dict[Any, AlphaTest] = field(default_factory=dict)
+    #: The axis that points up, and metres per unit, where a file says so.
+    up: str | None = None
+    unit: float | None = None
+    #: That the file brought, by name.
+    cameras: dict[str, _core.Camera] = field(default_factory=dict)
+    lights: dict[str, Light] = field(default_factory=dict)
+
+    def join(self, other: Gathered, name: str) -> None:
+        """Adds all of another, of that name."""
+        self.meshes.update({(name, key): mesh for key, mesh in other.meshes.items()})
+        self.index += [(name, key) for key in other.index]
+        self.alpha_tests.update({(name, key): test for key, test in other.alpha_tests.items()})
+        self.transforms += other.transforms
+        self.empty += other.empty
+        self.dropped += other.dropped
+        self.degenerate += other.degenerate
+        self.left_out += other.left_out
+        self.notes += other.notes
+        for mine, theirs in ((self.cameras, other.cameras), (self.lights, other.lights)):
+            mine.update({unique(key, mine): value for key, value in theirs.items()})
+
+    def warn(self, *, stacklevel: int) -> None:
+        """Warns of what was left out, and gives the notes."""
+        others = list(self.left_out)
+        if self.degenerate:
+            faces = "faces" if self.degenerate > 1 else "face"
+            others.append(f"{self.degenerate:,} {faces} with fewer than three distinct vertices")
+        warn_left_out(sum(self.dropped), self.empty, others, stacklevel=stacklevel + 1)
+        warn_notes(self.notes, stacklevel=stacklevel + 1)
 
     def add(self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None) -> None:
         """Adds a mesh under a key, unless it has no usable triangle."""
@@ -86,7 +124,7 @@ class Gathered:
 
 
 def gathered(source: Any) -> Gathered:
-    """The meshes of another program's object and their places.
+    """The meshes of another program's object and their places, its cameras and lights; warns of what was left out.
 
     Raises
     ------
@@ -95,6 +133,13 @@ def gathered(source: Any) -> Gathered:
     SceneError
         For an index out of range.
     """
+    found = collected(source)
+    found.warn(stacklevel=4)
+    return found
+
+
+def collected(source: Any) -> Gathered:
+    """What `gathered` gives, without its warnings."""
     found = Gathered()
     if is_graph(source):
         _of_trimesh_scene(source, found)
@@ -114,7 +159,6 @@ def gathered(source: Any) -> Gathered:
             "source: expected a trimesh.Trimesh or trimesh.Scene, a pyrender scene or mesh, or an object with vertices "
             f"and faces, got {type(source).__name__}; load it with trimesh, or use Scene.from_arrays"
         )
-    warn_left_out(sum(found.dropped), found.empty, stacklevel=4)
     return found
 
 
@@ -303,14 +347,15 @@ def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
     return made
 
 
-def warn_left_out(faces: int, empty: list[str], *, stacklevel: int) -> None:
-    """Warns of faces and geometries that were left out, if any were."""
+def warn_left_out(faces: int, empty: list[str], others: Sequence[str] = (), *, stacklevel: int) -> None:
+    """Warns of faces, geometries and others that were left out, if any were."""
     parts = []
     if faces:
         parts.append(f"{faces} face{'s' if faces > 1 else ''} with vertices that are not finite")
     if empty:
         shown = ", ".join(empty[:5]) + (", ..." if len(empty) > 5 else "")
         parts.append(f"{len(empty)} geometr{'ies' if len(empty) > 1 else 'y'} without triangles: {shown}")
+    parts += others
     if parts:
         warnings.warn(f"left out: {' and '.join(parts)}", ShadowlabWarning, stacklevel=stacklevel)
 

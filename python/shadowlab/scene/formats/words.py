@@ -1,0 +1,92 @@
+"""Text files as bytes: one encoding and one end of line, comments removed; numbers of many lines at once."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import LoadError
+
+Bytes = NDArray[np.uint8]
+
+_SPACES = np.zeros(256, bool)
+_SPACES[[9, 10, 11, 12, 13, 32]] = True
+
+
+def plain(data: bytes) -> bytes:
+    """The text with a newline at the end of every line, in an encoding that has ASCII's letters and digits."""
+    for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
+        if data.startswith(mark):
+            data = data.decode(encoding, "replace").encode()
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data if data.endswith(b"\n") else data + b"\n"
+
+
+def without_comments(data: bytes) -> bytes:
+    """The text without what follows a "#" at the beginning of a word; its lines stay."""
+    return re.sub(rb"(^|(?<=[\s]))#[^\n]*", b"", data) if b"#" in data else data
+
+
+def readable(data: bytes) -> str:
+    """A short piece of a file for an error."""
+    text = data.decode("utf-8", "replace").strip()
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")
+
+
+def words_per_line(text: bytes) -> NDArray[np.int64]:
+    """How many words each line has; every line ends in a newline."""
+    space = _SPACES[np.frombuffer(text, np.uint8)]
+    begins = ~space
+    begins[1:] &= space[:-1]
+    ends = np.flatnonzero(np.frombuffer(text, np.uint8) == 10)
+    if not len(ends):
+        return np.zeros(0, np.int64)
+    return np.add.reduceat(begins, np.concatenate([[0], ends[:-1] + 1]), dtype=np.int64)
+
+
+def numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
+    """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        try:
+            return np.fromstring(text, dtype=dtype, sep=" ")
+        except ValueError:
+            return np.zeros(0, dtype)
+
+
+def first_that_is_no_number(words: list[bytes], kind: type[int] | type[float]) -> int | None:
+    """The place of the first word that is no number."""
+    for place, word in enumerate(words):
+        try:
+            kind(word)
+        except ValueError:
+            return place
+    return None
+
+
+def number_words(name: str, text: bytes, count: int, what: str, dtype: Any = np.float64) -> NDArray[Any]:
+    """The first numbers of a text.
+
+    Raises
+    ------
+    LoadError
+        For fewer, or for a word that is none.
+    """
+    found = numbers(text, dtype)
+    if len(found) >= count:
+        return found[:count]
+    words = text.split()
+    kind = float if np.dtype(dtype).kind == "f" else int
+    wrong = first_that_is_no_number(words[:count], kind)
+    if wrong is not None:
+        raise LoadError(f"{name}: expected numbers for its {what}, got {readable(words[wrong])}; check the file")
+    if len(words) < count:
+        raise LoadError(f"{name}: expected {count:,} numbers for its {what}, got {len(words):,}; the file is cut short")
+    # Words that Python takes and numpy does not, such as 1_000.
+    raise LoadError(f"{name}: expected plain decimal numbers for its {what}; check the file")

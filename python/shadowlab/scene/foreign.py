@@ -200,6 +200,8 @@ def _unusable(vertices: Any, faces: Any) -> bool:
     if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
         return False
     finite = np.logical_and.reduce(np.isfinite(points), axis=1)
+    if finite.all():
+        return not indices.size
     return not bool(finite[indices].all(axis=1).any())
 
 

@@ -153,7 +153,7 @@ class ColladaMeshes:
                 f"{self.given.name}: expected {stride} indices for each corner, got {len(indices):,}; check the file"
             )
         found = indices[offset::stride]
-        if len(found) and not (0 <= found.min() and found.max() < count):
+        if len(found) and (found.min() < 0 or found.max() >= count):
             wrong = int(found[(found < 0) | (found >= count)][0])
             raise LoadError(
                 f"{self.given.name}: expected vertices from 0 to {count - 1:,}, got {wrong}; check the file"

@@ -14,7 +14,7 @@ import numpy as np
 from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
-from .polygons import triangulated
+from .polygons import polygon_faces
 from .words import numbers, plain, readable, without_comments, words_per_line
 
 _KEYWORD = re.compile(rb"\s*((?:ST)?C?N?)(4?)(n?)OFF\b[ \t]*(BINARY)?", re.ASCII)
@@ -73,8 +73,8 @@ def read_off(given: Given) -> Gathered:
     if not f:
         raise LoadError(f"{name}: expected faces, got {v:,} vertices alone; export a mesh, not points")
     corners = indices.astype(np.int64)
-    triangles = triangulated(points, corners, many)
-    found = Gathered(degenerate=triangles.degenerate)
-    found.add("mesh", "the mesh", points, corners[triangles.at])
+    triangles, degenerate = polygon_faces(points, corners, many)
+    found = Gathered(degenerate=degenerate)
+    found.add("mesh", "the mesh", points, triangles)
     found.place("mesh", np.eye(4))
     return found

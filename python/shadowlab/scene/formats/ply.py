@@ -6,6 +6,8 @@ vertices, in which -1 begins a new strip.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,7 @@ from ..foreign import Gathered
 from .given import Given
 from .ply_header import ply_header
 from .ply_values import PlyLists, PlyValues, ply_values
-from .polygons import triangulated
+from .polygons import polygon_faces
 from .strips import strip_triangles
 
 #: Names of the list of a face's or strip's vertices.
@@ -33,12 +35,12 @@ def read_ply(given: Given) -> Gathered:
     values = ply_values(given, header)
     points = _points(given, values)
     found = Gathered()
-    faces = []
+    faces: list[NDArray[Any]] = []
     if (lists := _lists(given, values, "face")) is not None:
         corners = _indices(given, lists.values, len(points), strips=False)
-        triangles = triangulated(np.asarray(points, np.float64), corners, lists.counts)
-        found.degenerate += triangles.degenerate
-        faces.append(corners[triangles.at])
+        triangles, degenerate = polygon_faces(points, corners, lists.counts)
+        found.degenerate += degenerate
+        faces.append(triangles)
     if (lists := _lists(given, values, "tristrips")) is not None:
         corners = _indices(given, lists.values, len(points), strips=True)
         given.limits.check(given.name, "elements", len(corners), "corners of triangle strips")
@@ -47,7 +49,7 @@ def read_ply(given: Given) -> Gathered:
     if not count and not found.degenerate:
         others = ", ".join(f"{one.count:,} {one.name}" for one in header.elements) or "no element"
         raise LoadError(f"{given.name}: expected faces or tristrips, got {others}; export a mesh, not points alone")
-    found.add("mesh", "the mesh", points, np.concatenate(faces))
+    found.add("mesh", "the mesh", points, faces[0] if len(faces) == 1 else np.concatenate(faces))
     found.place("mesh", np.eye(4))
     return found
 
@@ -74,11 +76,13 @@ def _lists(given: Given, values: dict[str, PlyValues], element: str) -> PlyLists
     return None
 
 
-def _indices(given: Given, values: NDArray[np.generic], count: int, *, strips: bool) -> NDArray[np.int64]:
+def _indices(given: Given, values: NDArray[Any], count: int, *, strips: bool) -> NDArray[Any]:
     """Indices as whole numbers within the vertices."""
+    least = -1 if strips else 0
+    if values.dtype.kind in "iu" and values.size and least <= int(values.min()) and int(values.max()) < count:
+        return values.astype(values.dtype.newbyteorder("="), copy=False)
     with np.errstate(invalid="ignore"):
         whole = np.asarray(values).astype(np.int64)
-    least = -1 if strips else 0
     wrong = (whole != values) | (whole < least) | (whole >= count)
     if wrong.any():
         value = values[int(wrong.argmax())]

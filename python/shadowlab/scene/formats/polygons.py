@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,18 @@ class Triangles:
     degenerate: int = 0
 
 
-def triangulated(points: Points, corners: Indices, counts: Indices, *, in_place: bool = False) -> Triangles:
+def polygon_faces(points: NDArray[Any], corners: NDArray[Any], counts: Indices) -> tuple[NDArray[Any], int]:
+    """Triangles of polygons as rows of points, and how many polygons have none; see `triangulated`."""
+    if len(counts) and bool((counts == 3).all()):
+        faces = corners.reshape(-1, 3)
+        a, b, c = faces.T
+        repeated = (a == b) | (b == c) | (c == a)
+        return (faces[~repeated], int(repeated.sum())) if repeated.any() else (faces, 0)
+    triangles = triangulated(points, corners, counts)
+    return corners[triangles.at], triangles.degenerate
+
+
+def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *, in_place: bool = False) -> Triangles:
     """Triangles of simple polygons, convex or not.
 
     Corners that repeat the one before are passed over. Polygons that cross or overlap themselves, and those without
@@ -44,8 +56,8 @@ def triangulated(points: Points, corners: Indices, counts: Indices, *, in_place:
 
     Parameters
     ----------
-    points : (V, 3) float64
-    corners : (C,) int64
+    points : (V, 3) float
+    corners : (C,) int
         Rows of `points`, polygon after polygon.
     counts : (P,) int64
         Corners of each polygon.
@@ -92,7 +104,7 @@ def _distinct_count(values: Indices, size: int) -> int:
     return int(seen.sum())
 
 
-def _of_one_size(points: Points, corners: Indices, at: Indices) -> tuple[Indices, Indices]:
+def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tuple[Indices, Indices]:
     """Triangles of polygons with as many corners each, and the row of `at` that each belongs to."""
     count, size = at.shape
     if size == 3:
@@ -102,7 +114,7 @@ def _of_one_size(points: Points, corners: Indices, at: Indices) -> tuple[Indices
     if size == 4:
         # As trimesh divides quads: (0, 1, 2) and (2, 3, 0).
         fan[1] = 2, 3, 0
-    wrong = _fan_is_wrong(points[corners[at]])
+    wrong = _fan_is_wrong(points[corners[at]].astype(np.float64))
     if size > 4:
         made = [at[:, fan].reshape(-1, 3)]
         rows = np.repeat(rows, size - 2)
@@ -110,7 +122,7 @@ def _of_one_size(points: Points, corners: Indices, at: Indices) -> tuple[Indices
             bad = np.flatnonzero(wrong)
             blocks = made[0].reshape(count, size - 2, 3)
             for row in bad:
-                local = clipped(points[corners[at[row]]])
+                local = clipped(points[corners[at[row]]].astype(np.float64))
                 if local is not None:
                     blocks[row] = at[row][local]
         return made[0], rows

@@ -12,14 +12,12 @@ import numpy as np
 from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
-from .words import numbers, plain, readable, words_per_line
+from .words import numbers, plain, readable
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-#: The words between which the corners of a facet stand.
-_SOLID = re.compile(rb"(?im)^[ \t]*solid\b[^\n]*\n")
-_END = re.compile(rb"(?im)^[ \t]*endsolid\b[^\n]*$")
-_WORDS = re.compile(rb"(?i)\b(?:facet|normal|outer|loop|vertex|endloop|endfacet)\b")
+#: What stands between the numbers of facets.
+_PHRASES = (b"endfacet", b"facet normal", b"outer loop", b"vertex", b"endloop")
 
 
 def read_stl(given: Given) -> Gathered:
@@ -53,16 +51,12 @@ def read_stl(given: Given) -> Gathered:
 
 def _of_text(given: Given, text: bytes) -> Gathered:
     found = Gathered()
-    begins = list(_SOLID.finditer(text))
-    ends = [match.start() for match in _END.finditer(text)]
-    for k, begin in enumerate(begins):
-        # Where the next solid begins, the end of this one may be missing; at the end of the file it may not.
-        until = begins[k + 1].start() if k + 1 < len(begins) else len(text)
-        end = next((one for one in ends if begin.end() <= one <= until), None)
-        if end is None and k + 1 == len(begins):
+    text = text.lower()
+    solids = _solids(text)
+    for k, (begin, end) in enumerate(solids):
+        if end is None and k + 1 == len(solids):
             raise LoadError(f"{given.name}: expected endsolid, found none; the file is cut short")
-        body = text[begin.end() : until if end is None else end]
-        corners = _facets(given, body)
+        corners = _facets(given, text[begin : solids[k + 1][0] if end is None else end])
         if len(corners):
             _add(found, ("solid", k), corners)
     if not found.meshes and not found.empty:
@@ -70,16 +64,34 @@ def _of_text(given: Given, text: bytes) -> Gathered:
     return found
 
 
+def _solids(text: bytes) -> list[tuple[int, int | None]]:
+    """Where solids begin, after the line with their name, and end; None for an end that is missing."""
+    found: list[tuple[int, int | None]] = []
+    place = text.find(b"solid")
+    while place >= 0:
+        line = text.rfind(b"\n", 0, place) + 1
+        after = text.find(b"\n", place) + 1 or len(text)
+        before = text[line:place].strip()
+        if before == b"":
+            found.append((after, None))
+        elif before == b"end" and found and found[-1][1] is None:
+            found[-1] = found[-1][0], line
+        # Names of solids may have the word in them.
+        place = text.find(b"solid", after)
+    return found
+
+
 def _facets(given: Given, body: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """The corners of a solid's facets, (3 T, 3) float64."""
-    facets = len(re.findall(rb"(?i)\bendfacet\b", body))
-    bare = _WORDS.sub(b" ", body)
+    facets = body.count(b"endfacet")
+    bare = body
+    for phrase in _PHRASES:
+        bare = bare.replace(phrase, b" ")
     values = numbers(bare)
-    words = int(words_per_line(bare + b"\n").sum())
-    if words == len(values) == 12 * facets:
+    if len(values) == 12 * facets:
         return np.ascontiguousarray(values.reshape(-1, 12)[:, 3:]).reshape(-1, 3)
     # Facets without a normal, or with one that is no number, have corners all the same.
-    lines = re.findall(rb"(?i)\bvertex\b([^\n]*)", body)
+    lines = re.findall(rb"\bvertex\b([^\n]*)", body)
     values = numbers(b" ".join(lines))
     if len(lines) != 3 * facets or len(values) != 9 * facets or any(len(line.split()) != 3 for line in lines):
         raise LoadError(f"{given.name}: expected three vertices of three numbers in each facet; check the file")

@@ -132,11 +132,9 @@ class _Package:
 
     def _mesh(self, mesh: Any, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         vertices, triangles = child(mesh, "vertices"), child(mesh, "triangles")
-        rows = [] if vertices is None else children(vertices, "vertex")
-        points = self._numbers(rows, ("x", "y", "z"), np.float64, f"the vertices of {name}")
-        rows = [] if triangles is None else children(triangles, "triangle")
-        faces = self._numbers(rows, ("v1", "v2", "v3"), np.int64, f"the triangles of {name}")
-        if len(faces) and not (0 <= faces.min() and faces.max() < len(points)):
+        points = self._numbers(vertices, "vertex", ("x", "y", "z"), np.float64, f"the vertices of {name}")
+        faces = self._numbers(triangles, "triangle", ("v1", "v2", "v3"), np.int64, f"the triangles of {name}")
+        if len(faces) and (faces.min() < 0 or faces.max() >= len(points)):
             wrong = int(faces[(faces < 0) | (faces >= len(points))][0])
             raise LoadError(
                 f"{self.given.name}: expected vertices from 0 to {len(points) - 1:,} in {name}, got {wrong}; check the file"
@@ -146,15 +144,12 @@ class _Package:
         self.found.degenerate += int(len(faces) - distinct.sum())
         return points, faces[distinct]
 
-    def _numbers(self, rows: list[Any], names: tuple[str, str, str], dtype: Any, what: str) -> NDArray[Any]:
+    def _numbers(self, of: Any, tag: str, names: tuple[str, str, str], dtype: Any, what: str) -> NDArray[Any]:
+        """Three attributes of every element of a tag, as rows."""
         x, y, z = names
-        try:
-            text = " ".join([f"{row.attrib[x]} {row.attrib[y]} {row.attrib[z]}" for row in rows])
-        except KeyError as e:
-            raise LoadError(
-                f"{self.given.name}: expected {', '.join(names)} for {what}, found fewer; check the file"
-            ) from e
-        values = numbers(text.encode(), dtype)
-        if len(values) != 3 * len(rows):
-            raise LoadError(f"{self.given.name}: expected numbers for {what}, got other words; check the file")
+        rows = () if of is None else of.iterchildren(f"{{*}}{tag}")
+        texts = [f"{row.get(x)} {row.get(y)} {row.get(z)}" for row in rows]
+        values = numbers(" ".join(texts).encode(), dtype)
+        if len(values) != 3 * len(texts):
+            raise LoadError(f"{self.given.name}: expected {', '.join(names)} as numbers for {what}; check the file")
         return values.reshape(-1, 3)

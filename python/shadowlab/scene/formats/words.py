@@ -30,7 +30,19 @@ def plain(data: bytes) -> bytes:
 
 def without_comments(data: bytes) -> bytes:
     """The text without what follows a "#" at the beginning of a word; its lines stay."""
-    return re.sub(rb"(^|(?<=[\s]))#[^\n]*", b"", data) if b"#" in data else data
+    return _HASH.sub(_kept, data) if b"#" in data else data
+
+
+#: Begins with a letter that can be searched for, which looking back first cannot.
+_HASH = re.compile(rb"#[^\n]*")
+
+
+def _kept(match: re.Match[bytes]) -> bytes:
+    """What stays of a line from its first "#" on."""
+    place = match.start()
+    if place == 0 or match.string[place - 1 : place].isspace():
+        return b""
+    return re.split(rb"\s#", match[0], maxsplit=1)[0]
 
 
 def readable(data: bytes) -> str:

@@ -17,7 +17,7 @@ import hashlib
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
 from .alpha_test import AlphaTest
+from .asked import asking, said
 from .placed import camera_at, farthest, unique
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ TRIANGLES = 4
 SPARE = 0.05
 # Of a camera that takes its viewport's shape: what `Camera.look_at` takes.
 ASPECT = 16 / 9
+
+T = TypeVar("T")
 
 
 @dataclass(eq=False)
@@ -101,10 +104,19 @@ class Gathered:
         self.dropped.append(self.meshes[key].dropped_faces)
 
     def place(self, key: Any, transform: Any) -> None:
-        """Places a mesh, if there is one under the key."""
+        """Places a mesh, if there is one under the key.
+
+        Raises
+        ------
+        ArgumentError
+            For what is no (4, 4) matrix of numbers.
+        """
         if key in self.meshes:
+            matrix = np.asarray(transform, np.float64)
+            if matrix.shape != (4, 4):
+                raise ArgumentError(f"source: expected transforms of shape (4, 4), got {matrix.shape}; give affine maps")
             self.index.append(key)
-            self.transforms.append(np.asarray(transform, np.float64))
+            self.transforms.append(matrix)
 
     def arrays(self) -> tuple[list[_core.Mesh], list[int], NDArray[np.float64]]:
         """What a scene is made of.
@@ -140,6 +152,11 @@ def gathered(source: Any) -> Gathered:
 
 def collected(source: Any) -> Gathered:
     """What `gathered` gives, without its warnings."""
+    with asking("an object with geometry"):
+        return _collected(source)
+
+
+def _collected(source: Any) -> Gathered:
     found = Gathered()
     if is_graph(source):
         _of_trimesh_scene(source, found)
@@ -206,15 +223,25 @@ def _unusable(vertices: Any, faces: Any) -> bool:
 
 
 def _of_trimesh_scene(source: Any, found: Gathered) -> None:
+    known = set()
     for name, geometry in source.geometry.items():
-        if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
-            found.empty.append(f"{name} ({type(geometry).__name__})")
-            continue
-        own = LOCAL in getattr(geometry, "vertex_attributes", ())
-        found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+        known.add(name)
+        try:
+            if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+                found.empty.append(f"{name} ({type(geometry).__name__})")
+                continue
+            own = LOCAL in getattr(geometry, "vertex_attributes", ())
+            found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+        except ShadowlabError:
+            raise
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            found.empty.append(f"{name} ({said(e)})")
     for node in source.graph.nodes_geometry:
         transform, name = source.graph.get(node)
-        found.place(name, transform)
+        if name in known:
+            found.place(name, transform)
+        else:
+            found.left_out.append(f"node {node!r}, whose geometry {name!r} does not exist")
 
 
 def _of_pyrender_mesh(mesh: Any, name: str, pose: NDArray[np.float64], found: Gathered) -> None:
@@ -242,13 +269,15 @@ def cameras_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, _cor
     """The cameras of a scene by name, and what there is to say of the others."""
     found: dict[str, _core.Camera] = {}
     notes: list[str] = []
-    for name, camera, pose in _cameras(source):
+    for name, camera, pose in _asked(_cameras(source), "camera", notes):
         label = f"camera {name!r}"
         try:
             settings = _lens(camera, pose, bounds, label, notes)
             found[unique(name, found)] = camera_at(pose, **settings)
         except ArgumentError as e:
             notes.append(f"left out {label}: {e}")
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            notes.append(f"left out {label}: {said(e)}")
     return found, notes
 
 
@@ -259,6 +288,14 @@ def _cameras(source: Any) -> Iterator[tuple[str, Any, NDArray[np.float64]]]:
     elif getattr(source, "has_camera", False):
         # Asked for only where one was set: trimesh would make one.
         yield source.camera.name or "camera", source.camera, np.asarray(source.camera_transform, np.float64)
+
+
+def _asked(things: Iterator[T], kind: str, notes: list[str]) -> Iterator[T]:
+    """The same, up to where the other program fails."""
+    try:
+        yield from things
+    except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+        notes.append(f"left out a {kind}: {said(e)}")
 
 
 def _lens(
@@ -290,15 +327,21 @@ def lights_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, Light
     """The lights of a pyrender scene by name, and what there is to say of the others; other scenes have none."""
     found: dict[str, Light] = {}
     notes: list[str] = []
-    nodes = _in_order(source, source.light_nodes) if is_pyrender_scene(source) else []
-    for i, (node, pose) in enumerate(nodes):
+    for i, (node, pose) in enumerate(_asked(_lights(source), "light", notes)):
         name = node.name or node.light.name or f"light {i + 1}"
         try:
             made = _light(node.light, pose, bounds)
             found[unique(name, found)] = made
         except ArgumentError as e:
             notes.append(f"left out light {name!r}: {e}")
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            notes.append(f"left out light {name!r}: {said(e)}")
     return found, notes
+
+
+def _lights(source: Any) -> Iterator[tuple[Any, NDArray[np.float64]]]:
+    if is_pyrender_scene(source):
+        yield from _in_order(source, source.light_nodes)
 
 
 def _light(theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) -> Light:

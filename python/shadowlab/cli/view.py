@@ -37,7 +37,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
 
     given = given_vectors(options)
     if options.scene.startswith("@"):
-        if options.up != "y":
+        if options.up not in (None, "y"):
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
         part: Scene = library.scene(name, **cast("dict[str, Any]", params))
@@ -67,12 +67,12 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
             del words["target"]
         if {"light", "light-position"} & as_given.keys():
             del words["light"]
-        as_given = {name: own_numbers(vector, options.up) for name, vector in words.items()} | as_given
-    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
+        as_given = {name: own_numbers(vector, options.up or "y") for name, vector in words.items()} | as_given
+    extra = (*(("--up", options.up) if options.up else ()), *(("--ground",) if options.ground else ()))
     source = replace(
         Source.of_scene(whole),
         arguments=(options.scene, *extra),
-        up=options.up,
+        up=options.up or "y",
         given=tuple(as_given.items()),
         view="" if aimed else taken,
     )
@@ -106,7 +106,7 @@ def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float
 
     names = [name for name in ("eye", "target", "light", "light_position") if getattr(options, name) is not None]
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
-    return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
+    return {name: turned(vector, up=options.up or "y") for name, vector in vectors.items()}
 
 
 def chosen_camera(

@@ -42,7 +42,7 @@ def load_scene(
     source : path, bytes, or open file
         The file; or its bytes, as `bytes`, `bytearray` or `memoryview`, with `kind`; or a binary or text file that is
         open, which is read from where it stands and is known by `kind` or by the ending of its `name`. Archives are
-        zip, tar, tar.gz, tgz and tar.bz2; all meshes in one become one scene. A file.obj.gz or file.obj.bz2 is one mesh.
+        zip, tar, tar.gz, tgz and tar.bz2; all meshes in one become one scene. A file.obj.gz or .obj.bz2 is one mesh.
     up : {"y", "z"}, optional
         The file's up axis. "z" turns the scene so that y is up: (x, y, z) becomes (x, z, -y). `Scene.world_from_source`
         keeps the turn; `turned` applies it to the points and directions that belong to the file. Where it is not

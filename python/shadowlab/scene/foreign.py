@@ -82,8 +82,10 @@ class Gathered:
         self.degenerate += other.degenerate
         self.left_out += other.left_out
         self.notes += other.notes
-        for mine, theirs in ((self.cameras, other.cameras), (self.lights, other.lights)):
-            mine.update({unique(key, mine): value for key, value in theirs.items()})
+        for key, camera in other.cameras.items():
+            self.cameras[unique(key, self.cameras)] = camera
+        for key, light in other.lights.items():
+            self.lights[unique(key, self.lights)] = light
 
     def warn(self, *, stacklevel: int) -> None:
         """Warns of what was left out, and gives the notes."""
@@ -114,7 +116,8 @@ class Gathered:
         if key in self.meshes:
             matrix = np.asarray(transform, np.float64)
             if matrix.shape != (4, 4):
-                raise ArgumentError(f"source: expected transforms of shape (4, 4), got {matrix.shape}; give affine maps")
+                shape = matrix.shape
+                raise ArgumentError(f"source: expected transforms of shape (4, 4), got {shape}; give affine maps")
             self.index.append(key)
             self.transforms.append(matrix)
 

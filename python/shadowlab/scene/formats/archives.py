@@ -19,25 +19,22 @@ from typing import IO, cast
 from ...errors import LoadError
 from .given import Given, inside
 
-#: Endings of archives, longest first, and how they are packed.
+#: Endings of archives, longer ones first, and how they are packed.
 ARCHIVES = {
-    "tar.bz2": "tar.bz2", "tar.gz": "tar.gz", "tbz2": "tar.bz2", "tgz": "tar.gz", "tar": "tar", "zip": "zip", "zae": "zip",
-}  # fmt: skip
+    "tar.bz2": "tar.bz2",
+    "tar.gz": "tar.gz",
+    "tbz2": "tar.bz2",
+    "tgz": "tar.gz",
+    "tar": "tar",
+    "zip": "zip",
+    "zae": "zip",
+}
 #: Endings of single packed files.
 PACKED = ("gz", "bz2")
 #: Bytes that are unpacked before their ratio counts: less harms nobody, however well it was packed.
 _HARMLESS = 16 << 20
 _CHUNK = 1 << 20
-_FAILURES = (
-    OSError,
-    EOFError,
-    RuntimeError,
-    NotImplementedError,
-    ValueError,
-    zlib.error,
-    zipfile.BadZipFile,
-    tarfile.TarError,
-)
+_FAILURES = (OSError, EOFError, RuntimeError, NotImplementedError, ValueError, zlib.error, zipfile.BadZipFile)
 
 
 class Archive:
@@ -88,7 +85,7 @@ def _typed(name: str) -> Iterator[None]:
         yield
     except LoadError:
         raise
-    except _FAILURES as e:
+    except (*_FAILURES, tarfile.TarError) as e:
         raise LoadError(f"{name}: expected a readable archive, could not unpack it ({e}); check the file") from e
 
 
@@ -141,7 +138,7 @@ def _zip(given: Given) -> Archive:
     packed = zipfile.ZipFile(io.BytesIO(data))
     infos = packed.infolist()
     given.limits.check(given.name, "entries", len(infos), "files in an archive")
-    by_name = {}
+    by_name: dict[str, zipfile.ZipInfo] = {}
     for info in infos:
         name = _entry(given, info.filename, stat.S_ISLNK(info.external_attr >> 16))
         if not info.is_dir():

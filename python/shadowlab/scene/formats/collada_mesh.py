@@ -107,7 +107,7 @@ class ColladaMeshes:
             count = int(integers(name, accessor.get("count", str((len(values) - offset) // stride)), "a count").sum())
         if not 0 <= count <= len(values) or (count and offset + (count - 1) * stride + 3 > len(values)):
             raise LoadError(f"{name}: expected {count:,} positions, got {len(values):,} numbers; the file is cut short")
-        return values[offset + np.arange(count)[:, None] * stride + np.arange(3)]
+        return np.asarray(values[offset + np.arange(count)[:, None] * stride + np.arange(3)])
 
     def _triangles(self, primitive: Any, kind: str, points: NDArray[np.float64]) -> Whole:
         """Triangles as rows of `points`."""
@@ -126,7 +126,8 @@ class ColladaMeshes:
             counts = integers(self.given.name, None if vcount is None else vcount.text, "vcount")
         if int(counts.sum()) != len(corners) or (len(counts) and counts.min() < 0):
             raise LoadError(
-                f"{self.given.name}: expected {int(counts.sum()):,} corners in {kind}, got {len(corners):,}; check the file"
+                f"{self.given.name}: expected {int(counts.sum()):,} corners in {kind}, got {len(corners):,}; "
+                "check the file"
             )
         made = triangulated(points, corners, counts)
         self.found.degenerate += made.degenerate

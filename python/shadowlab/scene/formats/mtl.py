@@ -34,7 +34,7 @@ class AlphaTexture:
 
 
 def library_of(given: Given, libraries: list[bytes], found: Gathered) -> dict[bytes | None, AlphaTexture]:
-    """The materials that have a texture of opacity, from the libraries that a file names; missing ones are passed over."""
+    """Materials with a texture of opacity, from the libraries that a file names; missing ones are passed over."""
     made: dict[bytes | None, AlphaTexture] = {}
     for library in libraries:
         text = _optional(given, library, found)

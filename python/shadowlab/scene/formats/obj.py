@@ -21,8 +21,8 @@ from .words import readable
 
 #: Statements that say nothing about where polygons are.
 _SILENT = frozenset(
-    b"o g s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj vp deg cstype bmat step ctech "
-    b"stech parm trim hole scrv sp end con curv curv2 surf bzp bsp cdc cdp res csh call".split()
+    b"o g s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj vp deg cstype bmat step "
+    b"ctech stech parm trim hole scrv sp end con curv curv2 surf bzp bsp cdc cdp res csh call".split()
 )
 _FREE_FORM = frozenset((b"curv", b"curv2", b"surf", b"bzp", b"bsp", b"cdc", b"cdp"))
 
@@ -127,7 +127,9 @@ def _add_group(
         # A vertex for each combination of indices.
         from trimesh.visual.texture import unmerge_faces
 
-        corner, rows, *others = unmerge_faces(vertex.reshape(-1, size), *split)
+        corner, rows, *others = unmerge_faces(  # type: ignore[no-untyped-call]
+            vertex.reshape(-1, size), *split
+        )
         uv = others[0] if has_texture else uv
         found.add(key, label, points[rows], corner.reshape(-1)[at])
     else:

@@ -71,7 +71,7 @@ def _lists(given: Given, values: dict[str, PlyValues], element: str) -> PlyLists
             return lists[name]
     if len(lists) == 1:
         return next(iter(lists.values()))
-    if found and len(next(iter(found.values())).counts if lists else next(iter(found.values()))):  # type: ignore[union-attr]
+    if any(len(value.counts if isinstance(value, PlyLists) else value) for value in found.values()):
         raise LoadError(f"{given.name}: expected a list vertex_indices of each {element}, got {', '.join(found)}")
     return None
 

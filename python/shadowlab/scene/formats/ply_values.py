@@ -237,5 +237,6 @@ def _step(one: PlyProperty) -> tuple[int, Callable[..., tuple[Any, ...]] | None,
 
 def _cut_short(name: str, element: PlyElement) -> LoadError:
     return LoadError(
-        f"{name}: expected {element.count:,} {element.name} elements as its header says, found fewer; the file is cut short"
+        f"{name}: expected {element.count:,} {element.name} elements as its header says, found fewer; "
+        "the file is cut short"
     )

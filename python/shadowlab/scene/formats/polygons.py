@@ -88,8 +88,10 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
     if not made:
         return Triangles(np.zeros((0, 3), np.int64), len(counts))
     at, of_face = np.concatenate(made), np.concatenate(of)
-    if in_place:
-        order = np.argsort(of_face, kind="stable")
+    # Larger polygons stand in the order of the file among themselves.
+    fixed = 0 if in_place else int(np.isin(sizes[of_face], (3, 4)).sum())
+    if fixed < len(of_face):
+        order = np.concatenate([np.arange(fixed), fixed + np.argsort(of_face[fixed:], kind="stable")])
         at, of_face = at[order], of_face[order]
     a, b, c = corners[at].T
     distinct = (a != b) & (b != c) & (c != a)

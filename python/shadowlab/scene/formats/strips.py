@@ -9,7 +9,7 @@ Indices = NDArray[np.int64]
 
 
 def strip_triangles(corners: Indices, counts: Indices) -> Indices:
-    """Triangles of strips, all turning as the first of their strip does; those without area, which join strips, are not.
+    """Triangles of strips, all turning as the first of their strip does, without those that only join strips.
 
     Parameters
     ----------

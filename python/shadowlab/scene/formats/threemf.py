@@ -137,7 +137,8 @@ class _Package:
         if len(faces) and (faces.min() < 0 or faces.max() >= len(points)):
             wrong = int(faces[(faces < 0) | (faces >= len(points))][0])
             raise LoadError(
-                f"{self.given.name}: expected vertices from 0 to {len(points) - 1:,} in {name}, got {wrong}; check the file"
+                f"{self.given.name}: expected vertices from 0 to {len(points) - 1:,} in {name}, got {wrong}; "
+                "check the file"
             )
         a, b, c = faces.T
         distinct = (a != b) & (b != c) & (c != a)

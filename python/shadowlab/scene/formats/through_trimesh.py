@@ -18,9 +18,10 @@ _DOCUMENTS = (".xml", ".3dxml", ".3drep", ".rels")
 
 def trimesh_formats() -> frozenset[str]:
     """The endings of meshes that trimesh reads here."""
-    import trimesh
+    from trimesh.exchange.load import mesh_formats
+    from trimesh.path.exchange.load import path_formats
 
-    return frozenset(trimesh.exchange.load.mesh_formats() | trimesh.exchange.load.path_formats())
+    return frozenset(mesh_formats() | path_formats())
 
 
 def trimesh_scene(given: Given) -> Any:
@@ -63,7 +64,7 @@ def trimesh_scene(given: Given) -> Any:
 def _resolver(given: Given) -> Any:
     from trimesh.resolvers import Resolver
 
-    class Beside(Resolver):  # type: ignore[misc]
+    class Beside(Resolver):
         """Files beside the given one, and no others."""
 
         def __init__(self) -> None:

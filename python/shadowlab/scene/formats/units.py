@@ -7,7 +7,7 @@ from ...text import shown
 
 #: Metres per unit, by the names of 3MF and the usual short ones.
 METRES = {
-    "micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "meter": 1.0, "kilometer": 1e3, "inch": 0.0254, "foot": 0.3048,
+    "micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "meter": 1.0, "inch": 0.0254, "foot": 0.3048,
     "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048,
 }  # fmt: skip
 

@@ -59,7 +59,7 @@ class Archive:
         LoadError
             For what is no such archive, entries with names outside it, links, and beyond a limit.
         """
-        with _typed(given.name):
+        with _unpacking(given.name):
             return _zip(given) if packing == "zip" else _tar(given, packing)
 
 
@@ -71,7 +71,7 @@ def unpacked(given: Given, packing: str) -> bytes:
     LoadError
         For what is no such file, and beyond a limit.
     """
-    with _typed(given.name):
+    with _unpacking(given.name):
         stream = _Counted(given, packing)
         parts = []
         while part := stream.read(_CHUNK):
@@ -80,7 +80,7 @@ def unpacked(given: Given, packing: str) -> bytes:
 
 
 @contextmanager
-def _typed(name: str) -> Iterator[None]:
+def _unpacking(name: str) -> Iterator[None]:
     try:
         yield
     except LoadError:
@@ -152,7 +152,7 @@ def _zip(given: Given) -> Archive:
             ratio = info.file_size / max(info.compress_size, 1)
             given.limits.check(given.name, "ratio", ratio, "bytes for each packed byte")
         parts = []
-        with _typed(f"{given.name}/{name}"), packed.open(info) as stream:
+        with _unpacking(f"{given.name}/{name}"), packed.open(info) as stream:
             while part := stream.read(_CHUNK):
                 counter.add(len(part), len(data))
                 parts.append(part)

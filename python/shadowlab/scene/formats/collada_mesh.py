@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
-from .polygons import triangulated, with_holes
+from .polygons import Indices, triangulated, with_holes
 from .strips import fan_triangles, strip_triangles
 from .xml import child, children, floats, integers, local
 
-Whole = NDArray[np.int64]
 _TRIANGLES = ("polygons", "polylist", "triangles", "trifans", "tristrips")
 _OTHERS = ("lines", "linestrips")
 
@@ -109,7 +108,7 @@ class ColladaMeshes:
             raise LoadError(f"{name}: expected {count:,} positions, got {len(values):,} numbers; the file is cut short")
         return np.asarray(values[offset + np.arange(count)[:, None] * stride + np.arange(3)])
 
-    def _triangles(self, primitive: Any, kind: str, points: NDArray[np.float64]) -> Whole:
+    def _triangles(self, primitive: Any, kind: str, points: NDArray[np.float64]) -> Indices:
         """Triangles as rows of `points`."""
         _, offset, stride = self._inputs(primitive)
         lists = [self._corners(one, offset, stride, len(points)) for one in children(primitive, "p")]
@@ -134,7 +133,7 @@ class ColladaMeshes:
         holed = [self._holed(one, offset, stride, points) for one in children(primitive, "ph")]
         return np.concatenate([corners[made.at], *holed])
 
-    def _holed(self, element: Any, offset: int, stride: int, points: NDArray[np.float64]) -> Whole:
+    def _holed(self, element: Any, offset: int, stride: int, points: NDArray[np.float64]) -> Indices:
         """Triangles of a polygon with holes."""
         rings = [self._corners(one, offset, stride, len(points)) for one in children(element, "p", "h")]
         if not rings:
@@ -146,7 +145,7 @@ class ColladaMeshes:
             return rings[0][made.at]
         return triangles
 
-    def _corners(self, element: Any, offset: int, stride: int, count: int) -> Whole:
+    def _corners(self, element: Any, offset: int, stride: int, count: int) -> Indices:
         """The rows of positions that a list of indices names."""
         indices = integers(self.given.name, element.text, local(element))
         if len(indices) % stride:

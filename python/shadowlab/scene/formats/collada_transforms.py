@@ -8,12 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import LoadError
+from .parts import Matrix
 from .xml import floats, local
 
-Matrix = NDArray[np.float64]
 _COUNTS = {"lookat": 9, "matrix": 16, "rotate": 4, "scale": 3, "skew": 7, "translate": 3}
 
 

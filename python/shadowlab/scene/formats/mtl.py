@@ -16,7 +16,7 @@ from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from ..foreign import Gathered
 from .given import Given, inside
-from .words import plain, without_comments
+from .words import plain_text, without_comments
 
 #: Options of texture maps by how many words follow; others have one.
 _WORDS_AFTER = {b"-mm": 2, b"-o": 3, b"-s": 3, b"-t": 3}
@@ -65,7 +65,7 @@ def _materials(text: bytes) -> dict[bytes | None, AlphaTexture]:
     found: dict[bytes | None, AlphaTexture] = {}
     name: bytes | None = None
     opacity: dict[bytes | None, float] = {}
-    for line in without_comments(plain(text)).split(b"\n"):
+    for line in without_comments(plain_text(text)).split(b"\n"):
         word, *rest = line.split(None, 1)[:2] or (b"",)
         if word == b"newmtl":
             name = rest[0].strip() if rest else b""

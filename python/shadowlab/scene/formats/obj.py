@@ -14,9 +14,9 @@ from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
 from .mtl import alpha_tests, library_of
-from .obj_faces import ObjFaces, Whole, faces_of
-from .obj_lines import FACE, OTHER, STROKE, TEXTURE, VERTEX, ObjLines
-from .polygons import Points, triangulated
+from .obj_faces import ObjFaces, faces_of
+from .obj_lines import FACE, OTHER, STROKE, VERTEX, VERTEX_TEXTURE, ObjLines
+from .polygons import Indices, Points, triangulated
 from .words import readable
 
 #: Statements that say nothing about where polygons are.
@@ -60,7 +60,9 @@ def read_obj(given: Given) -> Gathered:
         label = readable(name)[1:-1] if name is not None else "faces"
         places, uv = _add_group(found, (label, len(found.meshes)), label, points, faces, chosen)
         if places and name in textures:
-            alpha_tests(given, textures[name], label, lines.rows(TEXTURE, 1, 2, "texture coordinates")[0], uv, found)
+            alpha_tests(
+                given, textures[name], label, lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0], uv, found
+            )
     return found
 
 
@@ -84,7 +86,7 @@ def _statements(lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes], 
     return materials, libraries, free_forms, unknown
 
 
-def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[bytes | None, Whole]:
+def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[bytes | None, Indices]:
     """Faces of each material, in the order of first use."""
     names: list[bytes | None] = [None, *(name for _, name in materials)]
     numbers: dict[bytes | None, int] = {}
@@ -97,8 +99,8 @@ def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[by
 
 
 def _add_group(
-    found: Gathered, key: Any, label: str, points: Points, faces: ObjFaces, chosen: Whole
-) -> tuple[bool, Whole]:
+    found: Gathered, key: Any, label: str, points: Points, faces: ObjFaces, chosen: Indices
+) -> tuple[bool, Indices]:
     """Adds the faces of a material as a mesh; the index of texture coordinates of each vertex, or an empty array."""
     counts = faces.counts[chosen]
     starts = np.cumsum(faces.counts) - faces.counts

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .obj_lines import FACE, NORMAL, TEXTURE, VERTEX, ObjLines
-from .words import numbers, readable, words_per_line
+from .obj_lines import FACE, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, ObjLines
+from .polygons import Indices
+from .words import numbers_in, readable, words_per_line
 
-Whole = NDArray[np.int64]
 _SLASH = ord("/")
 
 
@@ -28,11 +27,11 @@ class ObjFaces:
         Indices from 0; -1 where a corner has none.
     """
 
-    lines: Whole
-    counts: Whole
-    vertex: Whole
-    texture: Whole
-    normal: Whole
+    lines: Indices
+    counts: Indices
+    vertex: Indices
+    texture: Indices
+    normal: Indices
 
 
 def faces_of(lines: ObjLines) -> ObjFaces:
@@ -55,14 +54,14 @@ def faces_of(lines: ObjLines) -> ObjFaces:
         for after in (b" ", b"\t", b"\n"):
             text = text.replace(b"/" + after, b"/0" + after)
         text = text.replace(b"/", b" ")
-    values = numbers(text, np.int64)
+    values = numbers_in(text, np.int64)
     at = np.cumsum(slashes + 1) - (slashes + 1)
     if len(values) != int((slashes + 1).sum()) or (len(slashes) and slashes.max() > 2):
         raise _first_wrong(lines)
     face = np.repeat(np.arange(len(counts)), counts)
     here = lines.of_kind(FACE)
     made = []
-    for kind, column in ((VERTEX, 0), (TEXTURE, 1), (NORMAL, 2)):
+    for kind, column in ((VERTEX, 0), (VERTEX_TEXTURE, 1), (VERTEX_NORMAL, 2)):
         has = slashes >= column
         index = values[at] if column == 0 else np.where(has, values[np.where(has, at + column, 0)], 0)
         made.append(_absolute(lines, kind, index, here, face))
@@ -76,7 +75,7 @@ def faces_of(lines: ObjLines) -> ObjFaces:
     return ObjFaces(here, counts, *made)
 
 
-def _absolute(lines: ObjLines, kind: int, index: Whole, here: Whole, face: Whole) -> Whole:
+def _absolute(lines: ObjLines, kind: int, index: Indices, here: Indices, face: Indices) -> Indices:
     """Indices from 0; negative ones count back from the last one before the line of the face."""
     found = index - 1
     back = index < 0

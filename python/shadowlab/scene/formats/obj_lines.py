@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ...errors import LoadError
 from .given import Given
-from .words import first_that_is_no_number, numbers, plain, readable, without_comments, words_per_line
+from .words import first_that_is_no_number, numbers_in, plain_text, readable, without_comments, words_per_line
 
-BLANK, VERTEX, TEXTURE, NORMAL, FACE, STROKE, OTHER = range(7)
+BLANK, VERTEX, VERTEX_TEXTURE, VERTEX_NORMAL, FACE, STROKE, OTHER = range(7)
 #: Bytes of the words that begin the lines of each kind.
-_WORDS = {VERTEX: b"v", TEXTURE: b"vt", NORMAL: b"vn", FACE: b"f"}
+_WORDS = {VERTEX: b"v", VERTEX_TEXTURE: b"vt", VERTEX_NORMAL: b"vn", FACE: b"f"}
 #: Beyond the end of a file, so that its last line has a second and a third letter.
 _PADDING = b"\n\n\n"
 
@@ -47,7 +47,7 @@ class ObjLines:
     @classmethod
     def of(cls, given: Given) -> ObjLines:
         """The lines of a file."""
-        text = without_comments(plain(given.data))
+        text = without_comments(plain_text(given.data))
         joined = np.zeros(0, np.int64)
         if b"\\\n" in text:
             text = text.replace(b"\\\n", b" \x01") + b"\n"
@@ -63,8 +63,8 @@ class ObjLines:
         kinds[a == 10] = BLANK
         v = a == ord("v")
         kinds[v & gap_b] = VERTEX
-        kinds[v & (b == ord("t")) & gap_c] = TEXTURE
-        kinds[v & (b == ord("n")) & gap_c] = NORMAL
+        kinds[v & (b == ord("t")) & gap_c] = VERTEX_TEXTURE
+        kinds[v & (b == ord("n")) & gap_c] = VERTEX_NORMAL
         kinds[(a == ord("f")) & gap_b] = FACE
         kinds[((a == ord("l")) | (a == ord("p"))) & gap_b] = STROKE
         return cls(given.name, text, starts, kinds, joined)
@@ -104,7 +104,7 @@ class ObjLines:
         lines = self.of_kind(kind)
         text = self.block(kind)
         counts = words_per_line(text)
-        values = numbers(text)
+        values = numbers_in(text)
         if len(values) != int(counts.sum()):
             for line in lines.tolist():
                 words = self.line(line).split()[1:]

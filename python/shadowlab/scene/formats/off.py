@@ -15,7 +15,7 @@ from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
 from .polygons import polygon_faces
-from .words import numbers, plain, readable, without_comments, words_per_line
+from .words import numbers_in, plain_text, readable, without_comments, words_per_line
 
 _KEYWORD = re.compile(rb"\s*((?:ST)?C?N?)(4?)(n?)OFF\b[ \t]*(BINARY)?", re.ASCII)
 
@@ -29,7 +29,7 @@ def read_off(given: Given) -> Gathered:
         For another kind of OFF, a file that is cut short, or an index that points nowhere.
     """
     name = given.name
-    text = without_comments(plain(given.data))
+    text = without_comments(plain_text(given.data))
     keyword = _KEYWORD.match(text)
     if keyword is None:
         raise LoadError(f"{name}: expected an OFF file, which begins with OFF, got {readable(text[:16])}")
@@ -40,7 +40,7 @@ def read_off(given: Given) -> Gathered:
     counts = words_per_line(text)
     counts = counts[counts > 0]
     starts = np.concatenate([[0], np.cumsum(counts)])
-    values = numbers(text)
+    values = numbers_in(text)
     if not len(counts) or len(values) < 2 or counts[0] < 2:
         raise LoadError(
             f"{name}: expected the numbers of vertices and faces after {keyword[1].decode()}OFF; check the file"

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from .given import Given
 from .ply_header import PlyElement, PlyHeader, PlyProperty
-from .words import numbers, plain, words_per_line
+from .words import numbers_in, plain_text, words_per_line
 
-Array = NDArray[Any]
+PlyArray = NDArray[Any]
 #: Letters of `struct` for numpy's types.
 _LETTERS = {
     "i1": "b",
@@ -38,11 +38,11 @@ class PlyLists:
     """Lists, one for each element: their lengths, and all their values in a row."""
 
     counts: NDArray[np.int64]
-    values: Array
+    values: PlyArray
 
 
 #: Values of the properties of an element by name.
-PlyValues = dict[str, "Array | PlyLists"]
+PlyValues = dict[str, "PlyArray | PlyLists"]
 
 
 def ply_values(given: Given, header: PlyHeader) -> dict[str, PlyValues]:
@@ -54,7 +54,7 @@ def ply_values(given: Given, header: PlyHeader) -> dict[str, PlyValues]:
         For a file that is cut short, or whose numbers cannot be read.
     """
     body = memoryview(given.data)[header.begins :]
-    source: _Text | _Bytes = _Text(given, plain(bytes(body))) if header.is_text else _Bytes(given, body)
+    source: _Text | _Bytes = _Text(given, plain_text(bytes(body))) if header.is_text else _Bytes(given, body)
     found = {}
     for element in header.elements:
         source.expect(element)
@@ -154,7 +154,7 @@ class _Text:
         counts = words_per_line(text)
         self.counts = counts[counts > 0]
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
-        self.values = numbers(text)
+        self.values = numbers_in(text)
 
     def expect(self, element: PlyElement) -> None:
         if element.count > len(self.counts) - self.row:
@@ -218,7 +218,7 @@ class _Text:
         return found
 
 
-def _typed(values: NDArray[np.float64], one: PlyProperty) -> Array:
+def _typed(values: NDArray[np.float64], one: PlyProperty) -> PlyArray:
     """Numbers of a text in the type that the header gives; whole numbers stay what they are."""
     with np.errstate(all="ignore"):
         typed = values.astype(one.type)

@@ -12,7 +12,7 @@ from .archives import ARCHIVES, PACKED
 from .given import Given
 from .limits import Limits
 
-_CHUNK = 1 << 20
+_PART = 1 << 20
 
 
 def given_source(source: object, kind: str | None, limits: Limits) -> Given:
@@ -106,7 +106,7 @@ def _read(stream: Any, name: str, limits: Limits) -> bytes:
     total = 0
     while True:
         try:
-            part = stream.read(_CHUNK)
+            part = stream.read(_PART)
         except Exception as e:
             raise LoadError(
                 f"{name}: expected a readable file, could not read it ({type(e).__name__}: {e}); check it"

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
+from .polygons import Indices
 
 
 def strip_triangles(corners: Indices, counts: Indices) -> Indices:

@@ -17,7 +17,7 @@ _SPACES = np.zeros(256, bool)
 _SPACES[[9, 10, 11, 12, 13, 32]] = True
 
 
-def plain(data: bytes) -> bytes:
+def plain_text(data: bytes) -> bytes:
     """The text with a newline at the end of every line, in an encoding that has ASCII's letters and digits."""
     for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
         if data.startswith(mark):
@@ -62,7 +62,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
     return np.add.reduceat(begins, np.concatenate([[0], ends[:-1] + 1]), dtype=np.int64)
 
 
-def numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
+def numbers_in(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -90,7 +90,7 @@ def number_words(name: str, text: bytes, count: int, what: str, dtype: Any = np.
     LoadError
         For fewer, or for a word that is none.
     """
-    found = numbers(text, dtype)
+    found = numbers_in(text, dtype)
     if len(found) >= count:
         return found[:count]
     words = text.split()

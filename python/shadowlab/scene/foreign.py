@@ -89,12 +89,14 @@ class Gathered:
 
     def warn(self, *, stacklevel: int) -> None:
         """Warns of what was left out, and gives the notes."""
-        others = list(self.left_out)
-        if self.degenerate:
-            faces = "faces" if self.degenerate > 1 else "face"
-            others.append(f"{self.degenerate:,} {faces} with fewer than three distinct vertices")
-        warn_left_out(sum(self.dropped), self.empty, others, stacklevel=stacklevel + 1)
+        warn_left_out(sum(self.dropped), self.empty, self._others(), stacklevel=stacklevel + 1)
         warn_notes(self.notes, stacklevel=stacklevel + 1)
+
+    def _others(self) -> list[str]:
+        """What else was left out."""
+        faces = "faces" if self.degenerate > 1 else "face"
+        counted = [f"{self.degenerate:,} {faces} with fewer than three distinct vertices"] if self.degenerate else []
+        return [*self.left_out, *counted]
 
     def add(self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None) -> None:
         """Adds a mesh under a key, unless it has no usable triangle."""
@@ -130,7 +132,8 @@ class Gathered:
             Where nothing is placed.
         """
         if not self.index:
-            what = f"left out: {', '.join(self.empty)}" if self.empty else "the scene graph places no mesh"
+            reasons = ", ".join([*self.empty, *self._others()])
+            what = f"left out: {reasons}" if reasons else "the scene graph places no mesh"
             raise SceneError(
                 f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
             )

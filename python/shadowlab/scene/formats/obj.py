@@ -39,7 +39,7 @@ def read_obj(given: Given) -> Gathered:
     found = Gathered()
     materials, libraries, free_forms, unknown = _statements(lines)
     strokes = len(lines.of_kind(STROKE))
-    left_out = [(strokes, "line or point element"), (free_forms, "free-form curve or surface")]
+    left_out = [(strokes, "line or point element"), (free_forms, "free-form element")]
     notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in left_out if count]
     if unknown:
         notes.append(f"{len(unknown):,} lines that are no statements of OBJ (the first is line {unknown[0]})")

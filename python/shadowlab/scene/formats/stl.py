@@ -16,6 +16,8 @@ from .words import numbers_in, plain_text, readable
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+#: Bytes that show whether a file is text.
+_TEXT = 512
 #: What stands between the numbers of facets.
 _PHRASES = (b"endfacet", b"facet normal", b"outer loop", b"vertex", b"endloop")
 
@@ -39,7 +41,9 @@ def read_stl(given: Given) -> Gathered:
         found = Gathered()
         _add(found, "solid", corners)
         return found
-    if data.lstrip()[:5].lower() == b"solid" or data.startswith(b"\xef\xbb\xbf"):
+    text = plain_text(data[:_TEXT]).lstrip()
+    # The header of a binary file may begin with "solid", but its numbers have zeros, which text has not.
+    if text[:5].lower() == b"solid" and b"\0" not in text:
         return _of_text(given, plain_text(data))
     if count < 0:
         raise LoadError(f"{given.name}: expected an STL file, got {readable(data[:16])}; check the file")

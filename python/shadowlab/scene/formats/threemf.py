@@ -65,7 +65,7 @@ class _Package:
                 else:
                     roots.append((self._object(main, item), self._transform(item)))
         if unprinted:
-            self.found.left_out.append(f"{unprinted:,} item{'s' if unprinted > 1 else ''} that are not to be printed")
+            self.found.left_out.append(f"{unprinted:,} item{'s' if unprinted > 1 else ''} not to be printed")
         place_parts(self.given, self.found, self.parts, roots)
         return self.found
 

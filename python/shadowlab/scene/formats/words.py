@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import LoadError
-
 Bytes = NDArray[np.uint8]
 
 _SPACES = np.zeros(256, bool)
@@ -64,41 +62,34 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
 
 def numbers_in(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
+    found = _parsed_numbers(text, dtype)
+    if found is not None:
+        return found
+    kind = float if np.dtype(dtype).kind == "f" else int
+    for word in re.finditer(rb"\S+", text):
+        if first_that_is_no_number([word[0]], kind) is not None:
+            found = _parsed_numbers(text[: word.start()], dtype)
+            break
+    return np.zeros(0, dtype) if found is None else found
+
+
+def _parsed_numbers(text: bytes, dtype: Any) -> NDArray[Any] | None:
+    """The numbers of a text; None where one of its words is none."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
+        warnings.simplefilter("error", DeprecationWarning)
         try:
             return np.fromstring(text, dtype=dtype, sep=" ")
-        except ValueError:
-            return np.zeros(0, dtype)
+        except (ValueError, DeprecationWarning):
+            return None
 
 
 def first_that_is_no_number(words: list[bytes], kind: type[int] | type[float]) -> int | None:
     """The place of the first word that is no number."""
     for place, word in enumerate(words):
         try:
+            if b"_" in word:
+                return place  # digits in groups are Python's alone
             kind(word)
         except ValueError:
             return place
     return None
-
-
-def number_words(name: str, text: bytes, count: int, what: str, dtype: Any = np.float64) -> NDArray[Any]:
-    """The first numbers of a text.
-
-    Raises
-    ------
-    LoadError
-        For fewer, or for a word that is none.
-    """
-    found = numbers_in(text, dtype)
-    if len(found) >= count:
-        return found[:count]
-    words = text.split()
-    kind = float if np.dtype(dtype).kind == "f" else int
-    wrong = first_that_is_no_number(words[:count], kind)
-    if wrong is not None:
-        raise LoadError(f"{name}: expected numbers for its {what}, got {readable(words[wrong])}; check the file")
-    if len(words) < count:
-        raise LoadError(f"{name}: expected {count:,} numbers for its {what}, got {len(words):,}; the file is cut short")
-    # Words that Python takes and numpy does not, such as 1_000.
-    raise LoadError(f"{name}: expected plain decimal numbers for its {what}; check the file")

@@ -42,7 +42,9 @@ def ply(elements, encoding="ascii", comments=()):
 POINTS = [(x, y, 0) for x, y in U] + [(10, 0, 0), (12, 0, 0), (12, 2, 0), (10, 2, 0)]
 CASES = {
     "concave": ([("vertex", VERTEX, POINTS), ("face", FACE, [([0, 1, 2, 3, 4, 5, 6, 7],)])], 6, 7),
-    "mixed": ([("vertex", VERTEX, POINTS), ("face", FACE, [([0, 1, 2, 3, 4, 5, 6, 7],), ([8, 9, 10, 11],), ([8, 9, 10],)])], 9, 13),
+    "mixed": (
+        [("vertex", VERTEX, POINTS), ("face", FACE, [([0, 1, 2, 3, 4, 5, 6, 7],), ([8, 9, 10, 11],), ([8, 9, 10],)])],
+        9, 13),
     "quads": ([("vertex", VERTEX, POINTS), ("face", FACE, [([8, 9, 10, 11],), ([11, 10, 9, 8],)])], 4, 8),
     "faces before vertices": ([("face", FACE, [([8, 9, 10],)]), ("vertex", VERTEX, POINTS)], 1, 2),
     "others about": (
@@ -51,10 +53,13 @@ CASES = {
             ("vertex", [("uchar", "red"), ("double", "z"), ("short", "uchar", "marks"), ("float", "y"), ("float", "x")],
              [(9, z, [7] * (i % 3), y, x) for i, (x, y, z) in enumerate(POINTS)]),
             ("edge", [("int", "vertex1"), ("int", "vertex2")], [(0, 1), (1, 2)]),
-            ("face", [("uchar", "flags"), ("ushort", "float", "texcoord"), ("int", "uint", "vertex_index"), ("float", "q")],
+            ("face",
+             [("uchar", "flags"), ("ushort", "float", "texcoord"), ("int", "uint", "vertex_index"), ("float", "q")],
              [(1, [0.5] * 8, [8, 9, 10, 11], 0.5), (2, [], [8, 9, 10], 1.5)]),
         ], 3, 6),
-    "strip": ([("vertex", VERTEX, POINTS), ("tristrips", [("int", "int", "vertex_indices")], [([8, 9, 11, 10, -1, 8, 9, 10],)])], 3, 6),
+    "strip": (
+        [("vertex", VERTEX, POINTS),
+         ("tristrips", [("int", "int", "vertex_indices")], [([8, 9, 11, 10, -1, 8, 9, 10],)])], 3, 6),
     "strips and faces": (
         [("vertex", VERTEX, POINTS), ("face", FACE, [([8, 9, 10, 11],)]),
          ("tristrips", [("int", "int", "vertex_indices")], [([8, 9, 11, 10],), ([8, 9, 10],)])], 5, 10),

@@ -10,8 +10,10 @@ from shadowlab.errors import ArgumentError, LoadError
 
 XYZ = '<accessor source="#{0}a" count="{1}" stride="3"><param name="X"/><param name="Y"/><param name="Z"/></accessor>'
 U = "0 3 0 3 3 0 3 0 0 2 0 0 2 2 0 1 2 0 1 0 0 0 0 0"
-TWICE = '<node id="a"><instance_geometry url="#g"/></node><node><translate>10 0 0</translate><instance_geometry url="#g"/></node>'
-POLY = '<polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>8</vcount><p>0 1 2 3 4 5 6 7</p></polylist>'
+ONCE = '<instance_geometry url="#g"/>'
+TWICE = f'<node id="a">{ONCE}</node><node><translate>10 0 0</translate>{ONCE}</node>'
+INPUT = '<input semantic="VERTEX" source="#v" offset="0"/>'
+POLY = f'<polylist count="1">{INPUT}<vcount>8</vcount><p>0 1 2 3 4 5 6 7</p></polylist>'
 
 
 def dae(primitives=POLY, nodes='<node><instance_geometry url="#g"/></node>', asset="", more="", points=U):
@@ -20,7 +22,8 @@ def dae(primitives=POLY, nodes='<node><instance_geometry url="#g"/></node>', ass
     return (
         '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
         f"<asset>{asset}</asset><library_geometries><geometry id='g'><mesh><source id='s'><float_array id='sa' "
-        f"count='{count}'>{points}</float_array><technique_common>{XYZ.format('s', count // 3)}</technique_common></source>"
+        f"count='{count}'>{points}</float_array>"
+        f"<technique_common>{XYZ.format('s', count // 3)}</technique_common></source>"
         f"<vertices id='v'><input semantic='POSITION' source='#s'/></vertices>{primitives}</mesh></geometry>"
         f"</library_geometries>{more}<library_visual_scenes><visual_scene id='w'>{nodes}</visual_scene>"
         "</library_visual_scenes><scene><instance_visual_scene url='#w'/></scene></COLLADA>"
@@ -45,7 +48,7 @@ def primitive(kind, *lists, before=""):
         (primitive("trifans", "0 1 2 7", "0 1 2"), 3, 13.5),
         (primitive("triangles", "0 1 2") + primitive("tristrips", "0 2 7"), 2, 9),
         (
-            '<polygons><input semantic="VERTEX" source="#v" offset="0"/><ph><p>0 1 2 7</p><h>4 5 6 3</h></ph></polygons>',
+            f"<polygons>{INPUT}<ph><p>0 1 2 7</p><h>4 5 6 3</h></ph></polygons>",
             6,
             7,
         ),
@@ -64,7 +67,7 @@ def test_lines_are_left_out_and_told():
 
 def test_transforms_in_their_order():
     moves = "<translate>5 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>"
-    nodes = f"<node>{moves}<node><matrix>1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url='#g'/></node></node>"
+    nodes = f"<node>{moves}<node><matrix>1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1</matrix>{ONCE}</node></node>"
     scene = loaded(dae(primitive("triangles", "0 1 2"), nodes), "dae")
     expected = [[5 - y, 2 * (x + 1), 0] for x, y in ((0, 3), (3, 3), (3, 0))]
     np.testing.assert_allclose(corners(scene)[0], expected, atol=1e-12)

@@ -71,12 +71,15 @@ def _of_kind(given: Given) -> Gathered:
         raise LoadError(f"{given.name}: expected a mesh file, got an empty one; check the file")
     try:
         return reader(given)
+    except LoadError:
+        raise
+    except ShadowlabError as e:
+        raise SceneError(f"{given.name}: {e}") from e
     except (MemoryError, OverflowError) as e:
         raise LoadError(f"{given.name}: expected a mesh that fits into memory, got a larger one; load a part") from e
-    except ShadowlabError as e:
-        if isinstance(e, LoadError):
-            raise
-        raise SceneError(f"{given.name}: {e}") from e
+    except Exception as e:
+        # A defect of a reader; whoever loads a file gets the same kind of error for it all the same.
+        raise LoadError(f"{given.name}: expected a readable mesh, could not read it ({type(e).__name__}: {e})") from e
 
 
 def _of_archive(given: Given) -> Gathered:

@@ -54,8 +54,8 @@ SEEDS = [
 ]  # fmt: skip
 WORDS = [
     b"-1", b"0", b"1e10", b"10000000000", b"nan", b"-inf", b"1e999", b"99999999999999999999", b"x", b"#", b"\\\n",
-    b"\n", b" ", b"/", b"\0", b"<", b">", b"&a;", b"'", b"..", b"2147483648", b"-9223372036854775808", b"\xff\xfe", b"solid",
-    b"f ", b"1_0", b"+",
+    b"\n", b" ", b"/", b"\0", b"<", b">", b"&a;", b"'", b"..", b"2147483648", b"-9223372036854775808", b"\xff\xfe",
+    b"solid", b"f ", b"1_0", b"+",
 ]  # fmt: skip
 #: Kinds that other programs read, whose failures are theirs.
 READ_BY_OTHERS = ("xaml", "dxf", "glb")

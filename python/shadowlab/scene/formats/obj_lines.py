@@ -134,9 +134,8 @@ class ObjLines:
 
 def _after_spaces(raw: NDArray[np.uint8], starts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Where the first letter of each line stands."""
-    first = starts
-    while True:
-        blank = (raw[first] == 32) | (raw[first] == 9)
-        if not blank.any():
-            return first
-        first = first + blank
+    blank = (raw == 32) | (raw == 9)
+    if not blank[starts].any():
+        return starts
+    letters = np.flatnonzero(~blank)
+    return np.asarray(letters[np.searchsorted(letters, starts)])

@@ -26,6 +26,7 @@ def scenes() -> None:
     assert_type(scene.camera, sl.Camera)
     assert_type(scene.light, sl.DirectionalLight | sl.SpotLight | sl.PointLight)
     assert_type(sl.load_scene("model.glb", up="z"), sl.Scene)
+    assert_type(sl.load_scene(b"v 0 0 0", kind="obj", unit="mm", limits=sl.Limits(size=1000)), sl.Scene)
     assert_type(sl.Scene.from_arrays(np.zeros((3, 3)), [[0, 1, 2]]) + scene, sl.Scene)
     assert_type(scene.with_ground(up="y").bounds, Floats64)
     assert_type(sl.turned((0, 0, 1), up="z"), Floats64)

@@ -32,7 +32,7 @@ def written(tmp_path, geometry, extension):
 def test_mesh_loads(tmp_path, extension):
     mesh = trimesh.creation.icosphere(subdivisions=2)
     mesh.apply_translation([3.0, -2.0, 0.5])
-    scene = sl.load_scene(written(tmp_path, mesh, extension))
+    scene = sl.load_scene(written(tmp_path, mesh, extension), unit=1)
     assert scene.triangle_count == len(mesh.faces)
     scale = np.abs(mesh.bounds).max()
     np.testing.assert_allclose(scene.bounds, mesh.bounds, rtol=0, atol=scale * RELATIVE_ROUNDING)
@@ -46,7 +46,7 @@ def test_instances_stay_instances(tmp_path, extension):
     for k in range(3):
         placed = trimesh.transformations.translation_matrix([4.0 * (k + 1), 0, k])
         graph.graph.update(f"copy{k}", matrix=placed, geometry="ball")
-    scene = sl.load_scene(written(tmp_path, graph, extension))
+    scene = sl.load_scene(written(tmp_path, graph, extension), unit=1)
     assert scene.instance_count == 4
     assert scene.triangle_count == 4 * len(mesh.faces)
     scale = np.abs(graph.bounds).max()

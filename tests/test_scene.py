@@ -154,10 +154,11 @@ def test_every_common_format_loads(tmp_path: Path, ending):
     trimesh.Scene(trimesh.creation.box((1, 2, 3))).export(path) if ending in ("glb", "3mf") else (
         trimesh.creation.box((1, 2, 3)).export(path)
     )
-    scene = sl.load_scene(path)
+    # 3MF states millimetres; the numbers of the file are asked for.
+    scene = sl.load_scene(path, unit=1)
     assert scene.triangle_count == 12
     np.testing.assert_allclose(np.sort(np.ptp(scene.bounds, axis=0)), [1, 2, 3], rtol=1e-6)
-    turned = sl.load_scene(path, up="z")
+    turned = sl.load_scene(path, up="z", unit=1)
     np.testing.assert_allclose(np.ptp(turned.bounds, axis=0), np.ptp(scene.bounds, axis=0)[[0, 2, 1]], rtol=1e-6)
 
 

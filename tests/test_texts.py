@@ -80,7 +80,7 @@ def test_arguments_of_another_type_are_told_on_one_line(tmp_path):
         (lambda: sl.PointLight((0, 1, 0), range=None), "range: expected a number"),
         (lambda: sl.PointLight("abc", range=4), "position: expected an array"),
         (lambda: sl.SpotLight((0, 1, 0), (0, -1, 0), cone_angle=[1, 2], range=4), "cone_angle: expected a number"),
-        (lambda: sl.load_scene(3), "path: expected the path of a mesh file, got 3"),
+        (lambda: sl.load_scene(3), "source: expected the path of a mesh file, its bytes or an open file, got 3"),
         (lambda: sl.compare(scene, scene.camera, scene.light, truth="no"), "truth: expected True or False, got 'no'"),
         (lambda: sl.compare(scene, scene.camera, scene.light, size=np.eye(60)), "size: expected"),
         (lambda: sl.technique("uniform").parameterize(scene, scene.camera, scene.light, resolution=np.eye(60)), "got"),

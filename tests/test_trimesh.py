@@ -92,7 +92,7 @@ def test_a_mesh_through_a_file(extension, tmp_path):
     mesh = trimesh.creation.annulus(0.5, 1.0, 2.0).apply_translation((3, -1, 0.5))
     path = tmp_path / f"mesh.{extension}"
     mesh.export(path)
-    _close(sl.load_scene(path), trimesh.load_scene(path))
+    _close(sl.load_scene(path, unit=1), trimesh.load_scene(path))
 
 
 def test_z_up_is_turned_to_y_up(tmp_path):

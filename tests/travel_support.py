@@ -238,6 +238,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
     ],
     "Samples": samples,
     "Scene": lambda: [small_scene(), small_scene().transformed(np.diag([2.0, 2, 2, 1])), sl.Scene(view()[0])],
+    "Limits": lambda: [sl.Limits(), sl.Limits(size=10_000_000, ratio=20.5)],
     "Source": lambda: [
         importlib.import_module("shadowlab.scene.source").Source.of_scene(scene) for scene in (small_scene(), view()[0])
     ],

@@ -20,7 +20,9 @@ def of_the_package(table: pd.DataFrame) -> None:
     sl.library.scene("forest", trees="many")  # wrong: Argument "trees" to "scene" has incompatible type "str"
     sl.library.scene(Path("forest"))  # wrong: incompatible type "Path"; expected "str"
     sl.load_scene("model.glb", "z")  # wrong: Too many positional arguments
-    sl.load_scene("model.glb", up="x")  # wrong: expected "Literal['y', 'z']"
+    sl.load_scene("model.glb", up="x")  # wrong: expected "Literal['y', 'z'] | None"
+    sl.load_scene(3)  # wrong: Argument 1 to "load_scene" has incompatible type "int"
+    sl.load_scene("model.glb", limits=10)  # wrong: expected "Limits"
     sl.turned((0, 0, 1))  # wrong: Missing named argument "up"
     sl.Scene.from_arrays(np.zeros((3, 3)))  # wrong: Missing positional argument "faces"
     sl.preset(3)  # wrong: expected "str"

@@ -30,6 +30,7 @@ from .conventions.convention import Convention
 from .scene import library
 from .scene.axes import turned
 from .scene.files import load_scene
+from .scene.formats.limits import Limits
 from .scene.scenes import Scene
 from .scene.source import Source
 from .scene.view import View
@@ -59,6 +60,7 @@ __all__ = [
     "Diagnosis",
     "DirectionalLight",
     "GBuffer",
+    "Limits",
     "Note",
     "Parameterization",
     "Partition",

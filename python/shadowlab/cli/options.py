@@ -27,7 +27,7 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
         help="a mesh file, or a scene of the library such as @forest:trees=500",
     )
     view = options.add_argument_group("view", "In the file's axes. What is not given is chosen to fit the scene.")
-    view.add_argument("--up", default="y", choices=UP_AXES, help="the file's up axis (default: y)")
+    view.add_argument("--up", choices=UP_AXES, help="the file's up axis (default: as a COLLADA file says, else y)")
     view.add_argument("--ground", action="store_true", help="add a floor under the scene")
     view.add_argument(
         "--view",

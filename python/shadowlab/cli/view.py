@@ -39,7 +39,7 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
 
     given = given_vectors(options)
     if options.scene.startswith("@"):
-        if options.up != "y":
+        if options.up not in (None, "y"):
             raise ArgumentError("up: scenes of the library have y up; leave --up away")
         name, params = parse_spec(options.scene[1:], "scene")
         part: Scene = library.scene(name, **cast("dict[str, Any]", params))
@@ -74,17 +74,17 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
             del words["target"]
         if {"light", "light-position", NAMED_LIGHT} & as_given.keys():
             del words["light"]
-        as_given = {name: own_numbers(vector, options.up) for name, vector in words.items()} | as_given
+        as_given = {name: own_numbers(vector, options.up or "y") for name, vector in words.items()} | as_given
     if of_file is not None:
         lens = {name: getattr(options, name.replace("-", "_")) for name in ("fov-deg", "near", "far")}
         as_given = {name: text for name, text in as_given.items() if name not in ("eye", "target")}
         as_given[NAMED_CAMERA] = options.camera
         as_given |= {name: repr(value) for name, value in lens.items() if value is not None}
-    extra = (*(("--up", options.up) if options.up != "y" else ()), *(("--ground",) if options.ground else ()))
+    extra = (*(("--up", options.up) if options.up else ()), *(("--ground",) if options.ground else ()))
     source = replace(
         Source.of_scene(whole),
         arguments=(options.scene, *extra),
-        up=options.up,
+        up=options.up or "y",
         given=tuple(as_given.items()),
         view="" if aimed or of_file is not None else taken,
     )
@@ -119,7 +119,7 @@ def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float
     if light_name(options.light) is not None:
         names.remove("light")
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
-    return {name: turned(vector, up=options.up) for name, vector in vectors.items()}
+    return {name: turned(vector, up=options.up or "y") for name, vector in vectors.items()}
 
 
 def chosen_camera(

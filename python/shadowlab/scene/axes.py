@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 #: Turns z-up coordinates (x, y, z) into y-up ones (x, z, -y): a rotation, so handedness stays.
 Y_UP_FROM_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
+#: The same for x-up coordinates of COLLADA, whose right is -y and whose front is z: (x, y, z) becomes (-y, x, z).
+Y_UP_FROM_X_UP = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
 
 def up_axis(up: str) -> int:
     """Index of the axis that points up.

@@ -1,101 +1,145 @@
-"""Scenes from files: glTF by our own reader, and whatever trimesh loads."""
+"""Scenes from files of any kind that can be loaded, from their bytes, and from archives of them."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from dataclasses import fields
+from typing import TYPE_CHECKING, BinaryIO, TextIO
 
-from ..errors import ArgumentError, LoadError
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ArgumentError, LoadError, SceneError, ShadowlabError
 from ..text import shown
-from .axes import Y_UP_FROM_Z_UP, up_axis, up_keyword
-from .foreign import Gathered, warn_left_out, warn_notes
-from .formats.given import Given
+from .axes import Y_UP_FROM_X_UP, Y_UP_FROM_Z_UP, up_axis
+from .formats.archives import ARCHIVES, PACKED
 from .formats.limits import Limits
-from .gltf.reader import read_gltf
+from .formats.readers import READERS, gathered_file, kinds
+from .formats.sources import given_source
+from .formats.units import metres_per_unit
 from .scenes import Scene
 
 if TYPE_CHECKING:
     from ..types import Up
+    from .foreign import Gathered
 
 
-def load_scene(path: str | os.PathLike[str], *, up: Up = "y") -> Scene:
-    """A scene from glTF (glb, gltf) or any file trimesh loads (ply, obj, stl, off, 3mf...); instances stay instances.
+def load_scene(
+    source: str | os.PathLike[str] | bytes | bytearray | memoryview | BinaryIO | TextIO,
+    *,
+    up: Up | None = None,
+    unit: float | str | None = None,
+    kind: str | None = None,
+    limits: Limits = Limits(),  # noqa: B008 - immutable
+) -> Scene:
+    """A scene from a file: glb, gltf, ply, obj, stl, off, 3mf, dae and what else trimesh loads, or an archive of them.
+
+    Instances stay instances. Polygons become triangles, concave ones by ear clipping. Files are taken as coming from
+    anybody: only files in the given one's folder are read, nothing is written, and `limits` bounds what is read.
 
     Parameters
     ----------
-    path : path
-        The file.
-    up : {"y", "z"}
+    source : path, bytes, or open file
+        The file; or its bytes, as `bytes`, `bytearray` or `memoryview`, with `kind`; or a binary or text file that is
+        open, which is read from where it stands and is known by `kind` or by the ending of its `name`. Archives are
+        zip, tar, tar.gz, tgz and tar.bz2; all meshes in one become one scene. A file.obj.gz or .obj.bz2 is one mesh.
+    up : {"y", "z"}, optional
         The file's up axis. "z" turns the scene so that y is up: (x, y, z) becomes (x, z, -y). `Scene.world_from_source`
-        keeps the turn; `turned` applies it to the points and directions that belong to the file.
+        keeps the turn; `turned` applies it to the points and directions that belong to the file. Where it is not
+        given, a COLLADA file's own axis counts, and "y" for others.
+    unit : float or str, optional
+        Metres per unit of the file, or "mm", "cm", "m", "km", "in", "ft", "um", or the names of 3MF; the scene is in
+        metres then. Where it is not given, the unit that a COLLADA or 3MF file states counts (millimetres in a 3MF
+        file without one), and other files are not scaled. ``unit=1`` scales nothing.
+    kind : str, optional
+        The ending that says how to read the file, such as "obj"; that of the path or name where it is not given.
+    limits : Limits
+        What is read at most.
+
+    Returns
+    -------
+    Scene
+        With `taken`, the axis and unit that it was loaded with where a file or an argument said them.
 
     Raises
     ------
     ArgumentError
-        For what is no path.
+        For what is no source, a closed file, another `up`, `unit` or `kind`, and bytes without a kind.
     LoadError
-        The file is missing, of an unknown kind, broken, or holds no mesh.
+        The file is missing, of an unknown kind, broken, beyond a limit, refers outside its folder, or holds no mesh.
     SceneError
         No triangle is left, or a face points at a vertex that does not exist.
 
     Warns
     -----
     ShadowlabWarning
-        For what is left out or completed: faces that are not finite, points and lines, cameras without a far plane,
-        extensions of glTF that may change geometry, alpha-tested materials.
+        For what is left out: faces without three distinct or finite vertices, lines and points, curves and surfaces,
+        items that are not to be printed, files of an archive that cannot be read, materials with an alpha test,
+        extensions of glTF that may change geometry. For cameras without a far plane, which get one.
 
     References
     ----------
-    Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021; docs/gltf.md has what is read of it.
+    docs/gltf.md has what is read of glTF.
     """
-    up_axis(up)
-    if not isinstance(path, (str, os.PathLike)):
-        raise ArgumentError(f'path: expected the path of a mesh file, got {shown(path)}; try "scene.glb"')
-    path = Path(path)
-    if not path.exists():
-        raise LoadError(f"{path}: expected a mesh file, found nothing there; check the path")
-    if path.is_dir():
-        raise LoadError(f"{path}: expected a mesh file, found a directory; name a file in it")
-    kind = path.suffix.lower().lstrip(".")
-    if kind in ("gltf", "glb"):
-        return _named(_scene_of(read_gltf(Given.of_file(path, kind, Limits()))), path, up)
-    import trimesh
-
-    known = trimesh.available_formats()
-    if kind not in known:
-        listed = ", ".join(sorted(known))
-        raise LoadError(f"{path}: expected a file of a kind that trimesh loads ({listed}), got {kind or 'no ending'!r}")
+    if up is not None:
+        up_axis(up)
+    metres = metres_per_unit(unit)
+    ending = _ending(kind)
+    if not isinstance(limits, Limits):
+        raise ArgumentError(f"limits: expected sl.Limits, got {shown(limits)}; try limits=sl.Limits(size=10**9)")
+    given = given_source(source, ending, limits)
     try:
-        # process=False: no merging, no reordering, so face numbers stay the file's.
-        loaded = trimesh.load_scene(str(path), process=False)
-    except Exception as e:  # noqa: BLE001 - each of trimesh's loaders raises what its own parser raises
-        _broken(path, f"{type(e).__name__}: {e}", e)
-    if not loaded.geometry:
-        _broken(path, "no geometry in it", None)
-    return _named(Scene.from_trimesh(loaded), path, up)
-
-
-def _scene_of(found: Gathered) -> Scene:
-    """The scene of what a reader found, with its warnings."""
-    made = Scene(*found.arrays())
-    warn_left_out(sum(found.dropped), found.empty, stacklevel=4)
-    warn_notes(found.notes, stacklevel=4)
-    if found.cameras:
-        made.cameras = found.cameras
-    if found.lights:
-        made.lights = found.lights
-    return made
-
-
-def _named(scene: Scene, path: Path, up: Up) -> Scene:
-    """The scene of a file, turned so that y is up, with its source and recipe."""
-    if up_axis(up) == 2:
-        scene = scene.transformed(Y_UP_FROM_Z_UP)
-    scene.source = str(path)
-    scene.recipe = f"sl.load_scene({str(path)!r}{up_keyword(up)})"
+        found = gathered_file(given)
+        scene = Scene(*found.arrays())._with(found.cameras, found.lights)
+    except SceneError as e:
+        raise e if str(e).startswith(given.name) else SceneError(f"{given.name}: {e}") from e
+    except ArgumentError as e:
+        raise LoadError(f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file") from e
+    scene = _in_metres(given.name, scene, found, up, metres)
+    found.warn(stacklevel=3)
+    if isinstance(source, (str, os.PathLike)):
+        scene.source = given.name
+        scene.recipe = f"sl.load_scene({given.name!r}{_keywords(up, unit, kind, limits)})"
+    else:
+        scene.source = getattr(source, "name", "") if isinstance(getattr(source, "name", ""), str) else ""
+        scene.recipe = ""
     return scene
 
 
-def _broken(path: Path, why: str, cause: Exception | None) -> NoReturn:
-    raise LoadError(f"{path}: expected a readable mesh, could not load it ({why}); check the file") from cause
+def _ending(kind: object) -> str | None:
+    if kind is None:
+        return None
+    ending = kind.lower().lstrip(".") if isinstance(kind, str) else ""
+    if ending in READERS or ending in ARCHIVES or ending in PACKED or ending in kinds():
+        return ending
+    raise ArgumentError(
+        f"kind: expected the ending of a file that can be loaded ({', '.join(kinds())}), got {shown(kind)}"
+    )
+
+
+def _in_metres(name: str, scene: Scene, found: Gathered, up: Up | None, metres: float | None) -> Scene:
+    """The scene with y up and in metres, as far as the file or the arguments say what it was in."""
+    axis = up or found.up or "y"
+    matrix: NDArray[np.float64] = {"x": Y_UP_FROM_X_UP, "y": np.eye(4), "z": Y_UP_FROM_Z_UP}[axis].copy()
+    scale = found.unit if metres is None else metres
+    if scale is not None and not (np.isfinite(scale) and scale > 0):
+        raise LoadError(f"{name}: expected a unit of finite metres above 0, got {scale:g}; unit=... says another")
+    matrix[:3] *= 1.0 if scale is None else scale
+    if not np.array_equal(matrix, np.eye(4)):
+        try:
+            scene = scene.transformed(matrix)
+        except ShadowlabError as e:
+            raise LoadError(f"{name}: expected a scene that can be scaled by {scale:g} m per unit ({e})") from e
+    said = [f"{axis} up"] if up or found.up else []
+    said += [f"{scale:g} m per unit"] if scale is not None else []
+    scene.taken = ", ".join(said)
+    return scene
+
+
+def _keywords(up: Up | None, unit: float | str | None, kind: str | None, limits: Limits) -> str:
+    """The keywords of a recipe, without those that were not given."""
+    plain = Limits()
+    changed = {one.name: getattr(limits, one.name) for one in fields(limits)}
+    own = ", ".join(f"{key}={value!r}" for key, value in changed.items() if value != getattr(plain, key))
+    words = [f", {key}={value!r}" for key, value in (("up", up), ("unit", unit), ("kind", kind)) if value is not None]
+    return "".join([*words, f", limits=sl.Limits({own})" if own else ""])

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
 from .alpha_test import AlphaTest
+from .asked import asking, said
 from .placed import camera_at, farthest, unique
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ SPARE = 0.05
 # Of a camera that takes its viewport's shape: what `Camera.look_at` takes.
 ASPECT = 16 / 9
 
+T = TypeVar("T")
+
 
 @dataclass(eq=False)
 class Gathered:
@@ -53,13 +56,47 @@ class Gathered:
     empty: list[str] = field(default_factory=list)
     #: Faces that were left out, by geometry.
     dropped: list[int] = field(default_factory=list)
+    #: Faces with fewer than three distinct corners in a row, which were left out.
+    degenerate: int = 0
+    #: What else was left out.
+    left_out: list[str] = field(default_factory=list)
     #: What there is to say beside.
     notes: list[str] = field(default_factory=list)
     #: By key of the mesh.
     alpha_tests: dict[Any, AlphaTest] = field(default_factory=dict)
-    #: Those that a file brings, by name.
+    #: The axis that points up, and metres per unit, where a file says so.
+    up: str | None = None
+    unit: float | None = None
+    #: That the file brought, by name.
     cameras: dict[str, _core.Camera] = field(default_factory=dict)
     lights: dict[str, Light] = field(default_factory=dict)
+
+    def join(self, other: Gathered, name: str) -> None:
+        """Adds all of another, of that name."""
+        self.meshes.update({(name, key): mesh for key, mesh in other.meshes.items()})
+        self.index += [(name, key) for key in other.index]
+        self.alpha_tests.update({(name, key): test for key, test in other.alpha_tests.items()})
+        self.transforms += other.transforms
+        self.empty += other.empty
+        self.dropped += other.dropped
+        self.degenerate += other.degenerate
+        self.left_out += other.left_out
+        self.notes += other.notes
+        for key, camera in other.cameras.items():
+            self.cameras[unique(key, self.cameras)] = camera
+        for key, light in other.lights.items():
+            self.lights[unique(key, self.lights)] = light
+
+    def warn(self, *, stacklevel: int) -> None:
+        """Warns of what was left out, and gives the notes."""
+        warn_left_out(sum(self.dropped), self.empty, self._others(), stacklevel=stacklevel + 1)
+        warn_notes(self.notes, stacklevel=stacklevel + 1)
+
+    def _others(self) -> list[str]:
+        """What else was left out."""
+        faces = "faces" if self.degenerate > 1 else "face"
+        counted = [f"{self.degenerate:,} {faces} with fewer than three distinct vertices"] if self.degenerate else []
+        return [*self.left_out, *counted]
 
     def add(
         self, key: Any, name: str, vertices: Any, faces: Any, made: Any = None, alpha: AlphaTest | None = None
@@ -75,11 +112,21 @@ class Gathered:
         self.dropped.append(self.meshes[key].dropped_faces)
 
     def place(self, key: Any, transform: Any) -> None:
-        """Places a mesh by one transform (4, 4) or several (K, 4, 4), if there is one under the key."""
+        """Places a mesh by one transform (4, 4) or several (K, 4, 4), if there is one under the key.
+
+        Raises
+        ------
+        ArgumentError
+            For what is no matrix of numbers.
+        """
         if key in self.meshes:
-            transforms = np.asarray(transform, np.float64).reshape(-1, 4, 4)
-            self.index.extend([key] * len(transforms))
-            self.transforms.append(transforms)
+            matrices = np.asarray(transform, np.float64)
+            if matrices.ndim not in (2, 3) or matrices.shape[-2:] != (4, 4):
+                shape = matrices.shape
+                raise ArgumentError(f"source: expected transforms of shape (4, 4), got {shape}; give affine maps")
+            matrices = matrices.reshape(-1, 4, 4)
+            self.index.extend([key] * len(matrices))
+            self.transforms.append(matrices)
 
     def arrays(self) -> tuple[list[_core.Mesh], list[int], NDArray[np.float64]]:
         """What a scene is made of.
@@ -90,8 +137,8 @@ class Gathered:
             Where nothing is placed.
         """
         if not self.index:
-            reasons = [*self.empty, *self.notes]
-            what = f"left out: {', '.join(reasons)}" if reasons else "the scene graph places no mesh"
+            reasons = ", ".join([*self.empty, *self._others(), *self.notes])
+            what = f"left out: {reasons}" if reasons else "the scene graph places no mesh"
             raise SceneError(
                 f"the scene has no usable triangle: {what}; give at least one triangle with finite vertices"
             )
@@ -100,7 +147,7 @@ class Gathered:
 
 
 def gathered(source: Any) -> Gathered:
-    """The meshes of another program's object and their places.
+    """The meshes of another program's object and their places, its cameras and lights; warns of what was left out.
 
     Raises
     ------
@@ -109,6 +156,18 @@ def gathered(source: Any) -> Gathered:
     SceneError
         For an index out of range.
     """
+    found = collected(source)
+    found.warn(stacklevel=4)
+    return found
+
+
+def collected(source: Any) -> Gathered:
+    """What `gathered` gives, without its warnings."""
+    with asking("an object with geometry"):
+        return _collected(source)
+
+
+def _collected(source: Any) -> Gathered:
     found = Gathered()
     if is_graph(source):
         _of_trimesh_scene(source, found)
@@ -128,7 +187,6 @@ def gathered(source: Any) -> Gathered:
             "source: expected a trimesh.Trimesh or trimesh.Scene, a pyrender scene or mesh, or an object with vertices "
             f"and faces, got {type(source).__name__}; load it with trimesh, or use Scene.from_arrays"
         )
-    warn_left_out(sum(found.dropped), found.empty, stacklevel=4)
     return found
 
 
@@ -170,19 +228,31 @@ def _unusable(vertices: Any, faces: Any) -> bool:
     if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
         return False
     finite = np.logical_and.reduce(np.isfinite(points), axis=1)
+    if finite.all():
+        return not indices.size
     return not bool(finite[indices].all(axis=1).any())
 
 
 def _of_trimesh_scene(source: Any, found: Gathered) -> None:
+    known = set()
     for name, geometry in source.geometry.items():
-        if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
-            found.empty.append(f"{name} ({type(geometry).__name__})")
-            continue
-        own = LOCAL in getattr(geometry, "vertex_attributes", ())
-        found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+        known.add(name)
+        try:
+            if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+                found.empty.append(f"{name} ({type(geometry).__name__})")
+                continue
+            own = LOCAL in getattr(geometry, "vertex_attributes", ())
+            found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+        except ShadowlabError:
+            raise
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            found.empty.append(f"{name} ({said(e)})")
     for node in source.graph.nodes_geometry:
         transform, name = source.graph.get(node)
-        found.place(name, transform)
+        if name in known:
+            found.place(name, transform)
+        else:
+            found.left_out.append(f"node {node!r}, whose geometry {name!r} does not exist")
 
 
 def _of_pyrender_mesh(mesh: Any, name: str, pose: NDArray[np.float64], found: Gathered) -> None:
@@ -210,13 +280,15 @@ def cameras_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, _cor
     """The cameras of a scene by name, and what there is to say of the others."""
     found: dict[str, _core.Camera] = {}
     notes: list[str] = []
-    for name, camera, pose in _cameras(source):
+    for name, camera, pose in _asked(_cameras(source), "camera", notes):
         label = f"camera {name!r}"
         try:
             settings = _lens(camera, pose, bounds, label, notes)
             found[unique(name, found)] = camera_at(pose, **settings)
         except ArgumentError as e:
             notes.append(f"left out {label}: {e}")
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            notes.append(f"left out {label}: {said(e)}")
     return found, notes
 
 
@@ -227,6 +299,14 @@ def _cameras(source: Any) -> Iterator[tuple[str, Any, NDArray[np.float64]]]:
     elif getattr(source, "has_camera", False):
         # Asked for only where one was set: trimesh would make one.
         yield source.camera.name or "camera", source.camera, np.asarray(source.camera_transform, np.float64)
+
+
+def _asked(things: Iterator[T], kind: str, notes: list[str]) -> Iterator[T]:
+    """The same, up to where the other program fails."""
+    try:
+        yield from things
+    except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+        notes.append(f"left out a {kind}: {said(e)}")
 
 
 def _lens(
@@ -258,15 +338,21 @@ def lights_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, Light
     """The lights of a pyrender scene by name, and what there is to say of the others; other scenes have none."""
     found: dict[str, Light] = {}
     notes: list[str] = []
-    nodes = _in_order(source, source.light_nodes) if is_pyrender_scene(source) else []
-    for i, (node, pose) in enumerate(nodes):
+    for i, (node, pose) in enumerate(_asked(_lights(source), "light", notes)):
         name = node.name or node.light.name or f"light {i + 1}"
         try:
             made = _light(node.light, pose, bounds)
             found[unique(name, found)] = made
         except ArgumentError as e:
             notes.append(f"left out light {name!r}: {e}")
+        except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
+            notes.append(f"left out light {name!r}: {said(e)}")
     return found, notes
+
+
+def _lights(source: Any) -> Iterator[tuple[Any, NDArray[np.float64]]]:
+    if is_pyrender_scene(source):
+        yield from _in_order(source, source.light_nodes)
 
 
 def _light(theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64]) -> Light:
@@ -317,14 +403,15 @@ def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
     return made
 
 
-def warn_left_out(faces: int, empty: list[str], *, stacklevel: int) -> None:
-    """Warns of faces and geometries that were left out, if any were."""
+def warn_left_out(faces: int, empty: list[str], others: Sequence[str] = (), *, stacklevel: int) -> None:
+    """Warns of faces, geometries and others that were left out, if any were."""
     parts = []
     if faces:
         parts.append(f"{faces} face{'s' if faces > 1 else ''} with vertices that are not finite")
     if empty:
         shown = ", ".join(empty[:5]) + (", ..." if len(empty) > 5 else "")
         parts.append(f"{len(empty)} geometr{'ies' if len(empty) > 1 else 'y'} without triangles: {shown}")
+    parts += others
     if parts:
         warnings.warn(f"left out: {' and '.join(parts)}", ShadowlabWarning, stacklevel=stacklevel)
 

@@ -50,7 +50,10 @@ class Scene(_core.Scene):
     source : str
         Where it came from: a path, "@name" of a library scene, or "" for arrays.
     world_from_source : (4, 4) float64
-        How the source's coordinates were turned; the identity unless it was loaded with ``up="z"``.
+        How the source's coordinates were turned and scaled; the identity unless a file or `load_scene` said so.
+    taken : str
+        The up axis and the unit that a file was taken to have, such as "z up, 0.01 m per unit"; "" where neither the
+        file nor an argument said any.
     recipe : str
         The Python that makes it again (``sl`` is shadowlab), or "" where arrays went into it.
     cameras, lights : mapping of str to Camera, and to DirectionalLight, SpotLight or PointLight
@@ -64,6 +67,7 @@ class Scene(_core.Scene):
 
     source: str = ""
     recipe: str = ""
+    taken: str = ""
     world_from_source: npt.NDArray[np.float64] = _AS_GIVEN
     cameras: Mapping[str, _core.Camera] = NONE
     lights: Mapping[str, Light] = NONE
@@ -204,7 +208,8 @@ class Scene(_core.Scene):
         if m.shape != (4, 4):
             raise ArgumentError(f"matrix: expected shape (4, 4), got {m.shape}; give one affine map")
         moved = type(self)._assemble(self.meshes, self.mesh_index, m @ self.transforms)
-        moved.source, moved.world_from_source = self.source, m @ self.world_from_source
+        moved.source, moved.taken = self.source, self.taken
+        moved.world_from_source = m @ self.world_from_source
         moved.recipe = f"{self.recipe}.transformed({m.tolist()})" if self.recipe else ""
         left_out: list[str] = []
         cameras = _moved("camera", self.cameras, moved_camera, m, left_out)
@@ -218,7 +223,7 @@ class Scene(_core.Scene):
         index = np.concatenate([self.mesh_index, other.mesh_index + self.mesh_count])
         transforms = np.concatenate([self.transforms, other.transforms])
         joined = Scene._assemble(self.meshes + other.meshes, index, transforms)
-        joined.source, joined.world_from_source = self.source, self.world_from_source
+        joined.source, joined.taken, joined.world_from_source = self.source, self.taken, self.world_from_source
         recipes = self.recipe, getattr(other, "recipe", "")
         joined.recipe = f"({recipes[0]} + {recipes[1]})" if all(recipes) else ""
         cameras = _joined(self.cameras, getattr(other, "cameras", NONE))
@@ -256,6 +261,7 @@ class Scene(_core.Scene):
     def __repr__(self) -> str:
         (x0, y0, z0), (x1, y1, z1) = self.bounds
         name = f"{self.source!r}, " if self.source else ""
+        name += f"taken as {self.taken}, " if self.taken else ""
         return (
             f"Scene({name}{self.triangle_count:,} triangles, {self.instance_count:,} instances of {self.mesh_count:,} "
             f"meshes, bounds ({x0:.6g}, {y0:.6g}, {z0:.6g}) to ({x1:.6g}, {y1:.6g}, {z1:.6g}))"
@@ -267,6 +273,7 @@ class Scene(_core.Scene):
         low, high = ([f"{v:.6g}" for v in corner] for corner in self.bounds)
         rows = [
             ("source", escape(self.source) or "arrays"),
+            *([("taken as", escape(self.taken))] if self.taken else []),
             ("triangles", f"{self.triangle_count:,}"),
             ("instances", f"{self.instance_count:,} of {self.mesh_count:,} meshes"),
             ("bounds", f"({', '.join(low)}) to ({', '.join(high)})"),

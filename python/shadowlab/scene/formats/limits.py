@@ -41,7 +41,7 @@ class Limits(Value):
 
     size: int = 8 << 30
     elements: int = 1_000_000_000
-    instances: int = 10_000_000
+    instances: int = 1_000_000
     entries: int = 10_000
     ratio: float = 1000.0
 

@@ -1,0 +1,151 @@
+"""Materials of Wavefront OBJ files, as far as shadows depend on them: textures that say where a surface is.
+
+Source: Wavefront, "MTL material format", version 4.2.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import LoadError
+from ..alpha_test import AlphaTest
+from ..foreign import Gathered
+from .given import Given, inside
+from .words import plain_text, without_comments
+
+#: Options of texture maps by how many words follow; others have one.
+_WORDS_AFTER = {b"-mm": 2, b"-o": 3, b"-s": 3, b"-t": 3}
+#: Alpha at which a texture is held to be a surface; MTL has none, glTF's default.
+ALPHA_CUTOFF = 0.5
+
+
+@dataclass(frozen=True)
+class AlphaTexture:
+    """What `map_d` says of a material."""
+
+    file: str
+    clamped: bool
+    factor: float
+
+
+def library_of(given: Given, libraries: list[bytes], found: Gathered) -> dict[bytes | None, AlphaTexture]:
+    """Materials with a texture of opacity, from the libraries that a file names; missing ones are passed over."""
+    made: dict[bytes | None, AlphaTexture] = {}
+    for library in libraries:
+        text = _optional(given, library, found)
+        names = [library] if text is not None else library.split()
+        for name in names:
+            text = _optional(given, name, found) if text is None or len(names) > 1 else text
+            if text is not None:
+                made.update(_materials(text))
+    return made
+
+
+def _optional(given: Given, name: bytes, found: Gathered) -> bytes | None:
+    """A file beside the given one, if it is there; one outside the folder is told of and not read."""
+    reference = name.decode("utf-8", "replace").strip()
+    try:
+        return given.find(inside(given.name, reference))
+    except LoadError as e:
+        text = str(e)
+        if "outside" not in text:
+            raise
+        note = f"{reference!r} lies outside the folder and was not read"
+        if note not in found.notes:
+            found.notes.append(note)
+        return None
+
+
+def _materials(text: bytes) -> dict[bytes | None, AlphaTexture]:
+    found: dict[bytes | None, AlphaTexture] = {}
+    name: bytes | None = None
+    opacity: dict[bytes | None, float] = {}
+    for line in without_comments(plain_text(text)).split(b"\n"):
+        word, *rest = line.split(None, 1)[:2] or (b"",)
+        if word == b"newmtl":
+            name = rest[0].strip() if rest else b""
+        elif word == b"d" and rest:
+            opacity[name] = _number(rest[0].split()[-1])
+        elif word.lower() == b"map_d" and rest:
+            file, clamped = _texture(rest[0])
+            found[name] = AlphaTexture(file, clamped, 1.0)
+    return {key: AlphaTexture(one.file, one.clamped, opacity.get(key, 1.0)) for key, one in found.items()}
+
+
+def _number(word: bytes) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        return 1.0
+    return min(max(value, 0.0), 1.0) if value == value else 1.0
+
+
+def _texture(words: bytes) -> tuple[str, bool]:
+    """The file after the options, and whether the texture is clamped."""
+    rest, clamped = words.strip(), False
+    while rest.startswith(b"-"):
+        option, *others = rest.split(None, 1)
+        rest = others[0] if others else b""
+        for _ in range(_WORDS_AFTER.get(option, 1)):
+            word, *others = rest.split(None, 1) or (b"",)
+            if _WORDS_AFTER.get(option, 1) == 3 and not _is_number(word):
+                break
+            clamped |= option == b"-clamp" and word == b"on"
+            rest = others[0] if others else b""
+    return rest.decode("utf-8", "replace").strip(), clamped
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def alpha_tests(
+    given: Given,
+    material: AlphaTexture,
+    label: str,
+    coordinates: NDArray[np.float64],
+    uv: NDArray[np.int64],
+    found: Gathered,
+) -> None:
+    """Keeps the alpha test of the mesh that was added last, or says why there is none."""
+    said = f"alpha-tested material {label!r} is opaque here"
+    found.notes.append(said)
+    data = _optional(given, material.file.encode(), found)
+    if data is None or not len(uv) or uv.max() >= len(coordinates):
+        return
+    texture = _opacity(given, data)
+    if texture is None:
+        return
+    rows = coordinates[uv]
+    # OBJ counts v from the bottom row of a texture, and one coordinate alone is u.
+    flipped = np.stack([rows[:, 0], 1 - rows[:, 1] if rows.shape[1] > 1 else np.ones(len(rows))], axis=1)
+    wrap = "clamp" if material.clamped else "repeat"
+    key = next(reversed(found.meshes))
+    found.alpha_tests[key] = AlphaTest(texture, flipped.astype(np.float32), ALPHA_CUTOFF, (wrap, wrap), material.factor)
+
+
+def _opacity(given: Given, data: bytes) -> NDArray[np.uint8] | None:
+    """The alpha of an image, or its grey values where it has none; None for what is no image."""
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            with Image.open(io.BytesIO(data)) as image:
+                given.limits.check(given.name, "elements", image.width * image.height, "texels of a texture")
+                has_alpha = "A" in image.getbands() or "transparency" in image.info
+                grey = image.convert("RGBA").getchannel("A") if has_alpha else image.convert("L")
+                return np.asarray(grey, np.uint8)
+        except LoadError:
+            raise
+        except Exception:  # noqa: BLE001 - each of Pillow's decoders raises what its own parser raises
+            return None

@@ -1,0 +1,143 @@
+"""Wavefront OBJ: polygons by material, in the order that trimesh has them.
+
+Source: Wavefront, Advanced Visualizer manual, appendix B1, version 3.0. Curves, surfaces, lines and points are left
+out and counted. The fourth coordinate of a vertex weighs rational curves; polygons have no use for it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...errors import LoadError
+from ..foreign import Gathered
+from .given import Given
+from .mtl import alpha_tests, library_of
+from .obj_faces import ObjFaces, faces_of
+from .obj_lines import FACE, OTHER, STROKE, VERTEX, VERTEX_TEXTURE, ObjLines
+from .polygons import Indices, Points, triangulated
+from .words import readable
+
+#: Statements that say nothing about where polygons are.
+_SILENT = frozenset(
+    b"o g s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj vp deg cstype bmat step "
+    b"ctech stech parm trim hole scrv sp end con curv curv2 surf bzp bsp cdc cdp res csh call".split()
+)
+_FREE_FORM = frozenset((b"curv", b"curv2", b"surf", b"bzp", b"bsp", b"cdc", b"cdp"))
+
+
+def read_obj(given: Given) -> Gathered:
+    """The polygons of an OBJ file.
+
+    Raises
+    ------
+    LoadError
+        For a line that cannot be read, an index that points nowhere, or where there is no face.
+    """
+    lines = ObjLines.of(given)
+    found = Gathered()
+    materials, libraries, free_forms, unknown = _statements(lines)
+    strokes = len(lines.of_kind(STROKE))
+    left_out = [(strokes, "line or point element"), (free_forms, "free-form element")]
+    notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in left_out if count]
+    if unknown:
+        notes.append(f"{len(unknown):,} lines that are no statements of OBJ (the first is line {unknown[0]})")
+    if not len(lines.of_kind(FACE)):
+        what = ", ".join(notes) or f"{int((lines.kinds == VERTEX).sum()):,} vertices alone"
+        raise LoadError(f"{given.name}: expected faces, got {what}; export polygons")
+    found.left_out += notes
+    points, widths = lines.rows(VERTEX, 3, 7, "vertex")
+    weighted = np.isin(widths, (4, 7))
+    if weighted.any() and bool((points[weighted, 3] != 1).any()):
+        found.notes.append("the fourth coordinate of vertices, a weight of rational curves, is not used")
+    points = np.ascontiguousarray(points[:, :3])
+    faces = faces_of(lines)
+    groups = _by_material(faces, materials)
+    textures = library_of(given, libraries, found) if libraries and materials else {}
+    # The last material comes first, as in trimesh.
+    for name, chosen in reversed(groups.items()):
+        label = readable(name)[1:-1] if name is not None else "faces"
+        places, uv = _add_group(found, (label, len(found.meshes)), label, points, faces, chosen)
+        if places and name in textures:
+            alpha_tests(
+                given, textures[name], label, lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0], uv, found
+            )
+    return found
+
+
+def _statements(lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes], int, list[int]]:
+    """Lines that begin a material with its name; material libraries; how many free forms; numbers of unknown lines."""
+    materials: list[tuple[int, bytes]] = []
+    libraries: list[bytes] = []
+    free_forms, unknown = 0, []
+    for line in lines.of_kind(OTHER).tolist():
+        word, *rest = lines.line(line).split(None, 1)
+        if word == b"usemtl":
+            materials.append((line, rest[0] if rest else b""))
+        elif word == b"mtllib":
+            libraries += rest
+        elif word in (b"v", b"vt", b"vn", b"f"):
+            raise lines.refusal(line, f"numbers after {word.decode()}", "none")
+        elif word in _FREE_FORM:
+            free_forms += 1
+        elif word not in _SILENT:
+            unknown.append(lines.number_of(line))
+    return materials, libraries, free_forms, unknown
+
+
+def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[bytes | None, Indices]:
+    """Faces of each material, in the order of first use."""
+    names: list[bytes | None] = [None, *(name for _, name in materials)]
+    numbers: dict[bytes | None, int] = {}
+    label = np.array([numbers.setdefault(name, len(numbers)) for name in names])
+    segment = np.searchsorted(np.array([line for line, _ in materials], np.int64), faces.lines)
+    material = label[segment]
+    present, first = np.unique(material, return_index=True)
+    by_number = list(numbers)
+    return {by_number[present[k]]: np.flatnonzero(material == present[k]) for k in np.argsort(first)}
+
+
+def _add_group(
+    found: Gathered, key: Any, label: str, points: Points, faces: ObjFaces, chosen: Indices
+) -> tuple[bool, Indices]:
+    """Adds the faces of a material as a mesh; the index of texture coordinates of each vertex, or an empty array."""
+    counts = faces.counts[chosen]
+    starts = np.cumsum(faces.counts) - faces.counts
+    if len(chosen) == len(faces.counts):
+        corners = np.arange(len(faces.vertex))
+    else:
+        inner = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        corners = np.repeat(starts[chosen], counts) + inner
+    vertex, texture, normal = faces.vertex[corners], faces.texture[corners], faces.normal[corners]
+    size = int(counts[0])
+    # Faces of one size keep trimesh's order of halves of quads; mixed ones keep that of the file.
+    even = bool((counts == size).all()) and size > 2
+    triangles = triangulated(points, vertex, counts, in_place=not even)
+    found.degenerate += triangles.degenerate
+    at = triangles.at
+    if not even:
+        vertex, texture, normal = vertex[at].reshape(-1), texture[at].reshape(-1), normal[at].reshape(-1)
+        at = np.arange(len(vertex)).reshape(-1, 3)
+        size = 3
+    uv = np.zeros(0, np.int64)
+    if not len(at):
+        return False, uv
+    has_texture, has_normal = bool((texture >= 0).all()), bool((normal >= 0).all())
+    split = [index.reshape(-1, size) for index, has in ((texture, has_texture), (normal, has_normal)) if has]
+    if split:
+        # A vertex for each combination of indices.
+        from trimesh.visual.texture import unmerge_faces
+
+        corner, rows, *others = unmerge_faces(  # type: ignore[no-untyped-call]
+            vertex.reshape(-1, size), *split
+        )
+        uv = others[0] if has_texture else uv
+        found.add(key, label, points[rows], corner.reshape(-1)[at])
+    else:
+        used = np.zeros(len(points), bool)
+        used[vertex] = True
+        row = np.cumsum(used) - 1
+        found.add(key, label, points[used], row[vertex][at])
+    found.place(key, np.eye(4))
+    return True, uv

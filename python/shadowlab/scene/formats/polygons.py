@@ -1,0 +1,264 @@
+"""Polygons as triangles: fans where those are right, ear clipping where they are not.
+
+Ears are clipped by mapbox_earcut, in the plane of the polygon's normal after Newell (Sutherland, Sproull and
+Schumacker, ACM Computing Surveys 6(1), 1974, section on plane equations). Fans come first, and in the order of
+trimesh, so that faces of convex polygons are those that trimesh makes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Share of a polygon's area by which triangles may overlap or lie outside: what seven digits of text leave open.
+NEGLIGIBLE = 1e-6
+
+Indices = NDArray[np.int64]
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """The triangles of polygons.
+
+    Attributes
+    ----------
+    at : (T, 3) int64
+        Places in the list of corners, so that texture coordinates and normals of corners follow.
+    degenerate : int
+        Polygons with fewer than three distinct corners in a row, which have no triangle.
+    """
+
+    at: Indices
+    degenerate: int = 0
+
+
+def polygon_faces(points: NDArray[Any], corners: NDArray[Any], counts: Indices) -> tuple[NDArray[Any], int]:
+    """Triangles of polygons as rows of points, and how many polygons have none; see `triangulated`."""
+    if len(counts) and bool((counts == 3).all()):
+        faces = corners.reshape(-1, 3)
+        a, b, c = faces.T
+        repeated = (a == b) | (b == c) | (c == a)
+        return (faces[~repeated], int(repeated.sum())) if repeated.any() else (faces, 0)
+    triangles = triangulated(points, corners, counts)
+    return corners[triangles.at], triangles.degenerate
+
+
+def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *, in_place: bool = False) -> Triangles:
+    """Triangles of simple polygons, convex or not.
+
+    Corners that repeat the one before are passed over. Polygons that cross or overlap themselves, and those without
+    area, become fans from their first corner.
+
+    Parameters
+    ----------
+    points : (V, 3) float
+    corners : (C,) int
+        Rows of `points`, polygon after polygon.
+    counts : (P,) int64
+        Corners of each polygon.
+    in_place : bool
+        Whether triangles keep the order of polygons. Otherwise triangles come first, then the first halves of quads,
+        their second halves, and larger polygons.
+    """
+    places = np.arange(len(corners))
+    owner = np.repeat(np.arange(len(counts)), counts)
+    starts = np.cumsum(counts) - counts
+    if len(corners):
+        before = places - 1
+        begins = starts[counts > 0]
+        before[begins] = begins + counts[counts > 0] - 1
+        repeated = corners == corners[before]
+        if repeated.any():
+            places, owner = places[~repeated], owner[~repeated]
+    sizes = np.bincount(owner, minlength=len(counts))
+    starts = np.cumsum(sizes) - sizes
+    made: list[Indices] = []
+    of: list[Indices] = []
+    for size in np.unique(sizes[sizes >= 3]):
+        faces = np.flatnonzero(sizes == size)
+        at = places[starts[faces, None] + np.arange(size)]
+        triangles, rows = _of_one_size(points, corners, at)
+        made.append(triangles)
+        of.append(faces[rows])
+    if not made:
+        return Triangles(np.zeros((0, 3), np.int64), len(counts))
+    at, of_face = np.concatenate(made), np.concatenate(of)
+    # Larger polygons stand in the order of the file among themselves.
+    fixed = 0 if in_place else int(np.isin(sizes[of_face], (3, 4)).sum())
+    if fixed < len(of_face):
+        order = np.concatenate([np.arange(fixed), fixed + np.argsort(of_face[fixed:], kind="stable")])
+        at, of_face = at[order], of_face[order]
+    a, b, c = corners[at].T
+    distinct = (a != b) & (b != c) & (c != a)
+    if not distinct.all():
+        at, of_face = at[distinct], of_face[distinct]
+    return Triangles(at, len(counts) - _distinct_count(of_face, len(counts)))
+
+
+def _distinct_count(values: Indices, size: int) -> int:
+    seen = np.zeros(size, bool)
+    seen[values] = True
+    return int(seen.sum())
+
+
+def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tuple[Indices, Indices]:
+    """Triangles of polygons with as many corners each, and the row of `at` that each belongs to."""
+    count, size = at.shape
+    if size == 3:
+        return at, np.arange(count)
+    rows = np.arange(count)
+    fan = np.stack([np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size)], axis=1)
+    if size == 4:
+        # As trimesh divides quads: (0, 1, 2) and (2, 3, 0).
+        fan[1] = 2, 3, 0
+    wrong = _fan_is_wrong(points[corners[at]].astype(np.float64))
+    if size > 4:
+        made = [at[:, fan].reshape(-1, 3)]
+        rows = np.repeat(rows, size - 2)
+        if wrong.any():
+            bad = np.flatnonzero(wrong)
+            blocks = made[0].reshape(count, size - 2, 3)
+            for row in bad:
+                local = clipped(points[corners[at[row]]].astype(np.float64))
+                if local is not None:
+                    blocks[row] = at[row][local]
+        return made[0], rows
+    halves = at[:, fan]
+    if wrong.any():
+        # Concave at corner 1 or 3: the other diagonal is the inner one.
+        halves[wrong] = at[wrong][:, [[1, 2, 3], [3, 0, 1]]]
+    return np.concatenate([halves[:, 0], halves[:, 1]]), np.concatenate([rows, rows])
+
+
+def _fan_is_wrong(polygons: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether fans from the first corner turn over somewhere, and another triangulation does not. Shape (P, n, 3)."""
+    with np.errstate(all="ignore"):
+        rays = polygons[:, 1:] - polygons[:, :1]
+        rays /= np.abs(rays).max(axis=(1, 2), keepdims=True)
+        doubled = np.cross(rays[:, :-1], rays[:, 1:])
+        normal = doubled.sum(axis=1)
+        squared = np.einsum("ij,ij->i", normal, normal)
+        along = np.einsum("ijk,ik->ij", doubled, normal)
+        wrong = along.min(axis=1) < -NEGLIGIBLE * squared
+        if polygons.shape[1] == 4:
+            # A quad that crosses itself turns over along both diagonals; what trimesh does stays.
+            first, second, third = rays.swapaxes(0, 1)
+            for half in (np.cross(second - first, third - first), np.cross(first, third)):
+                wrong &= np.einsum("ij,ij->i", half, normal) >= -NEGLIGIBLE * squared
+    return np.asarray(wrong & np.isfinite(squared) & (squared > 0))
+
+
+def clipped(polygon: Points) -> Indices | None:
+    """Triangles of one simple polygon by ear clipping, every corner in them; None where it is not simple.
+
+    Parameters
+    ----------
+    polygon : (n, 3) float64
+
+    Returns
+    -------
+    (n - 2, 3) int64 or None
+        Turning as the polygon does.
+    """
+    import mapbox_earcut
+
+    size = len(polygon)
+    flat = _in_plane(polygon)
+    found = mapbox_earcut.triangulate_float64(flat, np.array([size], np.uint32)).reshape(-1, 3).astype(np.int64)
+    areas = _areas(flat, found)
+    found[areas < 0] = found[areas < 0][:, ::-1]
+    found = _with_all_corners(found, size)
+    if len(found) != size - 2:
+        return None
+    whole = _doubled_area(flat)
+    areas = _areas(flat, found)
+    small = NEGLIGIBLE * abs(whole)
+    simple = areas.min() >= -small and abs(float(areas.sum()) - whole) <= small
+    return found if simple else None
+
+
+def _in_plane(polygon: Points, outline: int | None = None) -> Points:
+    """Coordinates in the plane of the polygon, turning counter-clockwise, about 1 in size."""
+    local = polygon - polygon[0]
+    local = local / np.abs(local).max()
+    ring = local[:outline]
+    normal = np.cross(ring[1:-1], ring[2:]).sum(axis=0)
+    normal /= np.linalg.norm(normal)
+    side = np.eye(3)[np.abs(normal).argmin()]
+    u = np.cross(side, normal)
+    u /= np.linalg.norm(u)
+    return np.ascontiguousarray(local @ np.stack([u, np.cross(normal, u)], axis=1))
+
+
+def _areas(flat: Points, triangles: Indices) -> Points:
+    """Twice the signed areas."""
+    a, b, c = (flat[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
+def _with_all_corners(triangles: Indices, size: int) -> Indices:
+    """The triangles with those corners, too, that ear clipping passes over: those on a line between others."""
+    used = np.unique(triangles)
+    if len(used) == size or len(used) < 3:
+        return triangles
+    between = {}
+    for a, b in pairwise([*used.tolist(), int(used[0]) + size]):
+        if b - a > 1:
+            between[a, b % size] = [k % size for k in range(a + 1, b)]
+    made = []
+    for triangle in triangles.tolist():
+        stack = [tuple(triangle)]
+        while stack:
+            a, b, c = stack.pop()
+            for p, q, r in ((a, b, c), (b, c, a), (c, a, b)):
+                chain = between.pop((p, q), None)
+                if chain is not None:
+                    ends = [p, *chain, q]
+                    stack += [(s, t, r) for s, t in pairwise(ends)]
+                    break
+            else:
+                made.append((a, b, c))
+    return np.array(made, np.int64).reshape(-1, 3)
+
+
+def with_holes(points: Points, rings: list[Indices]) -> Indices | None:
+    """Triangles of a polygon with holes, as rows of `points`; None where rings cross.
+
+    Parameters
+    ----------
+    points : (V, 3) float64
+    rings : list of (n,) int64
+        The outline, and then the holes, turning in any direction.
+    """
+    import mapbox_earcut
+
+    rings = [ring for ring in rings if len(ring) >= 3]
+    if not rings:
+        return None
+    corners = np.concatenate(rings)
+    polygon = points[corners]
+    with np.errstate(all="ignore"):
+        flat = _in_plane(polygon, len(rings[0]))
+    if not np.isfinite(flat).all():
+        return None
+    ends = np.cumsum([len(ring) for ring in rings])
+    found = mapbox_earcut.triangulate_float64(flat, ends.astype(np.uint32)).reshape(-1, 3).astype(np.int64)
+    areas = _areas(flat, found)
+    found[areas < 0] = found[areas < 0][:, ::-1]
+    starts = np.concatenate([[0], ends[:-1]])
+    shares = [abs(_doubled_area(flat[start:end])) for start, end in zip(starts, ends, strict=True)]
+    whole = shares[0] - sum(shares[1:])
+    if abs(float(np.abs(areas).sum()) - whole) > NEGLIGIBLE * shares[0]:
+        return None
+    return np.asarray(corners[found])
+
+
+def _doubled_area(flat: Points) -> float:
+    x, y = flat.T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

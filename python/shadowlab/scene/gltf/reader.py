@@ -21,7 +21,7 @@ from ..formats.given import Given
 from .accessors import Accessors
 from .cameras import cameras_in
 from .document import Document, document_of
-from .graph import TRANSFORM_BYTES, Graph, graph_of
+from .graph import TRANSFORM_BYTES, Graph, collapsed, graph_of
 from .instancing import instances_of
 from .items import FIX
 from .lights import lights_in
@@ -146,8 +146,10 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
     SceneError
         For a transform that is not finite.
     """
-    document, world, total = reading.document, reading.graph.world, 0
-    limits, finite = document.given.limits, np.asarray(np.isfinite(world).reshape(-1, 16).all(axis=1))
+    document, world, limits = reading.document, reading.graph.world, reading.document.given.limits
+    finite: list[bool] = np.logical_and.reduce(np.isfinite(world), axis=(1, 2)).tolist()
+    flat = collapsed(world).tolist()
+    total, left_out = 0, 0
     for index in nodes:
         node = document.nodes[index]
         if "mesh" not in node.value:
@@ -156,16 +158,28 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         skin = node.index("skin", len(document.skins), "skins") if "skin" in node.value else -1
         use = Use(mesh, skin, weights_of(node, document.meshes[mesh]))
         transforms = world[index : index + 1]
-        instances = instances_of(node, reading.accessors)
+        instances = instances_of(node, reading.accessors) if "extensions" in node.value else None
         if instances is not None:
             transforms = transforms @ instances
             finite[index] = bool(np.isfinite(transforms).all())
-        if skin < 0 and not finite[index]:
-            raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}")
-        total += len(transforms) * len(document.primitives(mesh))
-        limits.check(node.file, "instances", total, "placed meshes")
-        document.expand(TRANSFORM_BYTES * len(transforms) * len(document.primitives(mesh)))
-        reading.places.append((use, transforms))
+        if skin < 0:
+            if not finite[index]:
+                raise SceneError(
+                    f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}"
+                )
+            if flat[index] or instances is not None:
+                kept = transforms[~collapsed(transforms)]
+                left_out += len(transforms) - len(kept)
+                transforms = kept
+        placed = len(transforms) * len(document.primitives(mesh))
+        total += placed
+        if total > limits.instances:
+            limits.check(node.file, "instances", total, "placed meshes")
+        document.expand(TRANSFORM_BYTES * placed)
+        if placed:
+            reading.places.append((use, transforms))
+    if left_out:
+        document.notes.append(f"left out {left_out} placed mesh{'es' if left_out > 1 else ''} of scale 0, without area")
 
 
 def add_mesh(reading: Reading, use: Use) -> None:

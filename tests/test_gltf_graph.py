@@ -144,6 +144,14 @@ def test_transforms_that_overflow(tmp_path):
         loaded(tmp_path, gltf.scene(gltf.node(mesh=mesh, scale=[1e200, 1, 1])))
 
 
+def test_a_matrix_counts_before_translation_and_is_told(tmp_path):
+    gltf, mesh = square()
+    matrix = np.diag([3.0, 1, 1, 1]).ravel().tolist()
+    scene, text = told(tmp_path, gltf.scene(gltf.node(mesh=mesh, matrix=matrix, translation=[9, 9, 9])))
+    assert box(scene) == [-3, -1, 3, 1]
+    assert "matrix beside translation" in text
+
+
 def test_cycles_and_two_parents_are_refused(tmp_path):
     for children, match in (
         ({0: [1], 1: [0]}, "below itself"),

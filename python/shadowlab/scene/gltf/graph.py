@@ -147,6 +147,8 @@ def local_transforms(document: Document) -> NDArray[np.float64]:
         matrix = node.numbers("matrix", 16) if "matrix" in node.value else None
         if matrix is not None:
             given[i] = matrix
+            if not node.value.keys().isdisjoint(("translation", "rotation", "scale")):
+                document.notes.append(f"{node.place} has a matrix beside translation, rotation or scale: it is taken")
             continue
         for key, into in (("translation", translation), ("rotation", rotation), ("scale", scale)):
             if key in node.value:

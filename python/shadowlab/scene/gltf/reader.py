@@ -32,6 +32,8 @@ from .skins import joint_matrices, posed
 
 # Where a coordinate of a placed mesh is refused: its square, and that of the scene's extent, must stay finite.
 MOST_COORDINATE = 1e150
+# From so many vertices for each index on, a primitive looks for the ones it uses before they are converted.
+FEW_USED = 4
 # Names in one warning.
 MOST_NAMES = 5
 
@@ -176,7 +178,7 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         if total > limits.instances:
             limits.check(node.file, "instances", total, "placed meshes")
         document.expand(TRANSFORM_BYTES * placed)
-        if placed:
+        if len(transforms):
             reading.places.append((use, transforms))
     if left_out:
         document.notes.append(f"left out {left_out} placed mesh{'es' if left_out > 1 else ''} of scale 0, without area")
@@ -206,7 +208,7 @@ def add_mesh(reading: Reading, use: Use) -> None:
         # What a file of many views of the same bytes makes is bounded, too.
         document.expand(12 * len(primitive.faces))
         test = alpha if isinstance(alpha, AlphaTest) else None
-        made = mesh_of_primitive(primitive, vertices)
+        made = mesh_of_primitive(primitive, vertices, shared=test is None)
         if made is None:
             reading.found.empty.append(f"{label} (no usable triangle)")
             reading.found.dropped.append(len(primitive.faces))
@@ -214,16 +216,24 @@ def add_mesh(reading: Reading, use: Use) -> None:
             reading.found.add((use, i), label, vertices, primitive.faces, made, alpha=test)
 
 
-def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any]) -> _core.Mesh | None:
+def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], *, shared: bool) -> _core.Mesh | None:
     """The mesh of a primitive with these vertices; None without a triangle of finite ones.
+
+    Where vertices are `shared` with primitives that take others of them, those are passed over; a mesh keeps the ones
+    that its triangles use in any case.
 
     Raises
     ------
     SceneError
         For an index of no vertex.
     """
+    faces = primitive.faces
+    if shared and len(vertices) > FEW_USED * faces.size:
+        used, places = np.unique(faces, return_inverse=True)
+        if len(used) and used[-1] < len(vertices):
+            vertices, faces = vertices[used], places.reshape(-1, 3)
     try:
-        return _core.Mesh(vertices, primitive.faces) if len(primitive.faces) else None
+        return _core.Mesh(vertices, faces) if len(faces) else None
     except SceneError:
         check_range(primitive.faces, len(vertices), primitive.label, primitive.item.file)
         return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 import trimesh
@@ -227,3 +229,16 @@ def test_shared_scenes_show_shadows_in_every_view(shared_scenes, name):
         assert seen > 0.2, view.label
         assert lit > 0.02, view.label
         assert shadowed > 0.02, view.label
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-200, 1e-12])
+def test_a_point_over_a_floor_has_views(size):
+    """What stands on the floor is too small for a picture, so the picture is of the floor."""
+    floor = [[-4, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4]]
+    thing = np.array([[0, 0.3, 0], [size, 0.3, 0], [0, 0.3 + size, 0]])
+    scene = sl.Scene.from_arrays([*floor, *thing], [[0, 2, 1], [0, 3, 2], [4, 5, 6]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for view in sl.default_views(scene):
+            assert 0 < view.camera.near < view.camera.far
+            assert (view.camera.depth(np.array(floor)) > 0).all()

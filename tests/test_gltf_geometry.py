@@ -325,3 +325,23 @@ def test_limits_of_accessors_do_not_hold_for_what_is_not_used(tmp_path):
     gltf.json["meshes"].append({"primitives": [{"attributes": {"POSITION": 1}}]})
     assert loaded(tmp_path, gltf).triangle_count == 1
     assert isinstance(sl.load_scene(tmp_path / "scene.glb"), sl.Scene)
+
+
+@pytest.mark.parametrize("kind", ["f4", "u2"])
+def test_many_primitives_that_share_vertices(tmp_path, kind):
+    """Each takes a few of them; its mesh is that of all of them, with the same triangles."""
+    points = np.random.default_rng(5).integers(0, 1000, (500, 3))
+    gltf = Gltf()
+    padded = np.zeros((500, 4), kind)
+    padded[:, :3] = points
+    at = gltf.accessor(points, kind, bufferView=gltf.view(padded.tobytes(), byteStride=padded.strides[0]))
+    orders = [np.random.default_rng(i).integers(0, 500, 6) for i in range(20)]
+    for order in orders:
+        gltf.mesh(at, order)
+    scene = loaded(tmp_path, gltf.scene(*(gltf.node(mesh=i) for i in range(20))))
+    for mesh, order in zip(scene.meshes, orders, strict=True):
+        assert mesh == sl.Scene.from_arrays(points.astype(float), order.reshape(-1, 3)).meshes[0]
+    gltf.json["accessors"][-1]["count"] = 3
+    gltf.data[-12:-10] = b"\xff\xff"
+    with pytest.raises(SceneError, match="65535"):
+        loaded(tmp_path, gltf)

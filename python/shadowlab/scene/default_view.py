@@ -23,7 +23,16 @@ from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
 from ..text.checks import VIEWS, check_scene, picture_size
 from .columns import Coordinates, Surfaces
-from .framing import FOV_Y_RAD, bounds_above, corners_of_box, depth_range, framing_of, height_share, padded_bounds
+from .framing import (
+    FOV_Y_RAD,
+    bounds_above,
+    corners_of_box,
+    depth_range,
+    framing_of,
+    height_share,
+    is_point,
+    padded_bounds,
+)
 from .place import place_in
 from .standing import Stand, best_stand, planes_of, sun_of
 from .sunlight import AHEAD_ANGLES, AHEAD_RAD, SIDE_ANGLES, SIDE_RAD, side_light
@@ -180,6 +189,8 @@ def surroundings_of(scene: Scene, focus: Scene | None, aspect: float) -> Surroun
     part = scene if focus is None else focus
     surfaces = Surfaces(scene)
     place, above = place_in(surfaces if part is scene else Surfaces(part))
+    if above > -math.inf and is_point(bounds_above(part, above), np.asarray(part.bounds)):
+        above = -math.inf  # what stands on the floor has no outline: the picture is of the floor, too
     stand = None if place is None else best_stand(place, surfaces, aspect)
     return Surroundings(scene, part, aspect, surfaces, above, stand, place is not None and math.isfinite(place.room))
 

@@ -125,6 +125,12 @@ def padded_bounds(scene: Scene) -> np.ndarray:
     return padded
 
 
+def is_point(bounds: np.ndarray, whole: np.ndarray) -> bool:
+    """Whether a box (2, 3) is too small for a picture: beside one that holds it, or far from the origin."""
+    size = float(np.ptp(bounds, axis=0).max())
+    return size <= SMALLEST_RELATIVE_SIZE * max(float(np.ptp(whole, axis=0).max()), float(np.abs(bounds).max()))
+
+
 def corners_of_box(bounds: np.ndarray) -> np.ndarray:
     """The eight corners (8, 3) of a box (2, 3)."""
     return np.array(list(itertools.product(*bounds.T)))

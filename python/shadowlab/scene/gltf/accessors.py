@@ -43,6 +43,7 @@ class Accessors:
     document: Document
     buffers: Buffers
     _arrays: dict[int, NDArray[Any]] = field(default_factory=dict)
+    _numbers: dict[int, NDArray[Any]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, document: Document) -> Accessors:
@@ -101,7 +102,13 @@ class Accessors:
             As `raw`.
         """
         layout, values = self.raw(item, key, *types)
-        return dequantised(values, layout.normalized)
+        if layout.kind.kind == "f":
+            return values
+        index = int(item.value[key])
+        if index not in self._numbers:
+            self.document.expand(8 * values.size)
+            self._numbers[index] = dequantised(values, layout.normalized)
+        return self._numbers[index]
 
     def indices(self, item: JsonObject, key: str) -> NDArray[Any]:
         """The unsigned integers (count,) of an accessor.

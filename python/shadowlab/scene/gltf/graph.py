@@ -18,6 +18,8 @@ from .extensions import VISIBILITY
 TRANSFORM_BYTES = 128
 # How far a quaternion's length may be from 1 before it is said: normalised bytes have steps of 1/127.
 UNIT_TOLERANCE = 0.02
+# Of the area between axes whose largest entry is 1: products of rotations leave a few units in the last place.
+AREA_ROUNDING = 64 * float(np.finfo(np.float64).eps)
 # How far the last row of a matrix may be from that of an affine map: rounding of single precision.
 AFFINE_TOLERANCE = 1e-6
 
@@ -145,6 +147,8 @@ def local_transforms(document: Document) -> NDArray[np.float64]:
         matrix = node.numbers("matrix", 16) if "matrix" in node.value else None
         if matrix is not None:
             given[i] = matrix
+            if not node.value.keys().isdisjoint(("translation", "rotation", "scale")):
+                document.notes.append(f"{node.place} has a matrix beside translation, rotation or scale: it is taken")
             continue
         for key, into in (("translation", translation), ("rotation", rotation), ("scale", scale)):
             if key in node.value:
@@ -176,6 +180,15 @@ def affine(nodes: list[int], numbers: NDArray[np.float64], document: Document) -
         )
     made[:, 3] = 0, 0, 0, 1
     return made
+
+
+def collapsed(transforms: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,): which transforms (N, 4, 4) leave a line or a point of space, so that nothing placed by them has an area."""
+    largest = np.abs(transforms[:, :3, :3]).max(axis=1)
+    columns = np.moveaxis(transforms[:, :3, :3] / np.where(largest > 0, largest, 1.0)[:, None, :], 2, 0)
+    areas = [np.abs(np.cross(columns[i], columns[i - 1])).max(axis=1) for i in range(3)]
+    found: NDArray[np.bool_] = np.max(areas, axis=0) <= AREA_ROUNDING
+    return found
 
 
 def unit_quaternions(quaternions: NDArray[np.float64]) -> tuple[NDArray[np.float64], list[int]]:

@@ -21,7 +21,7 @@ from ..formats.given import Given
 from .accessors import Accessors
 from .cameras import cameras_in
 from .document import Document, document_of
-from .graph import TRANSFORM_BYTES, Graph, graph_of
+from .graph import TRANSFORM_BYTES, Graph, collapsed, graph_of
 from .instancing import instances_of
 from .items import FIX
 from .lights import lights_in
@@ -32,6 +32,8 @@ from .skins import joint_matrices, posed
 
 # Where a coordinate of a placed mesh is refused: its square, and that of the scene's extent, must stay finite.
 MOST_COORDINATE = 1e150
+# From so many vertices for each index on, a primitive looks for the ones it uses before they are converted.
+FEW_USED = 4
 # Names in one warning.
 MOST_NAMES = 5
 
@@ -146,8 +148,10 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
     SceneError
         For a transform that is not finite.
     """
-    document, world, total = reading.document, reading.graph.world, 0
-    limits, finite = document.given.limits, np.asarray(np.isfinite(world).reshape(-1, 16).all(axis=1))
+    document, world, limits = reading.document, reading.graph.world, reading.document.given.limits
+    finite: list[bool] = np.logical_and.reduce(np.isfinite(world), axis=(1, 2)).tolist()
+    flat = collapsed(world).tolist()
+    total, left_out = 0, 0
     for index in nodes:
         node = document.nodes[index]
         if "mesh" not in node.value:
@@ -156,16 +160,28 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         skin = node.index("skin", len(document.skins), "skins") if "skin" in node.value else -1
         use = Use(mesh, skin, weights_of(node, document.meshes[mesh]))
         transforms = world[index : index + 1]
-        instances = instances_of(node, reading.accessors)
+        instances = instances_of(node, reading.accessors) if "extensions" in node.value else None
         if instances is not None:
             transforms = transforms @ instances
             finite[index] = bool(np.isfinite(transforms).all())
-        if skin < 0 and not finite[index]:
-            raise SceneError(f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}")
-        total += len(transforms) * len(document.primitives(mesh))
-        limits.check(node.file, "instances", total, "placed meshes")
-        document.expand(TRANSFORM_BYTES * len(transforms) * len(document.primitives(mesh)))
-        reading.places.append((use, transforms))
+        if skin < 0:
+            if not finite[index]:
+                raise SceneError(
+                    f"{node.file}: {node.place}: expected a finite transform, got one that overflows; {FIX}"
+                )
+            if flat[index] or instances is not None:
+                kept = transforms[~collapsed(transforms)]
+                left_out += len(transforms) - len(kept)
+                transforms = kept
+        placed = len(transforms) * len(document.primitives(mesh))
+        total += placed
+        if total > limits.instances:
+            limits.check(node.file, "instances", total, "placed meshes")
+        document.expand(TRANSFORM_BYTES * placed)
+        if len(transforms):
+            reading.places.append((use, transforms))
+    if left_out:
+        document.notes.append(f"left out {left_out} placed mesh{'es' if left_out > 1 else ''} of scale 0, without area")
 
 
 def add_mesh(reading: Reading, use: Use) -> None:
@@ -192,7 +208,7 @@ def add_mesh(reading: Reading, use: Use) -> None:
         # What a file of many views of the same bytes makes is bounded, too.
         document.expand(12 * len(primitive.faces))
         test = alpha if isinstance(alpha, AlphaTest) else None
-        made = mesh_of_primitive(primitive, vertices)
+        made = mesh_of_primitive(primitive, vertices, shared=test is None)
         if made is None:
             reading.found.empty.append(f"{label} (no usable triangle)")
             reading.found.dropped.append(len(primitive.faces))
@@ -200,16 +216,24 @@ def add_mesh(reading: Reading, use: Use) -> None:
             reading.found.add((use, i), label, vertices, primitive.faces, made, alpha=test)
 
 
-def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any]) -> _core.Mesh | None:
+def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], *, shared: bool) -> _core.Mesh | None:
     """The mesh of a primitive with these vertices; None without a triangle of finite ones.
+
+    Where vertices are `shared` with primitives that take others of them, those are passed over; a mesh keeps the ones
+    that its triangles use in any case.
 
     Raises
     ------
     SceneError
         For an index of no vertex.
     """
+    faces = primitive.faces
+    if shared and len(vertices) > FEW_USED * faces.size:
+        used, places = np.unique(faces, return_inverse=True)
+        if len(used) and used[-1] < len(vertices):
+            vertices, faces = vertices[used], places.reshape(-1, 3)
     try:
-        return _core.Mesh(vertices, primitive.faces) if len(primitive.faces) else None
+        return _core.Mesh(vertices, faces) if len(faces) else None
     except SceneError:
         check_range(primitive.faces, len(vertices), primitive.label, primitive.item.file)
         return None

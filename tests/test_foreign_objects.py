@@ -104,7 +104,8 @@ REFUSED = {
     "no primitives": (SimpleNamespace(primitives=None), ArgumentError, "source"),
     "a primitive of another kind": (SimpleNamespace(primitives=[5]), ArgumentError, "positions"),
     "indices that are no triangles": (
-        SimpleNamespace(primitives=[SimpleNamespace(positions=V, indices=[0, 1], poses=None)]), ArgumentError, "reshape"),
+        SimpleNamespace(primitives=[SimpleNamespace(positions=V, indices=[0, 1], poses=None)]), ArgumentError,
+        "reshape"),
     "no nodes": (SimpleNamespace(mesh_nodes=None, get_pose=None), ArgumentError, "source"),
     "a dictionary": ({"vertices": V, "faces": F}, ArgumentError, "got dict"),
     "too large": (mesh(V * 1e300), ArgumentError, "coordinates"),
@@ -124,7 +125,10 @@ def test_what_is_refused(name):
 @pytest.mark.parametrize(
     ("thing", "match"),
     [
-        (graph({"m": failing(RuntimeError("boom"), faces=F), "b": MESH}, lambda n: (np.eye(4), n), "mb"), "RuntimeError: boom"),
+        (
+            graph({"m": failing(RuntimeError("boom"), faces=F), "b": MESH}, lambda n: (np.eye(4), n), "mb"),
+            "RuntimeError: boom",
+        ),
         (graph({"b": MESH}, lambda n: (np.eye(4), n), "ab"), "node 'a', whose geometry 'a' does not exist"),
         (graph({"m": MESH}, has_camera=True), "left out a camera: AttributeError"),
         (graph({"m": MESH}, has_camera=True, camera_transform="x", camera=SimpleNamespace(name="c")), "ValueError"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,6 +33,11 @@ class ObjFaces:
     vertex: Indices
     texture: Indices
     normal: Indices
+
+    @cached_property
+    def starts(self) -> Indices:
+        """The first corner of each face."""
+        return np.asarray(np.cumsum(self.counts) - self.counts)
 
 
 def faces_of(lines: ObjLines) -> ObjFaces:

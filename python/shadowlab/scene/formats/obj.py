@@ -93,9 +93,12 @@ def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[by
     label = np.array([numbers.setdefault(name, len(numbers)) for name in names])
     segment = np.searchsorted(np.array([line for line, _ in materials], np.int64), faces.lines)
     material = label[segment]
-    present, first = np.unique(material, return_index=True)
+    # Faces sorted by material, each material from its first face on.
+    order = np.argsort(material, kind="stable")
+    begins = np.flatnonzero(np.diff(material[order], prepend=-1))
+    groups = np.split(order, begins[1:])
     by_number = list(numbers)
-    return {by_number[present[k]]: np.flatnonzero(material == present[k]) for k in np.argsort(first)}
+    return {by_number[material[group[0]]]: group for group in sorted(groups, key=lambda group: int(group[0]))}
 
 
 def _add_group(
@@ -103,12 +106,11 @@ def _add_group(
 ) -> tuple[bool, Indices]:
     """Adds the faces of a material as a mesh; the index of texture coordinates of each vertex, or an empty array."""
     counts = faces.counts[chosen]
-    starts = np.cumsum(faces.counts) - faces.counts
     if len(chosen) == len(faces.counts):
         corners = np.arange(len(faces.vertex))
     else:
         inner = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
-        corners = np.repeat(starts[chosen], counts) + inner
+        corners = np.repeat(faces.starts[chosen], counts) + inner
     vertex, texture, normal = faces.vertex[corners], faces.texture[corners], faces.normal[corners]
     size = int(counts[0])
     # Faces of one size keep trimesh's order of halves of quads; mixed ones keep that of the file.
@@ -135,9 +137,17 @@ def _add_group(
         uv = others[0] if has_texture else uv
         found.add(key, label, points[rows], corner.reshape(-1)[at])
     else:
-        used = np.zeros(len(points), bool)
-        used[vertex] = True
-        row = np.cumsum(used) - 1
-        found.add(key, label, points[used], row[vertex][at])
+        rows, corner = _used(vertex, len(points))
+        found.add(key, label, points[rows], corner[at])
     found.place(key, np.eye(4))
     return True, uv
+
+
+def _used(vertex: Indices, count: int) -> tuple[Indices, Indices]:
+    """The vertices that are used, ascending, and the place of each corner's among them."""
+    if len(vertex) < count // 16:
+        rows, corner = np.unique(vertex, return_inverse=True)
+        return rows, corner.reshape(-1)
+    used = np.zeros(count, bool)
+    used[vertex] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[vertex]

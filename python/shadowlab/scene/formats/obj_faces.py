@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .obj_lines import FACE, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, ObjLines
 from .polygons import Indices
-from .words import numbers_in, readable, words_per_line
+from .words import numbers_in, readable, spaces, words_per_line
 
 _SLASH = ord("/")
 
@@ -33,6 +34,11 @@ class ObjFaces:
     texture: Indices
     normal: Indices
 
+    @cached_property
+    def starts(self) -> Indices:
+        """The first corner of each face."""
+        return np.asarray(np.cumsum(self.counts) - self.counts)
+
 
 def faces_of(lines: ObjLines) -> ObjFaces:
     """The faces of a file.
@@ -47,7 +53,7 @@ def faces_of(lines: ObjLines) -> ObjFaces:
     raw = np.frombuffer(text, np.uint8)
     slashes = np.zeros(int(counts.sum()), np.int64)
     if b"/" in text:
-        blank = raw <= 32
+        blank = spaces(text)
         ends = np.flatnonzero(blank[1:] & ~blank[:-1]) + 1
         slashes = np.diff(np.searchsorted(np.flatnonzero(raw == _SLASH), ends), prepend=0)
         text = text.replace(b"//", b"/0/")

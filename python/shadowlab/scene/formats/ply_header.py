@@ -22,6 +22,8 @@ TYPES = {
 }  # fmt: skip
 #: A header longer than this is none.
 _LONGEST = 1 << 20
+#: Digits of a count that can be one.
+_LONGEST_COUNT = 20
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def ply_header(given: Given) -> PlyHeader:
             break
         if words[0] == "format" and len(words) >= 2:
             encoding = words[1]
-        elif words[0] == "element" and len(words) == 3 and words[2].isdigit():
+        elif words[0] == "element" and len(words) == 3 and words[2].isdecimal() and len(words[2]) < _LONGEST_COUNT:
             count = int(words[2])
             given.limits.check(given.name, "elements", count, f"{words[1]} elements")
             elements.append(PlyElement(words[1], count))

@@ -34,7 +34,7 @@ def read_stl(given: Given) -> Gathered:
     """
     data = given.data
     count = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else -1
-    if len(data) == _HEADER + count * _RECORD.itemsize:
+    if count >= 0 and len(data) == _HEADER + count * _RECORD.itemsize:
         if not count:
             raise LoadError(f"{given.name}: expected triangles, got none; check the file")
         corners = np.frombuffer(data, _RECORD, count, _HEADER)["corners"].reshape(-1, 3)

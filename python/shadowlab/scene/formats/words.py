@@ -49,9 +49,14 @@ def readable(data: bytes) -> str:
     return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
+def spaces(text: bytes) -> NDArray[np.bool_]:
+    """Which bytes stand between words."""
+    return _SPACES[np.frombuffer(text, np.uint8)]
+
+
 def words_per_line(text: bytes) -> NDArray[np.int64]:
     """How many words each line has; every line ends in a newline."""
-    space = _SPACES[np.frombuffer(text, np.uint8)]
+    space = spaces(text)
     begins = ~space
     begins[1:] &= space[:-1]
     ends = np.flatnonzero(np.frombuffer(text, np.uint8) == 10)

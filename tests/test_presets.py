@@ -59,8 +59,48 @@ def test_split_depths_of_the_engines():
     assert engines.bevy_bounds() == pytest.approx([10.0, 24.662121, 60.822020, 150.0])
     assert engines.bevy_bounds(count=1) == [150.0]
     assert engines.godot_distances(0.05, 100.0) == pytest.approx([10.045, 20.04, 50.025])
-    # CSM.js with near 1, far 1000: uniform 334, 667; logarithmic 10, 100; half way between.
-    assert engines.three_breaks(1.0, 1000.0) == pytest.approx([172.0, 383.5])
+    # CSM.js with near 1, far 1000: uniform 334, 667; logarithmic 10, 100; half way between, in shares of far.
+    assert engines.three_breaks(1.0, 1000.0) == pytest.approx([0.172, 0.3835, 1.0])
+    # CSMFrustum.js cuts at these shares of the way from near to far: 1 + 999 * 0.172.
+    assert engines.three_distances(1.0, 1000.0) == pytest.approx([172.828, 384.1165])
+
+
+# Near, far, and by hand: breaks of the modes uniform and logarithmic, and the depths of the practical one.
+THREE_BY_HAND = [
+    # 50 * 2^(1/3) = 62.99605, 50 * 2^(2/3) = 79.37005; practical 64.83136 and 81.35169 of 100; 50 + 50 * 0.6483136.
+    (50.0, 100.0, (2 / 3, 5 / 6), (0.6299605, 0.7937005), (82.415679, 90.675846)),
+    # 0.1 * 10^(4/3) = 2.154435, 0.1 * 10^(8/3) = 46.415888; 333.4, 666.7; practical 167.777217, 356.557944 of 1000.
+    (0.1, 1000.0, (0.3334, 0.6667), (0.002154435, 0.046415888), (167.8604396, 356.6222882)),
+    # 2 * 8^(1/3) = 4, 2 * 8^(2/3) = 8; 20/3, 34/3; practical 16/3, 29/3 of 16: 2 + 14/3 and 2 + 14 * 29/48.
+    (2.0, 16.0, (5 / 12, 17 / 24), (0.25, 0.5), (20 / 3, 2 + 14 * 29 / 48)),
+]
+
+
+@pytest.mark.parametrize(("near", "far", "uniform", "logarithmic", "depths"), THREE_BY_HAND)
+def test_three_js_cuts_the_frustum_at_its_breaks(view, near, far, uniform, logarithmic, depths):
+    scene, _, light = view
+    assert engines.three_breaks(near, far, share=0.0) == pytest.approx([*uniform, 1.0], rel=1e-6)
+    assert engines.three_breaks(near, far, share=1.0) == pytest.approx([*logarithmic, 1.0], rel=1e-6)
+    low, high = scene.bounds
+    middle = 0.5 * (np.asarray(low) + np.asarray(high))
+    # From outside, so that every range of depths holds a part of the scene.
+    eye = middle + np.array([0.0, 0.2, 1.0]) * (near + 0.5 * (far - near))
+    seen = sl.Camera.look_at(eye, middle, near=near, far=far)
+    made = sl.preset("three.js").parameterize(scene, seen, light, resolution=64)
+    settings = sl.preset("three.js").technique(scene, seen, light).settings
+    assert list(settings["distances"]) == pytest.approx(list(depths), rel=1e-6)
+    ends = [part.eye_depth for part in made.partitions]
+    assert [end for _, end in ends] == pytest.approx([*depths, far], rel=1e-6)
+    assert [begin for begin, _ in ends] == pytest.approx([near, *depths], rel=1e-6)
+
+
+def test_three_js_ends_at_its_largest_depth(view):
+    scene, camera, light = view
+    seen = camera.replace(near=1.0, far=1e6)
+    made = sl.preset("three.js").parameterize(scene, seen, light, resolution=64)
+    assert made.partitions[-1].eye_depth[1] == pytest.approx(1e5)
+    # 1 + 99999 * (33334 + 1e5 ** (1 / 3)) / 2e5, with 1e5 ** (1 / 3) = 46.4158883.
+    assert made.partitions[0].eye_depth[1] == pytest.approx(16691.041042, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -86,7 +126,8 @@ def test_a_preset_is_a_technique(name, view):
         first = {
             "bevy": 10.0,
             "godot": near + 0.1 * (min(far, 100.0) - near),
-            "three.js": 0.5 * near * (far / near) ** (1 / 3) + 0.5 * (near + (far - near) / 3),
+            "three.js": near
+            + (far - near) * (0.5 * near * (far / near) ** (1 / 3) + 0.5 * (near + (far - near) / 3)) / far,
         }
         assert depths[0] == pytest.approx(first[name])
 

@@ -7,6 +7,7 @@ crop of the map moves it, and no warp; a transposed matrix, turned axes of the w
 from __future__ import annotations
 
 import itertools
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,20 +16,40 @@ from .fields import AXES, all_axes
 from .pair import SAME_TEXELS, Pair
 
 
+@lru_cache(maxsize=1)
+def plain_conventions() -> tuple[Convention, ...]:
+    """Rows or columns with all world axes, columns first, ours first in each."""
+    choices = itertools.product(("column", "row"), all_axes())
+    return tuple(Convention(vectors=vectors, axes=axes) for vectors, axes in choices)  # type: ignore[arg-type]
+
+
+def unwound(theirs: np.ndarray) -> np.ndarray:
+    """(96, K, 4, 4): their matrices as ours under each of the plain conventions."""
+    worlds = np.array([convention.world_from_their_world for convention in plain_conventions()[:48]])
+    stacks = [clip[None] @ worlds.transpose(0, 2, 1)[:, None] for clip in (theirs, theirs.transpose(0, 2, 1))]
+    return np.concatenate(stacks)
+
+
 def light_points(matrices: np.ndarray) -> np.ndarray:
-    """(K, 4) homogeneous points of length 1, either way round."""
-    rows = matrices[:, [0, 1, 3]]
-    rows = rows / np.linalg.norm(rows, axis=2, keepdims=True)
-    points: np.ndarray = np.linalg.svd(rows)[2][:, -1]
+    """(..., 4) homogeneous points of length 1, either way round, of (..., 4, 4) matrices."""
+    rows = matrices[..., [0, 1, 3], :]
+    rows = rows / np.linalg.norm(rows, axis=-1, keepdims=True)
+    points: np.ndarray = np.linalg.svd(rows)[2][..., -1, :]
     return points
+
+
+def same_lights(pair: Pair, stacks: np.ndarray) -> np.ndarray:
+    """(C,) whether each of (C, K, 4, 4) stacks of matrices in our convention has the light of ours."""
+    seen = np.einsum("kij,ckj->cki", pair.ours, light_points(stacks))
+    # Along a ray of theirs through all depths of ours, places and w may change by no more than what counts as none.
+    drift = np.abs(seen[..., [0, 1, 3]]).max(axis=-1) * pair.half
+    found: np.ndarray = np.all(drift <= SAME_TEXELS * np.abs(seen[..., 2]), axis=-1)
+    return found
 
 
 def same_light(pair: Pair, convention: Convention) -> bool:
     """Whether the light is the same once the rows or columns and the axes of a convention are undone."""
-    seen = np.einsum("kij,kj->ki", pair.ours, light_points(convention.to_ours(pair.theirs)))
-    # Along a ray of theirs through all depths of ours, places and w may change by no more than what counts as none.
-    drift = np.abs(seen[:, [0, 1, 3]]).max(axis=1) * pair.half
-    return bool(np.all(drift <= SAME_TEXELS * np.abs(seen[:, 2])))
+    return bool(same_lights(pair, convention.to_ours(pair.theirs)[None])[0])
 
 
 def depth_forward(pair: Pair, convention: Convention) -> bool:
@@ -51,16 +72,11 @@ def mirrored(pair: Pair, convention: Convention) -> bool:
 
 def convention_of_light(pair: Pair) -> Convention | None:
     """Rows or columns and axes under which both have one light; None where no choice does, or several that differ."""
-    for vectors in ("column", "row"):
-        plain = Convention(vectors=vectors)
-        if same_light(pair, plain):
-            return plain
-    found = []
-    for vectors, axes in itertools.product(("column", "row"), all_axes()):
-        convention = Convention(vectors=vectors, axes=axes)  # type: ignore[arg-type]
-        if axes != AXES and same_light(pair, convention):
-            upright = not mirrored(pair, convention) and depth_forward(pair, convention)
-            found += [convention] * upright
+    alike = [plain_conventions()[i] for i in np.flatnonzero(same_lights(pair, unwound(pair.theirs)))]
+    for convention in alike:
+        if convention.axes == AXES:
+            return convention
+    found = [c for c in alike if not mirrored(pair, c) and depth_forward(pair, c)]
     return found[0] if len(found) == 1 else None
 
 

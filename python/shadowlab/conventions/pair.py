@@ -6,12 +6,16 @@ import itertools
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, WHOLE_TILE, Convention
 from .fields import AXES, Tiles
+
+#: The two matrices by the names that the caller gave them.
+Side: TypeAlias = Literal["mine", "theirs"]
 
 # The grid on which hardware rasterises, in texels: a smaller difference moves no triangle.
 SAME_TEXELS = 1.0 / 256.0
@@ -24,7 +28,7 @@ class Explanation:
     """A convention, and what it leaves over.
 
     `whole` says that nothing is left of places in the map, `named` that what is left has a name in `differences`,
-    `crop` that depths may still differ by what is to be told.
+    `crop` that depths may still differ by what is to be told, `mistaken` that the name is that of a mistake.
     """
 
     convention: Convention
@@ -35,10 +39,15 @@ class Explanation:
     named: bool = True
     cost: float = 0.0
     crop: bool = True
+    mistaken: bool = False
 
 
 class Pair:
-    """Two stacks of matrices and the points at which they are compared: (K, 4, 4), and (N, 4) a map."""
+    """Two stacks of matrices and the points at which they are compared: (K, 4, 4), and (N, 4) a map.
+
+    `ours` is taken to be in our convention, and what sets `theirs` apart is looked for. `names` are theirs and ours by
+    the names that the caller gave them.
+    """
 
     def __init__(
         self,
@@ -47,8 +56,10 @@ class Pair:
         points: Sequence[np.ndarray],
         resolution: int,
         tile: Tiles | None = None,
+        names: tuple[Side, Side] = ("theirs", "mine"),
     ):
         self.ours, self.theirs, self.half, self.tile = ours, theirs, 0.5 * resolution, tile
+        self.who, self.whose = names
         self.map_of = np.repeat(np.arange(len(points)), [len(p) for p in points])
         self.points = np.concatenate(points)
         self.ndc = self.project(ours)
@@ -59,26 +70,20 @@ class Pair:
         made.theirs = theirs
         return made
 
-    def project(self, matrices: np.ndarray, points: np.ndarray | None = None) -> np.ndarray:
+    def project(self, matrices: np.ndarray) -> np.ndarray:
         """(N, 3) coordinates of the points in their maps; infinity where w changes its sign or vanishes."""
-        points = self.points if points is None else points
-        clip = np.einsum("nij,nj->ni", matrices[self.map_of], points)
-        # Homogeneous points of a unit cube may have any sign; what counts is that both matrices see them alike.
-        w = clip[:, 3] * np.sign(np.einsum("nj,nj->n", self.ours[self.map_of, 3], points))
-        found: np.ndarray = np.full((len(points), 3), np.inf)
-        if np.all(w > 0) or np.all(w < 0):
-            found = clip[:, :3] / clip[:, 3:]
+        found: np.ndarray = self.project_all(matrices[None])[0]
         return found
 
-    def along_rays(self, convention: Convention) -> float:
-        """How far the ends of light rays of ours are apart in theirs at the most, texels."""
-        ndc = np.array([(x, y, z, 1.0) for z in (0.0, 1.0) for x in (-0.5, 0.5) for y in (-0.5, 0.5)])
-        matrices = convention.to_ours(self.theirs)
-        ends = np.einsum("kij,kjl,nl->kni", matrices, np.linalg.inv(self.ours), ndc)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            place = ends[..., :2] / ends[..., 3:]
-        apart = np.abs(place[:, :4] - place[:, 4:])
-        return float(np.nan_to_num(apart, nan=np.inf).max()) * self.half
+    def project_all(self, stacks: np.ndarray) -> np.ndarray:
+        """(C, N, 3) coordinates as `project` gives them, for each of (C, K, 4, 4) stacks of matrices."""
+        clip = np.einsum("cnij,nj->cni", stacks[:, self.map_of], self.points)
+        # Homogeneous points of a unit cube may have any sign; what counts is that both matrices see them alike.
+        w = clip[..., 3] * np.sign(np.einsum("nj,nj->n", self.ours[self.map_of, 3], self.points))
+        seen = np.all(w > 0, axis=1) | np.all(w < 0, axis=1)
+        found: np.ndarray = np.full((*clip.shape[:2], 3), np.inf)
+        found[seen] = clip[seen, :, :3] / clip[seen, :, 3:]
+        return found
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ import numpy as np
 
 from .convention import NDC_RANGE, TEXTURE_RANGE, Convention
 from .crops import affine_of, crop, tiles, turned_map
-from .fields import AXES, LEFT_HANDED_AXES, all_axes
-from .lights import convention_of_light, depth_forward, mirrored, same_light
+from .fields import AXES, LEFT_HANDED_AXES
+from .lights import convention_of_light, depth_forward, mirrored, plain_conventions, same_light, unwound
 from .pair import SAME_DEPTH, SAME_TEXELS, Explanation, Pair, Seen, plain_places, undone, words_of
 
 REVERSED = "reversed z: 1 nearest the light"
@@ -50,13 +50,38 @@ def seen_as_it_is(convention: Convention) -> bool:
 
 
 def candidates(pair: Pair) -> Iterator[Seen]:
-    """Rows or columns and world axes with what they make of the points, where none lies behind a centre."""
-    for vectors, axes in itertools.product(("column", "row"), all_axes()):
-        convention = Convention(vectors=vectors, axes=axes)  # type: ignore[arg-type]
-        q = pair.project(convention.to_ours(pair.theirs))
-        if np.isfinite(q).all():
-            rare = 0 if axes == AXES else 2 if axes in USUAL_AXES else 3
-            yield Seen(convention, q, (vectors == "row") + rare)
+    """Rows or columns and world axes that may leave nothing over, with what they make of the points.
+
+    None where a point lies behind a centre, and none that is no affine map of our places.
+    """
+    conventions = plain_conventions()
+    q = pair.project_all(unwound(pair.theirs))
+    for i in np.flatnonzero(np.isfinite(q).all(axis=(1, 2)) & about_affine(pair, q)):
+        axes = conventions[i].axes
+        rare = 0 if axes == AXES else 2 if axes in USUAL_AXES else 3
+        yield Seen(conventions[i], q[i], (conventions[i].vectors == "row") + rare)
+
+
+def about_affine(pair: Pair, q: np.ndarray) -> np.ndarray:
+    """(C,) whether places q (C, N, 3) can be an affine map of ours within the tolerance, which no convention exceeds.
+
+    A quick look at all choices at once: each has one design, so one pseudoinverse serves them all.
+    """
+    likely = np.ones(len(q), bool)
+    finite = np.isfinite(q).all(axis=(1, 2))
+    places = np.where(finite[:, None, None], q, 0.0)[..., :2]
+    for k in range(len(pair.ours)):
+        here = pair.map_of == k
+        design = np.column_stack([pair.ndc[here, :2], np.ones(here.sum())])
+        if np.linalg.matrix_rank(design) < 3:
+            continue
+        solution = np.linalg.pinv(design) @ places[:, here]
+        left = np.abs(design @ solution - places[:, here]).max(axis=(1, 2))
+        stretch = np.linalg.norm(solution[:, :2], ord=2, axis=(1, 2))
+        # Least squares leave at most √N times the largest residual of any affine map, and no stretch exceeds the norm;
+        # twice that leaves room for what the fit moves the stretch.
+        likely &= left * pair.half <= 2.0 * np.sqrt(here.sum()) * SAME_TEXELS * stretch
+    return likely
 
 
 def explanations(pair: Pair, seen: Seen) -> Iterator[Explanation]:

@@ -247,12 +247,23 @@ def _cascades(
     return choose
 
 
-def three_breaks(near: float, far: float) -> list[float]:
-    """The breaks of three.js between near and far: half way between the uniform and the logarithmic scheme."""
-    return [
-        0.5 * near * (far / near) ** (i / 3) + 0.5 * (near + (far - near) * i / 3)
-        for i in (1, 2)
-    ]  # fmt: skip
+def three_breaks(near: float, far: float, count: int = 3, share: float = 0.5) -> list[float]:
+    """The breaks of three.js: depths as shares of far, a blend of the uniform and the logarithmic scheme, the last 1.
+
+    `share` of the logarithmic one: 0 is the engine's mode "uniform", 1 its "logarithmic", 1/2 its "practical".
+    """
+    inner = range(1, count)
+    uniform = [(near + (far - near) * i / count) / far for i in inner]
+    logarithmic = [near * (far / near) ** (i / count) / far for i in inner]
+    return [(1.0 - share) * u + share * v for u, v in zip(uniform, logarithmic, strict=True)] + [1.0]
+
+
+def three_distances(near: float, far: float) -> list[float]:
+    """Split depths of three.js: its frustum is cut at the breaks as shares of the way from near to far.
+
+    The breaks are shares of far, so its maps reach further than the scheme's depths, the more the larger near is.
+    """
+    return [near + (far - near) * share for share in three_breaks(near, far)[:-1]]
 
 
 PRESETS = (
@@ -287,10 +298,13 @@ PRESETS = (
     ),
     Preset(
         "three.js", "three.js (examples/jsm/csm/CSM.js defaults: 3 cascades, practical, lambda 0.5)",
-        "break_i = lerp(near + (far - near) i / m, near (far / near)^(i / m), 0.5)",
-        "mrdoob/three.js examples/jsm/csm/CSM.js, getBreaks",
-        "the light's near and far planes are fixed distances, 1 and 2000",
-        _cascades(three_breaks, maximum=100_000.0),
+        "depth_i = near + (far - near) break_i, "
+        "break_i = lerp(near + (far - near) i / m, near (far / near)^(i / m), 0.5) / far",
+        "mrdoob/three.js examples/jsm/csm/CSM.js, getBreaks; CSMFrustum.js, split",
+        "the light's near and far planes are fixed distances, 1 and 2000; CSM.js reads the map whose breaks hold "
+        "depth / (far - near), and none beyond a depth of far - near; CSMShadowNode.js reads the map made for a depth, "
+        "as here",
+        _cascades(three_distances, maximum=100_000.0),
     ),
     Preset(
         "godot", "Godot 4 (DirectionalLight3D defaults: 4 splits at 0.1, 0.2, 0.5 of 100)",

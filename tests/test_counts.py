@@ -101,13 +101,17 @@ def test_a_difference_within_the_measured_noise_is_told_as_none_and_one_beyond_i
     assert "±" not in verdict(row("uniform", 1100), row("warp", 300))
 
 
-def test_pixels_that_count_for_nobody_stand_in_the_first_sentence():
+def test_a_verdict_over_less_than_all_pixels_says_so_first():
     few = row("uniform", 500, undecided=round(100_000 * UNJUDGED) - 1)
     assert "undecided" not in verdict(few, row("warp", 300))
     many = verdict(row("uniform", 500), row("warp", 300, undecided=1500, unmatched=500))
-    assert many.partition(". ")[0].endswith("with 1.96 % of the visible pixels undecided or not compared")
+    first = "Only 98.0 % of the visible pixels could be judged; 1.96 % are undecided or not compared."
+    assert many.startswith(f"{first} warp at 512² has the fewest wrong pixels")
     right = verdict(row("warp", 0, undecided=4000))
-    assert right.startswith("warp at 512² gets all 100,000 compared pixels right, with 3.85 % of the visible pixels")
+    assert right.startswith("Only 96.2 % of the visible pixels could be judged; 3.85 % are undecided or not compared.")
+    # Where nothing at all could be judged, that is the sentence.
+    none = verdict(row("warp", 0, compared=0, undecided=4000))
+    assert none == "No pixel could be compared: the truth of all 4,000 visible pixels is undecided."
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,8 @@ class Truth(IntEnum):
     """What rays say of a pixel, in the arrays of `shadow_mask`."""
 
     LIT = 1
-    SHADOW = 0  # facing away from the light counts as shadow
-    UNDECIDED = -1  # the answer changes with the numerical offset of the ray
+    SHADOW = 0  # facing away from the light counts as shadow, edge-on included
+    UNDECIDED = -1  # the answer changes when rays move by what single precision resolves
     NOTHING = -2  # no surface
 
 
@@ -30,6 +30,10 @@ def shadow_mask(
     progress: bool = False,
 ) -> npt.NDArray[np.int8]:
     """The exact shadows of a view.
+
+    A surface is lit where it faces the light and nothing meets the open segment between them. A light nearer to a
+    surface than single precision resolves in the scene (half of its extent times 2^-22) stands on it, and that surface
+    shades nothing from it. docs/conventions.md has the definitions.
 
     The acceleration structure is built at the first call and stays with the scene.
 
@@ -46,8 +50,8 @@ def shadow_mask(
     Returns
     -------
     (H, W) int8
-        1 lit; 0 in shadow (also what faces away from the light); -1 undecided: the answer changes with the
-        numerical offset of the ray; -2 nothing there. `Truth` names them.
+        1 lit; 0 in shadow (also what faces away from the light, edge-on included); -1 undecided: the answer changes
+        when rays move by what single precision resolves; -2 nothing there. `Truth` names them.
     """
     if not progress:
         return _core.trace_shadow_mask(scene, camera, light, size=size)
@@ -78,7 +82,8 @@ def first_hit(
     t : (N,) float64
         Infinity where nothing is hit.
     triangle, instance : (N,) int32
-        Row of the mesh's face array and index of the instance; -1 where nothing is hit.
+        Row of the mesh's face array and index of the instance; -1 where nothing is hit. Of triangles that are met
+        together (equal or coplanar, up to the rounding of double precision) the lowest instance, then the lowest row.
 
     Raises
     ------

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
 use super::rays::{BUNDLE, RayBits, WorldRay};
-use super::walk::{Blocked, Closest, Stacks, traverse_together};
+use super::walk::{Blocked, Closest, Stack, Stacks, Touched, first_of_ties, tie_reach, traverse_together};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -36,8 +36,9 @@ impl Tracer {
     /// What each ray meets first, for `t > 0`, in the order of the rays.
     ///
     /// World coordinates; directions of any length above 0. Both sides of every triangle count, its edges included, so
-    /// a closed mesh has no gaps; triangles without area are never met. Of several triangles at the same t, the one of
-    /// the lowest instance and then of the lowest index.
+    /// a closed mesh has no gaps; triangles without area are never met. Of several triangles that are met together, the one
+    /// of the lowest instance and then of the lowest index: all those whose planes pass through the first point, up to the
+    /// rounding of f64. So of coplanar triangles the answer depends neither on rounding nor on their order.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for arrays of different lengths, a row that is not finite, a zero direction;
@@ -186,15 +187,20 @@ fn bundle(rays: &Rays, first: usize, scene_origin: DVec3) -> ([WorldRay; BUNDLE]
 
 #[inline(always)]
 fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
-    let mut stacks = Stacks::default();
+    let (mut stacks, mut stack) = (Stacks::default(), Stack::new());
+    let nothing = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
     for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
         let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
-        let mut closest = [Closest::<false>::new(0.0, f64::INFINITY, 0.0); BUNDLE];
+        let mut closest = world.map(|ray| nothing.with_ties(tie_reach(scene, &ray)));
         traverse_together::<K, _>(scene, &world, bits, &mut closest, &mut stacks);
-        for (out, closest) in out.iter_mut().zip(&closest) {
-            if let Some((instance, triangle)) = closest.face {
-                *out = Hit { t: closest.t, triangle: triangle as i32, instance: instance as i32 };
-            }
+        for (r, out) in out.iter_mut().enumerate() {
+            let Closest { t, face: Some(first), is_tied, .. } = closest[r] else { continue };
+            let (instance, triangle) = if is_tied {
+                first_of_ties::<K>(scene, &world[r], (t, first), f64::INFINITY, &mut stack)
+            } else {
+                first
+            };
+            *out = Hit { t, triangle: triangle as i32, instance: instance as i32 };
         }
     }
 }
@@ -204,7 +210,8 @@ fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) {
     let mut stacks = Stacks::default();
     for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
         let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
-        let mut blocked = [Blocked { t_min: 0.0, t_max: f64::INFINITY, except: None }; BUNDLE];
+        let free = Blocked { t_min: 0.0, t_max: f64::INFINITY, except: None, touched: Touched::NONE };
+        let mut blocked = [free; BUNDLE];
         for (blocked, t_max) in blocked.iter_mut().zip(rays.t_max.unwrap_or_default().iter().skip(i * BUNDLE)) {
             blocked.t_max = *t_max;
         }

@@ -6,7 +6,7 @@ use super::batch::Hit;
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
 use super::rays::WorldRay;
-use super::walk::{Closest, Stack, traverse_one};
+use super::walk::{Closest, Stack, first_of_ties, tie_reach, traverse_one};
 
 /// Traces one ray after the other, on one core. Many rays that are known beforehand are faster by [`Tracer::first_hit`].
 #[derive(Debug)]
@@ -33,10 +33,11 @@ impl OneByOne<'_> {
 
 #[inline(always)]
 fn first_with<K: Kernel>(scene: &Inner, ray: WorldRay, t_max: f64, stack: &mut Stack) -> Hit {
-    let mut closest = Closest::<false>::new(0.0, t_max, 0.0);
+    let mut closest = Closest::<false>::new(0.0, t_max, 0.0).with_ties(tie_reach(scene, &ray));
     traverse_one::<K, _>(scene, &ray, &mut closest, stack);
-    let hit = |(instance, triangle)| Hit { t: closest.t, triangle: triangle as i32, instance: instance as i32 };
-    closest.face.map_or(Hit::NONE, hit)
+    let Closest { t, face: Some(first), is_tied, .. } = closest else { return Hit::NONE };
+    let (instance, triangle) = if is_tied { first_of_ties::<K>(scene, &ray, (t, first), t_max, stack) } else { first };
+    Hit { t, triangle: triangle as i32, instance: instance as i32 }
 }
 
 super::kernel::dispatched! {

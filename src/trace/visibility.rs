@@ -14,19 +14,23 @@
 //! ____P_______ receiver  (never its own occluder, whatever the rounding)
 //! ```
 //!
+//! The other end is treated alike: a light within `resolution` of a surface stands on it, and such surfaces
+//! ([`Touched`]) are never its own occluders. Which side of a ceiling a lamp is on, with vertices in single precision, is
+//! no question that has an answer.
+//!
 //! The usual case costs one shadow ray; the others are settled by [`Shader::settle`].
 
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::hierarchy::{Inner, Tracer};
+use super::hierarchy::{Face, Inner, Tracer};
 use super::kernel::{Kernel, dispatched};
 use super::rays::{BUNDLE, Each, RayBits, WorldRay};
-use super::walk::{Blocked, Closest, Face, Stacks, SurelyBlocked, traverse_together};
+use super::walk::{Blocked, Closest, Stacks, SurelyBlocked, Touched, traverse_together};
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
 use crate::progress::Progress;
-use crate::scene::{Camera, Light};
+use crate::scene::{Camera, EDGE_ON, Light};
 
 /// Side of the square of pixels whose rays follow each other, so that they find the same boxes in the cache.
 const TILE: usize = 8;
@@ -45,9 +49,10 @@ impl Tracer {
     /// What light does at each pixel of an image of `size` (width, height): see [`TruthMask`].
     ///
     /// The surface seen is the first one between the camera's near and far depth. It is in shadow where it faces away
-    /// from the light on the side the eye sees (exactly edge-on included), where the light does not reach (cone, range),
-    /// and where anything else stands between it and the light; undecided where that changes when the rays move by
-    /// what single precision resolves in this scene (the half extent times 2^-22).
+    /// from the light on the side the eye sees (edge-on included, up to [`EDGE_ON`]), where the light does not reach (cone,
+    /// range), and where anything else meets the open segment between it and the light; undecided where that changes when
+    /// the rays move by what single precision resolves in this scene (the half extent times 2^-22). A light nearer than
+    /// that to a surface stands on it, and the surface shades nothing from it: its light arrives on both sides.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a side of 0 or above 16384; [`Error::Interrupted`].
@@ -89,6 +94,8 @@ struct Shader<'a> {
     light_point: DVec4,
     /// Half-width of the band about edges for rays from the eye.
     eye_band: f64,
+    /// What the light stands on.
+    touched: Touched,
 }
 
 /// The point of a surface that is asked about.
@@ -143,14 +150,14 @@ impl<'a> Shader<'a> {
         let origin = scene.scene.origin();
         let eye = camera.eye() - origin;
         let point = light.point();
-        Self {
-            scene,
-            camera,
-            light,
-            eye,
-            light_point: (point.truncate() - point.w * origin).extend(point.w),
-            eye_band: scene.resolution.max(EYE_ERROR * eye.abs().max_element()),
-        }
+        let light_point = (point.truncate() - point.w * origin).extend(point.w);
+        let touched = if light_point.w == 0.0 {
+            Touched::default()
+        } else {
+            Touched::new(scene, light_point.truncate(), scene.resolution)
+        };
+        let eye_band = scene.resolution.max(EYE_ERROR * eye.abs().max_element());
+        Self { scene, camera, light, eye, light_point, eye_band, touched }
     }
 
     /// The answers for the rays of a bundle from the eye.
@@ -249,13 +256,12 @@ impl<'a> Shader<'a> {
         let sliver = ab.length() * ac.length() / area.length();
         let distance = to_light.length();
         let placed_error = if self.light_point.w == 0.0 { 0.0 } else { self.scene.surface_error };
-        if facing == 0.0 {
-            return Err(TruthMask::SHADOW);
-        }
-        if facing.abs() <= FACING_ERROR * sliver * distance + placed_error {
+        let facing_error = FACING_ERROR * sliver * distance + placed_error;
+        let edge_on = EDGE_ON * distance;
+        if facing_error > edge_on && facing != 0.0 && facing.abs() <= facing_error {
             return Err(TruthMask::UNDECIDED);
         }
-        if facing < 0.0 || !self.light.reaches(point + self.scene.scene.origin()) {
+        if facing <= edge_on || !self.light.reaches(point + self.scene.scene.origin()) {
             return Err(TruthMask::SHADOW);
         }
         Ok(Receiver { face, point, normal, facing, distance })
@@ -263,7 +269,7 @@ impl<'a> Shader<'a> {
 
     /// What the shadow ray of a receiver looks for.
     #[inline(always)]
-    fn surely_blocked(&self, receiver: &Receiver) -> SurelyBlocked {
+    fn surely_blocked(&self, receiver: &Receiver) -> SurelyBlocked<'_> {
         let resolution = self.scene.resolution;
         // In units of t: for a directional light `to_light` is a unit vector.
         let at_light = self.at_light();
@@ -273,6 +279,7 @@ impl<'a> Shader<'a> {
             possible: [0.0, at_light + slack],
             band: resolution,
             except: receiver.face,
+            touched: &self.touched,
             is_possible: false,
         }
     }
@@ -288,7 +295,8 @@ impl<'a> Shader<'a> {
         let mut answer = None;
         for (height, light_side) in [(self.scene.surface_error, 1.0), (resolution, -1.0)] {
             let mut rays = [WorldRay { origin: receiver.point, direction: receiver.normal }; BUNDLE];
-            let mut blocked = [Blocked { t_min: 0.0, t_max: 0.0, except: Some(receiver.face) }; BUNDLE];
+            let none = Blocked { t_min: 0.0, t_max: 0.0, except: Some(receiver.face), touched: &self.touched };
+            let mut blocked = [none; BUNDLE];
             for (r, shift) in shifts.into_iter().enumerate() {
                 let origin = receiver.point + receiver.normal * height + shift * resolution;
                 let direction = self.to_light(origin);

@@ -4,6 +4,8 @@ mod answers;
 mod border;
 mod checks;
 mod configuration;
+mod eye_scenes;
+mod eye_views;
 mod moved;
 mod promise;
 mod random_views;

@@ -25,8 +25,8 @@ LATTICE_SCATTER = 0.02
 # Counts within this ratio are close: their noise is measured before anything is said of their difference. Derived from
 # the largest scatter of a count, 0.11 of it: three standard deviations of a difference are 3 * sqrt(2) * 0.11 = 0.47.
 CLOSE = 1.5
-# From this share on, visible pixels that are undecided or not compared stand beside the result: differences between
-# techniques are of this size.
+# From this share on, visible pixels that are undecided or not compared are the first thing a verdict says: differences
+# between techniques are of this size.
 UNJUDGED = 0.01
 # With fewer wrong pixels than both of these in every run, a view has nothing to tell the runs apart by.
 FEW_PIXELS = 10

@@ -8,7 +8,7 @@ from typing import Any
 from ..aliasing.causes import CAUSES, CauseName
 from ..experiments.candidates import Outcome
 from ..experiments.choice import Gain, gains
-from ..experiments.counts import WrongPixels, most_unjudged
+from ..experiments.counts import WrongPixels
 from ..experiments.measures import Measure
 from ..experiments.memory import memory_text
 from ..experiments.ranking import Standing, counted_views
@@ -24,7 +24,7 @@ from .advice_remarks import (
     unwarped_candidates,
 )
 from .advice_switches import switch_sentences
-from .words import MOST_TOLD, times, unjudged_text
+from .words import MOST_TOLD, judged_sentences, times
 
 OF_BIAS: dict[CauseName, str] = {
     "acne": "surfaces that shadow themselves; more bias trades them for leaks",
@@ -68,14 +68,12 @@ def advice_sentences(
         sentences.append("No candidate gave a result." if all(s.failure for s in ranking) else "Nothing is ranked.")
     else:
         by_memory = {gain.memory: gain for gain in gains(ranking)}
-        # What no run could compare stands beside the first result.
-        unjudged = most_unjudged(WrongPixels.of(o.numbers) for o in outcomes if o.error is not None)
+        sentences += _judged(outcomes, several)
         for memory in budgets:
             of = [s for s in valid if s.memory == memory]
             if of:
                 runs = [o for o in outcomes if o.memory == memory and o.error is not None]
-                beside = "" if sentences else unjudged_text(unjudged)
-                sentences += _best(of, measure, over, runs, by_memory.get(memory), beside)
+                sentences += _best(of, measure, over, runs, by_memory.get(memory))
         if measure.caveat:
             sentences.append(measure.caveat)
         elif measure.name == "misclassified" and _nothing_wrong(outcomes):
@@ -106,6 +104,13 @@ def _nothing(outcomes: Sequence[Outcome], filled: Mapping[str, float]) -> str:
     return "Nothing could be compared: no pixel that is seen looks up a texel, or the truth of all is undecided."
 
 
+def _judged(outcomes: Sequence[Outcome], several: bool) -> list[str]:
+    """How much of the view could be judged; of several views, of the one where that is least."""
+    drawn = [o for o in outcomes if o.error is not None]
+    least = max(drawn, key=lambda o: WrongPixels.of(o.numbers).unjudged)
+    return judged_sentences(WrongPixels.of(least.numbers).unjudged, least.view.label if several else "")
+
+
 def _at(one: Standing) -> str:
     """A candidate with the size of its maps."""
     maps = f"{one.resolution}²" if one.maps == 1 else f"{one.maps} × {one.resolution}²"
@@ -118,9 +123,9 @@ def error_text(one: Standing, measure: Measure) -> str:
 
 
 def _best(
-    of: Sequence[Standing], measure: Measure, over: str, runs: Sequence[Outcome], gain: Gain | None, beside: str
+    of: Sequence[Standing], measure: Measure, over: str, runs: Sequence[Outcome], gain: Gain | None
 ) -> list[str]:
-    """Who is best with one budget, against uniform, and who does as well; `beside` ends the first sentence."""
+    """Who is best with one budget, against uniform, and who does as well."""
     best = of[0]
     views = list(dict.fromkeys(o.view.label for o in runs))
     if len(views) == 1:
@@ -137,7 +142,6 @@ def _best(
     head = f"At {memory_text(best.memory)}, {_at(best)} has the least {measure.title}: {value}"
     if len(of) == 1:
         head = f"At {memory_text(best.memory)}, {_at(best)} has this {measure.title}: {value}"
-    head += beside
     if measure.caveat:
         return [f"{head}."]
     near = [s for s in of[1:] if s.about_best]

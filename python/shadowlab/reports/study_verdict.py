@@ -19,13 +19,13 @@ from .words import (
     amount,
     count_details,
     doubt_of,
+    judged_sentences,
     missing,
     noise_sentences,
     pixels_text,
     place,
     rows_of,
     size_text,
-    unjudged_text,
     unwarped_maps,
 )
 
@@ -51,6 +51,8 @@ def sentences(
     seen: float | None = None,
 ) -> list[str]:
     """The sentences of a study's verdict on its table, the most important one first.
+
+    Where more than one visible pixel in a hundred is undecided or not compared, that comes before any result.
 
     Parameters
     ----------
@@ -90,6 +92,7 @@ def sentences(
         flat = ((row, *unwarped_maps(notes, maps_of(row))) for row, notes in noted)
         unwarped = {row["technique"]: reason for row, many, reason in flat if many >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
+        found += judged_sentences(most_unjudged(WrongPixels.of(row) for row in drawn))
         found += _fewest(warped or drawn)
         if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
             found.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
@@ -129,24 +132,23 @@ def _nothing_compared(row: Mapping[str, Any]) -> str:
 
 
 def _fewest(drawn: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Which row has the fewest wrong pixels; ties go to the smallest map. Says what no count holds."""
+    """Which row has the fewest wrong pixels; ties go to the smallest map."""
     wrong = [WrongPixels.of(row) for row in drawn]
-    unjudged = unjudged_text(most_unjudged(wrong))
     least = min(one.count for one in wrong)
     best = [row for row, one in zip(drawn, wrong, strict=True) if one.count == least]
     cheapest = min(texels(row) for row in best)
     best = [row for row in best if texels(row) == cheapest]
     mine = WrongPixels.of(best[0])
     if len(drawn) == 1 and least > 0:
-        return [f"{place(best[0])} gets {pixels_text(mine)} wrong ({count_details(best)}){unjudged}."]
+        return [f"{place(best[0])} gets {pixels_text(mine)} wrong ({count_details(best)})."]
     sizes = dict.fromkeys(size_text(row) for row in best)
     who = f"{listed([row['technique'] for row in best])} at {next(iter(sizes))}"
     who = who if len(sizes) == 1 else listed([place(row) for row in best])
     if least == 0:
         verb = "gets" if len(best) == 1 else "get"
-        return [f"{who} {verb} all {mine.compared:,} compared pixels right{unjudged}."]
+        return [f"{who} {verb} all {mine.compared:,} compared pixels right."]
     verb = "has" if len(best) == 1 else "share"
-    return [f"{who} {verb} the fewest wrong pixels: {pixels_text(mine)} ({count_details(best)}){unjudged}."]
+    return [f"{who} {verb} the fewest wrong pixels: {pixels_text(mine)} ({count_details(best)})."]
 
 
 def _about_as_few(drawn: Sequence[Mapping[str, Any]]) -> list[str]:

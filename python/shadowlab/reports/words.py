@@ -85,9 +85,15 @@ def against(mine: WrongPixels, other: WrongPixels) -> str:
     return f"{amount(mine)} against {amount(other)}"
 
 
-def unjudged_text(share: float) -> str:
-    """The visible pixels that count for nobody, where they are too many to leave out; begins with a comma."""
-    return f", with {share_text(share)} of the visible pixels undecided or not compared" if share > UNJUDGED else ""
+def judged_sentences(unjudged: float, view: str = "") -> list[str]:
+    """How much of the picture, or of a view, a verdict is about, where that is not nearly all of it."""
+    if unjudged <= UNJUDGED:
+        return []
+    where = f" of {view}" if view else ""
+    return [
+        f"Only {share_text(1 - unjudged)} of the visible pixels{where} could be judged; {share_text(unjudged)} are "
+        "undecided or not compared."
+    ]
 
 
 def noise_sentences(wrong: Sequence[WrongPixels]) -> list[str]:

@@ -10,4 +10,4 @@ pub use tracer::{Inner, TracedMesh, Tracer};
 #[cfg(all(test, target_arch = "x86_64"))]
 pub use tree::Item;
 pub use tree::{Box3, LEAF, LEAF_BIT, NO_ITEM, Node, Tree, WIDTH};
-pub use triangles::Packet;
+pub use triangles::{Face, Packet};

@@ -5,6 +5,9 @@ use glam::Vec3;
 use super::tree::{LEAF, NO_ITEM};
 use crate::scene::Mesh;
 
+/// A triangle of an instance: both indices.
+pub type Face = (u32, u32);
+
 /// Four triangles of a mesh: `vertices[vertex][axis][lane]` in the mesh's local frame, exactly its f32 positions.
 ///
 /// Unused lanes repeat a vertex of the first triangle: a point, which no ray meets.

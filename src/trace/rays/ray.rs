@@ -22,6 +22,10 @@ const F32_PAD: f64 = 4.0 * (f32::EPSILON as f64 / 2.0);
 /// Bound on f64 roundings in entering the box and in the triangle test, relative to the origin's magnitude: fewer than
 /// eight operations of 2^-53.
 const F64_PAD: f64 = 4.0 * f64::EPSILON;
+/// How far from a triangle, in bands, the test of the band can say that it is near: the shear stretches by up to sqrt(3)
+/// ([`LocalRays::new`]), and the length of an edge is bounded by a sum, up to sqrt(2) of it. Boxes grow by as much, so that
+/// what is near does not depend on which triangles share a box.
+const BAND_REACH: f64 = 2.449_489_742_783_178;
 /// Origins farther out than this are moved to the tree's box first. Nearer ones are not worth the time: the pad for them
 /// is 4e-6 of the box at most, far below the size of a triangle that many share a mesh with.
 const NEAR_ORIGIN: f64 = 16.0;
@@ -79,7 +83,7 @@ pub type LocalRay = LocalRays<1>;
 impl<const N: usize> LocalRays<N> {
     /// The rays `origin + t * direction` taken into a frame, each with its `t_min` and `t_max`; and which of those
     /// asked for (bits) have their largest axis and signs in common with the first, and which of the others remain.
-    /// Left out are those that miss `bounds`, grown by `band` (both in the frame's unit).
+    /// Left out are those that miss `bounds`, grown by the reach of `band` (both in the frame's unit).
     #[inline(always)]
     pub fn new(
         local_from_world: &DAffine3,
@@ -117,12 +121,13 @@ impl<const N: usize> LocalRays<N> {
         let slab = unit.map(|axis| axis.map(raised));
 
         let (mut entered, mut entry) = (origin, [0.0; N]);
-        let mut pad = reach.map(|reach| F32_PAD * larger(reach, 1.0) + F64_PAD * reach + band);
+        let band_reach = BAND_REACH * band;
+        let mut pad = reach.map(|reach| F32_PAD * larger(reach, 1.0) + F64_PAD * reach + band_reach);
         if (0..N).any(|r| reach[r] > NEAR_ORIGIN) {
             // Where the rays enter the padded box, in units of `unit`. The entered points have magnitude 1 and the pad.
             let (low, high) = (bounds.min.as_dvec3().to_array(), bounds.max.as_dvec3().to_array());
             for r in (0..N).filter(|&r| reach[r] > NEAR_ORIGIN) {
-                pad[r] = 2.0 * F32_PAD + F64_PAD * reach[r] + band;
+                pad[r] = 2.0 * F32_PAD + F64_PAD * reach[r] + band_reach;
                 let [t_min, t_max] = ranges[r].map(|t| t * scale[r]);
                 let (mut first, mut last) = (t_min, t_max);
                 for a in 0..3 {

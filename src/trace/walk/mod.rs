@@ -2,8 +2,12 @@
 
 mod bundle_walk;
 mod one_ray;
+mod ties;
+mod touched;
 mod visitors;
 
 pub use bundle_walk::{Stacks, traverse_together};
 pub use one_ray::{Stack, traverse_one};
-pub use visitors::{Blocked, Closest, Face, SurelyBlocked};
+pub use ties::{first_of_ties, tie_reach};
+pub use touched::Touched;
+pub use visitors::{Blocked, Closest, SurelyBlocked};

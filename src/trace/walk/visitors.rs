@@ -1,11 +1,9 @@
 //! What is looked for along a ray.
 
-use crate::trace::hierarchy::Packet;
+use super::touched::Touched;
+use crate::trace::hierarchy::{Face, Packet};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::Line;
-
-/// A triangle of an instance.
-pub type Face = (u32, u32);
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor {
@@ -26,6 +24,10 @@ pub struct Closest<const BAND: bool> {
     band: f64,
     pub t: f64,
     pub face: Option<Face>,
+    /// How much farther another triangle may be met and still tie with the first.
+    tie: f64,
+    /// Whether any does.
+    pub is_tied: bool,
     /// Smallest t at which the ray passes a triangle's edge within the band.
     t_near_edge: f64,
 }
@@ -33,7 +35,11 @@ pub struct Closest<const BAND: bool> {
 impl<const BAND: bool> Closest<BAND> {
     /// For `t_min < t < t_max`.
     pub fn new(t_min: f64, t_max: f64, band: f64) -> Self {
-        Self { t_min, band, t: t_max, face: None, t_near_edge: f64::INFINITY }
+        Self { t_min, band, t: t_max, face: None, tie: 0.0, is_tied: false, t_near_edge: f64::INFINITY }
+    }
+    /// Notes ties: see [`first_of_ties`](super::first_of_ties).
+    pub fn with_ties(self, tie: f64) -> Self {
+        Self { tie, ..self }
     }
     /// Whether a ray within the band of this one may meet another triangle first.
     pub fn is_near_edge(&self) -> bool {
@@ -45,8 +51,15 @@ impl<const BAND: bool> Closest<BAND> {
             let lane = hit.trailing_zeros() as usize % 4;
             hit &= hit - 1;
             let face = (instance, packet.triangles[lane]);
-            let first = t[lane] < self.t || (t[lane] == self.t && self.face.is_some_and(|best| face < best));
-            if t[lane] > self.t_min && first {
+            if t[lane] <= self.t_min || t[lane] > self.t + self.tie {
+                continue;
+            }
+            if let Some(best) = self.face {
+                self.is_tied |= t[lane] >= self.t - self.tie;
+                if t[lane] < self.t || (t[lane] == self.t && face < best) {
+                    (self.t, self.face) = (t[lane], Some(face));
+                }
+            } else if t[lane] < self.t {
                 (self.t, self.face) = (t[lane], Some(face));
             }
         }
@@ -58,7 +71,7 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
-        [self.t_min, self.t]
+        [self.t_min, self.t + self.tie]
     }
     #[inline(always)]
     fn band(&self) -> f64 {
@@ -87,15 +100,17 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
     }
 }
 
-/// Whether anything but one face lies strictly between two values of t.
+/// Whether anything but some faces lies strictly between two values of t.
 #[derive(Debug, Clone, Copy)]
-pub struct Blocked {
+pub struct Blocked<'a> {
     pub t_min: f64,
     pub t_max: f64,
     pub except: Option<Face>,
+    /// More that is left out.
+    pub touched: &'a Touched,
 }
 
-impl Visitor for Blocked {
+impl Visitor for Blocked<'_> {
     const IN_ORDER: bool = false;
 
     #[inline(always)]
@@ -115,25 +130,28 @@ impl Visitor for Blocked {
                 && t > self.t_min
                 && t < self.t_max
                 && self.except != Some((instance, packet.triangles[lane]))
+                && !self.touched.has((instance, packet.triangles[lane]))
         })
     }
 }
 
-/// Whether anything but one face surely lies between two values of t, however the ray moves within the band, and
+/// Whether anything but some faces surely lies between two values of t, however the ray moves within the band, and
 /// whether something may.
 #[derive(Debug, Clone, Copy)]
-pub struct SurelyBlocked {
+pub struct SurelyBlocked<'a> {
     /// Bounds of what is sure.
     pub sure: [f64; 2],
     /// Bounds of what is possible.
     pub possible: [f64; 2],
     pub band: f64,
     pub except: Face,
+    /// More that is left out.
+    pub touched: &'a Touched,
     /// Something may be in the way.
     pub is_possible: bool,
 }
 
-impl Visitor for SurelyBlocked {
+impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
 
     #[inline(always)]
@@ -151,7 +169,8 @@ impl Visitor for SurelyBlocked {
         while near != 0 {
             let lane = near.trailing_zeros() as usize % 4;
             near &= near - 1;
-            if self.except == (instance, packet.triangles[lane]) {
+            let face = (instance, packet.triangles[lane]);
+            if self.except == face || self.touched.has(face) {
                 continue;
             }
             let t = meet.t[lane];

@@ -3,4 +3,6 @@
 mod exact;
 mod input;
 mod library;
+mod lights_on_surfaces;
+mod piles;
 mod shadows;

@@ -1,0 +1,88 @@
+//! Triangles that a ray meets together: of coplanar ones the answer must not be a matter of rounding.
+//!
+//! Where two triangles lie in one plane, which of both computed distances is the smaller changes from ray to ray. So all
+//! whose planes pass through the first point, as far as double precision can tell, are met together; the lowest
+//! instance and then the lowest triangle is the answer, whatever the order in which they are visited.
+
+use glam::DVec3;
+
+use super::one_ray::{Stack, traverse_one};
+use super::visitors::Visitor;
+use crate::trace::hierarchy::{Face, Inner, Packet};
+use crate::trace::kernel::Kernel;
+use crate::trace::rays::{Line, WorldRay};
+
+/// f64 roundings of a point on a ray relative to the distance of its origin: position, direction (4), t (8).
+const RAY_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
+/// Both triangles, and the point where the first is met: three errors of at most the one that is derived.
+const ERRORS: f64 = 3.0;
+/// How far along the ray a tie is looked for, in units of the error across a plane: triangles seen at less than the
+/// inverse of it, in radians, may be told apart by rounding.
+const OBLIQUE: f64 = (1u32 << 20) as f64;
+
+/// Bound on what separates coplanar triangles after rounding, across their plane, world units.
+#[inline(always)]
+fn rounding(scene: &Inner, ray: &WorldRay) -> f64 {
+    ERRORS * scene.surface_error.max(RAY_ERROR * ray.origin.abs().max_element())
+}
+
+/// How much farther along a ray a triangle may be met that ties with the first, in units of t.
+#[inline(always)]
+pub fn tie_reach(scene: &Inner, ray: &WorldRay) -> f64 {
+    // Scaled, so that the square of a tiny direction does not underflow.
+    let size = ray.direction.abs().max_element();
+    OBLIQUE * rounding(scene, ray) / size
+}
+
+/// All hits from one t to another.
+struct Gathered {
+    range: [f64; 2],
+    hits: Vec<(f64, Face)>,
+}
+
+impl Visitor for Gathered {
+    const IN_ORDER: bool = false;
+
+    fn range(&self) -> [f64; 2] {
+        self.range
+    }
+    fn band(&self) -> f64 {
+        0.0
+    }
+    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool {
+        let meet = K::triangles(packet, ray);
+        let is_met =
+            |lane: &usize| (meet.hit >> lane) & 1 != 0 && (self.range[0]..=self.range[1]).contains(&meet.t[*lane]);
+        self.hits.extend((0..4).filter(is_met).map(|lane| (meet.t[lane], (instance, packet.triangles[lane]))));
+        false
+    }
+}
+
+/// The face to name of those that tie with the first, `first` at `t`; the others lie before `t_max`.
+#[cold]
+#[inline(never)]
+pub fn first_of_ties<K: Kernel>(
+    scene: &Inner,
+    ray: &WorldRay,
+    (t, first): (f64, Face),
+    t_max: f64,
+    stack: &mut Stack,
+) -> Face {
+    let mut gathered = Gathered { range: [t, t + tie_reach(scene, ray)], hits: Vec::new() };
+    traverse_one::<K, _>(scene, ray, &mut gathered, stack);
+    let point = ray.origin + t * ray.direction;
+    let rounding = rounding(scene, ray);
+    let ties = |&(at, face): &(f64, Face)| {
+        let corners = scene.corners(face.0, face.1);
+        at == t || (at < t_max && unit_normal(&corners).is_some_and(|n| n.dot(point - corners[0]).abs() <= rounding))
+    };
+    let found = gathered.hits.iter().filter(|hit| ties(hit)).map(|&(_, face)| face).min();
+    found.map_or(first, |face| face.min(first))
+}
+
+/// None for a triangle whose area vanishes in f64.
+fn unit_normal([a, b, c]: &[DVec3; 3]) -> Option<DVec3> {
+    let (ab, ac) = (*b - *a, *c - *a);
+    let scale = ab.abs().max(ac.abs()).max_element();
+    (ab / scale).cross(ac / scale).try_normalize()
+}

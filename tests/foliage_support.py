@@ -9,7 +9,7 @@ import shadowlab as sl
 # Columns of a fence's texture, every second of them a bar.
 COLUMNS = 16
 CAMERA = sl.Camera.look_at((1.5, 4, 7), (0, 0.5, 0), fov_y=0.8, aspect=4 / 3, near=0.5, far=60)
-SUN = sl.DirectionalLight((0.3, -1, -0.6))
+SUN = sl.DirectionalLight((0.3, -1, 0.8))
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 

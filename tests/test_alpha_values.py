@@ -13,7 +13,7 @@ import trimesh
 from conftest import imported
 from foliage_support import FACES, bars, fence, floor, square, unit
 from PIL import Image
-from travel_support import alpha_tests, bits, tested_scene
+from travel_support import alpha_tests, bits, leafy_scene
 
 import shadowlab as sl
 from shadowlab import _core
@@ -135,7 +135,7 @@ def test_memory_counts_the_test():
 
 
 def test_states_come_back_bit_for_bit_and_textures_are_stored_once():
-    scene = tested_scene()
+    scene = leafy_scene()
     back = pickle.loads(pickle.dumps(scene))
     assert back == scene
     assert [mesh.alpha for mesh in back.meshes] == [mesh.alpha for mesh in scene.meshes]
@@ -145,7 +145,7 @@ def test_states_come_back_bit_for_bit_and_textures_are_stored_once():
     assert len(pickle.dumps(sl.Scene(leaves, range(20), [np.eye(4)] * 20))) < 1.2 * texture.nbytes
 
 
-@pytest.mark.parametrize("value", [tested_scene().meshes[2], _core.Scene(tested_scene())])
+@pytest.mark.parametrize("value", [leafy_scene().meshes[2], _core.Scene(leafy_scene())])
 def test_damaged_states_are_refused(value):
     function, (name, version, head, *arrays) = value.__reduce__()
     assert function(name, version, head, *arrays) == value

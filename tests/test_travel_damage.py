@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from travel_support import bits, examples, name_of, public_classes, small_scene, tested_scene
+from travel_support import bits, examples, name_of, public_classes, small_scene, leafy_scene
 
 import shadowlab as sl
 from shadowlab import _core
@@ -25,7 +25,7 @@ SMALL = ("Bias", "Camera", "Convention", "DirectionalLight", "Partition", "Point
 def core_example(name: str):
     """An example of a class of the extension, one that has meshes with dropped faces and alpha tests where there are any."""
     if name == "Scene":
-        return _core.Scene(tested_scene())
+        return _core.Scene(leafy_scene())
     return examples(name_of(getattr(_core, name)))[-1]
 
 

@@ -123,7 +123,7 @@ def alpha_tests() -> list[Any]:
     ]
 
 
-def tested_scene() -> sl.Scene:
+def leafy_scene() -> sl.Scene:
     """A scene of four meshes, of which three have alpha tests, one with a face that was dropped."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [np.nan, 0, 0]])
     meshes = [_core.Mesh(vertices, [[0, 1, 3], [2, 1, 0]], alpha=alpha) for alpha in alpha_tests()]
@@ -180,8 +180,8 @@ def lens(**changes: Any) -> Any:
 
 # Of each class some objects that are not equal to each other.
 EXAMPLES: dict[str, Callable[[], list[Any]]] = {
-    "_core.Mesh": lambda: small_scene().meshes + tested_scene().meshes,
-    "_core.Scene": lambda: [_core.Scene(small_scene()), _core.Scene(view()[0]), _core.Scene(tested_scene())],
+    "_core.Mesh": lambda: small_scene().meshes + leafy_scene().meshes,
+    "_core.Scene": lambda: [_core.Scene(small_scene()), _core.Scene(view()[0]), _core.Scene(leafy_scene())],
     "Advice": lambda: [
         sl.advise(*view(), techniques=["uniform", "lispsm"], memory=1 << 16, size=SIZE, renderer="cpu", progress=False)
     ],
@@ -261,7 +261,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         small_scene(),
         small_scene().transformed(np.diag([2.0, 2, 2, 1])),
         sl.Scene(view()[0]),
-        tested_scene(),
+        leafy_scene(),
     ],
     "Source": lambda: [
         importlib.import_module("shadowlab.scene.source").Source.of_scene(scene) for scene in (small_scene(), view()[0])

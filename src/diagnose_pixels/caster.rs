@@ -133,6 +133,7 @@ impl<'a> Caster<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{AlphaTestParts, AlphaTexture, Wrap};
 
     fn roof(light: DVec4) -> Caster<'static> {
         let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
@@ -158,6 +159,37 @@ mod tests {
         assert_eq!(sun.height(inside, DVec3::Y), 2.0);
         assert_eq!(sun.edge(1), [DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)]);
         assert_eq!(sun.exit(DVec3::new(3.0, 0.0, 0.0), DVec3::X).0, 0.0);
+    }
+
+    #[test]
+    fn a_shadow_ends_at_holes() {
+        // Four columns along x, of which the first and the third are there: holes begin at x = 1/2 and end at 1, and so on.
+        let texture = AlphaTexture::new([4, 1], vec![255, 0, 255, 0]).unwrap();
+        let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let parts = AlphaTestParts {
+            texture: Some(texture.into()),
+            uv: uv.to_vec(),
+            cutoff: 0.5,
+            wrap: [Wrap::Clamp; 2],
+            factor: 1.0,
+        };
+        let test = AlphaTest::new(parts).unwrap();
+        let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
+        let corners = [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)];
+        let coordinates = Some((&test, test.corners([0, 1, 2])));
+        let sun = Caster::new(&met, corners, coordinates, DVec4::new(0.0, 1.0, 0.0, 0.0));
+        let lamp = Caster::new(&met, corners, coordinates, DVec4::new(0.0, 4.0, 0.0, 1.0));
+        let at = |x: f64| DVec3::new(x, 0.0, 0.1);
+        assert!(sun.shades(at(0.4)) && !sun.shades(at(0.6)) && sun.shades(at(1.2)) && !sun.shades(at(1.7)));
+        // A lamp at twice the roof's height doubles everything.
+        assert!(lamp.shades(at(0.8)) && !lamp.shades(at(1.2)) && lamp.shades(at(2.4)));
+        let hole = |caster: &Caster, from: f64, part: [f64; 2]| caster.hole(at(from), DVec3::X, part);
+        assert!((hole(&sun, 0.2, [0.0, 1.7]).unwrap() - 0.3).abs() < 1e-6);
+        assert!((hole(&lamp, 0.2, [0.0, 3.0]).unwrap() - 0.8).abs() < 1e-6);
+        assert!((hole(&sun, 1.2, [0.0, 0.6]).unwrap() - 0.3).abs() < 1e-6);
+        assert_eq!(hole(&sun, 0.2, [0.0, 0.25]), None);
+        assert_eq!(hole(&sun, 0.6, [0.0, 0.1]), Some(0.0));
+        assert_eq!(roof(DVec4::Y).hole(at(0.2), DVec3::X, [0.0, 1.7]), None);
     }
 
     #[test]

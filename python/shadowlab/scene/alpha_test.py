@@ -17,7 +17,7 @@ Wrap: TypeAlias = Literal["repeat", "mirror", "clamp"]
 WRAPS: tuple[Wrap, ...] = get_args(Wrap)
 
 # Texels along a side: what fits into 32 bits.
-MOST_TEXELS = 2**31 - 1
+LONGEST_SIDE = 2**31 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class AlphaTest(Value):
 
     def __post_init__(self) -> None:
         checked: dict[str, Any] = {
-            "texture": None if self.texture is None else _texture(self.texture),
+            "texture": None if self.texture is None else _levels(self.texture),
             "uv": _coordinates(self.uv),
             "cutoff": _level("cutoff", self.cutoff),
             "wrap": _wrap(self.wrap),
@@ -90,9 +90,9 @@ class AlphaTest(Value):
         )
 
 
-def _texture(value: object) -> npt.NDArray[np.uint8]:
+def _levels(value: object) -> npt.NDArray[np.uint8]:
     found = np.asarray(value)
-    if found.dtype != np.uint8 or found.ndim != 2 or found.size == 0 or max(found.shape) > MOST_TEXELS:
+    if found.dtype != np.uint8 or found.ndim != 2 or found.size == 0 or max(found.shape) > LONGEST_SIDE:
         raise ArgumentError(
             f"texture: expected an array (H, W) of uint8 with at least one texel, got shape {found.shape} of "
             f"{found.dtype}; give the alpha channel alone, 255 for opaque"

@@ -166,8 +166,7 @@ fn a_test_that_keeps_all_changes_no_bit_and_one_that_keeps_nothing_leaves_nothin
             assert_eq!(a, b, "{kind}");
             assert_eq!(maps(&gone, p, size), maps(&absent, p, size), "{kind}");
         }
-        let gbuffer =
-            |scene: &Scene| CpuRenderer::new().gbuffer(scene, &camera(), size, &Progress::new()).unwrap();
+        let gbuffer = |scene: &Scene| CpuRenderer::new().gbuffer(scene, &camera(), size, &Progress::new()).unwrap();
         let (a, b) = (gbuffer(&plain), gbuffer(&kept));
         assert_eq!((&a.depth, &a.triangle, &a.instance), (&b.depth, &b.triangle, &b.instance));
         let (a, b) = (gbuffer(&gone), gbuffer(&absent));

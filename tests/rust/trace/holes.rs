@@ -17,7 +17,8 @@ use crate::support::foliage::{alpha_test, hole, leaf, texture, waves};
 const SIZE: [u32; 2] = [240, 180];
 
 fn place(meshes: Vec<Mesh>, maps: &[DAffine3]) -> Scene {
-    let instances = (0..meshes.len() as u32).zip(maps).map(|(mesh, &world_from_mesh)| Instance { mesh, world_from_mesh });
+    let instances =
+        (0..meshes.len() as u32).zip(maps).map(|(mesh, &world_from_mesh)| Instance { mesh, world_from_mesh });
     let instances = instances.collect();
     Scene::new(meshes.into_iter().map(Arc::new).collect(), instances).unwrap()
 }
@@ -103,7 +104,8 @@ fn places() -> [DAffine3; 4] {
 fn forest(test: impl Fn(&[[f32; 2]]) -> Option<AlphaTest>) -> Scene {
     let meshes = [Arc::new(floor(6.0)), Arc::new(leaves(test))];
     let instances = places().into_iter().enumerate();
-    let instances = instances.map(|(i, world_from_mesh)| Instance { mesh: u32::from(i > 0), world_from_mesh }).collect();
+    let instances =
+        instances.map(|(i, world_from_mesh)| Instance { mesh: u32::from(i > 0), world_from_mesh }).collect();
     Scene::new(meshes.to_vec(), instances).unwrap()
 }
 
@@ -182,12 +184,7 @@ fn a_fine_map_and_the_truth_agree() {
     let scene = forest(|uv| Some(alpha_test(Some(waves(16)), uv, Wrap::Mirror)));
     let light: Light = DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap().into();
     let p = by_body("uniform").parameterize(&scene, &camera(), &light, 4096).unwrap();
-    let settings = MaskSettings {
-        resolution: [4096; 2],
-        size: SIZE,
-        bias: Bias::default(),
-        filter: Filter::Nearest,
-    };
+    let settings = MaskSettings { resolution: [4096; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest };
     let cpu = CpuRenderer::new();
     let mask = cpu.shadow_mask(&scene, &camera(), &light, &p, &settings, &Progress::new()).unwrap();
     let truth = truth(&scene, &camera(), &light, SIZE);
@@ -212,7 +209,11 @@ fn a_fine_map_and_the_truth_agree() {
 fn what_lies_at_the_cutoff_is_undecided_only_where_it_changes() {
     // Levels rise along x from 0 to 255 over the canopy: the edge of its shadow is a line.
     let ramp = |levels: [u8; 2], cutoff: f64| {
-        let test = alpha_test(Some(texture([2, 1], |x, _| levels[x as usize])), &[[0.25, 0.5], [0.75, 0.5], [0.75, 0.5], [0.25, 0.5]], Wrap::Clamp);
+        let test = alpha_test(
+            Some(texture([2, 1], |x, _| levels[x as usize])),
+            &[[0.25, 0.5], [0.75, 0.5], [0.75, 0.5], [0.25, 0.5]],
+            Wrap::Clamp,
+        );
         let test = AlphaTest::new(AlphaTestParts { cutoff, ..test.parts().clone() }).unwrap();
         let vertices = [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]];
         Mesh::with_alpha_test(&vertices, &[[0, 1, 2], [0, 2, 3]], Some(test)).unwrap()

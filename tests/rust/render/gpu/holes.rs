@@ -71,7 +71,8 @@ fn maps_have_the_same_holes() {
                 let a = cpu.depth_maps(&scene, &p, [n; 2], &progress).unwrap().data;
                 let b = gpu.depth_maps(&scene, &p, [n; 2], &progress).unwrap().data;
                 let differs = |(a, b): &(&f32, &f32)| (**a - **b).abs() > DEPTH_TOLERANCE;
-                let (differ, drawn) = (a.iter().zip(&b).filter(differs).count(), a.iter().filter(|&&z| z < 1.0).count());
+                let (differ, drawn) =
+                    (a.iter().zip(&b).filter(differs).count(), a.iter().filter(|&&z| z < 1.0).count());
                 println!("{wrap:?} {k} {n}: {differ} of {} texels differ, {drawn} drawn", a.len());
                 assert!(drawn > a.len() / 20, "{wrap:?} {k}: an empty map agrees with anything");
                 assert!((differ as f64) < DIFFERING_SHARE * a.len() as f64, "{wrap:?} {k} {n}: {differ}");
@@ -106,8 +107,11 @@ fn a_test_that_keeps_all_changes_no_bit() {
     let Some(gpu) = renderer() else { return };
     let progress = Progress::new();
     let kept = leaves(60, Wrap::Repeat, texture([2, 2], |_, _| 128));
-    let positions: Vec<[f64; 3]> =
-        kept.positions_local().iter().map(|p| kept.mesh_from_local().transform_point3(p.as_dvec3()).to_array()).collect();
+    let positions: Vec<[f64; 3]> = kept
+        .positions_local()
+        .iter()
+        .map(|p| kept.mesh_from_local().transform_point3(p.as_dvec3()).to_array())
+        .collect();
     let faces: Vec<[i64; 3]> = kept.triangles().iter().map(|t| t.map(i64::from)).collect();
     let plain = Scene::from_mesh(Mesh::new(&positions, &faces).unwrap()).unwrap();
     let none = Scene::from_mesh(leaves(60, Wrap::Repeat, texture([2, 2], |_, _| 127))).unwrap();

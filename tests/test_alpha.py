@@ -1,4 +1,4 @@
-"""Alpha tests in maps, G-buffers and truth: closed forms, numpy, geometry of the same shape, all techniques, both renderers."""
+"""Alpha tests in maps, G-buffers and truth: numpy, geometry of the same shape, all techniques, both renderers."""
 
 from __future__ import annotations
 
@@ -81,14 +81,24 @@ def test_coordinates_without_extent_read_one_place():
 
 def test_cutoff_and_factor():
     texture = np.full((2, 2), 100, np.uint8)
-    for cutoff, factor, exists in [(100 / 255, 1, True), (0.5, 1, False), (0.5, 1.3, True), (1.01, 1, False), (0, 0, True)]:
+    for cutoff, factor, exists in [
+        (100 / 255, 1, True),
+        (0.5, 1, False),
+        (0.5, 1.3, True),
+        (1.01, 1, False),
+        (0, 0, True),
+    ]:
         scene = curtain(sl.AlphaTest(texture, unit(), cutoff, factor=factor))
         assert drawn(scene, (9, 9)).all() == exists, (cutoff, factor)
         assert drawn(scene, (9, 9)).any() == exists, (cutoff, factor)
 
 
 def test_truth_of_a_fence_is_that_of_its_geometry():
-    for light in (SUN, sl.PointLight((-1, 5, -3), range=50), sl.SpotLight((-1, 5, -3), (0.2, -1, 0.6), cone_angle=1.2, range=50)):
+    for light in (
+        SUN,
+        sl.PointLight((-1, 5, -3), range=50),
+        sl.SpotLight((-1, 5, -3), (0.2, -1, 0.6), cone_angle=1.2, range=50),
+    ):
         a, b = (sl.trace.shadow_mask(scene, CAMERA, light, size=SIZE) for scene in (fence(), carved()))
         decided = (a != -1) & (b != -1)
         np.testing.assert_array_equal(a[decided], b[decided])
@@ -147,18 +157,22 @@ def test_a_gpu_has_the_same_holes(gpu_renderer):
     np.testing.assert_array_equal(found[sure], level[sure] > 0)
 
 
-def test_wrong_pixels_of_a_fence_are_edges():
-    scene = fence()
+def test_wrong_pixels_of_a_fence_have_the_causes_of_its_geometry():
     renderer = sl.Renderer("cpu")
-    p = sl.technique("uniform").parameterize(scene, CAMERA, SUN, resolution=256)
-    gbuffer = renderer.gbuffer(scene, CAMERA, size=SIZE)
-    mask = renderer.shadow_mask(scene, CAMERA, SUN, p, resolution=256, size=SIZE)
-    truth = sl.trace.shadow_mask(scene, CAMERA, SUN, size=SIZE)
-    maps = renderer.shadow_map(scene, p, resolution=256)
-    found = sl.aliasing.causes(scene, CAMERA, SUN, p, mask, truth, gbuffer=gbuffer, maps=maps)
-    counts = found.counts
-    assert counts["edge"] > 100, counts
-    assert counts["edge"] > 0.9 * sum(counts.values()), counts
+    p = sl.technique("uniform").parameterize(fence(), CAMERA, SUN, resolution=256)
+    found = []
+    for scene in (fence(), carved()):
+        gbuffer = renderer.gbuffer(scene, CAMERA, size=SIZE)
+        mask = renderer.shadow_mask(scene, CAMERA, SUN, p, resolution=256, size=SIZE)
+        truth = sl.trace.shadow_mask(scene, CAMERA, SUN, size=SIZE)
+        maps = renderer.shadow_map(scene, p, resolution=256)
+        found.append(sl.aliasing.causes(scene, CAMERA, SUN, p, mask, truth, gbuffer=gbuffer, maps=maps))
+    a, b = (one.counts for one in found)
+    assert b["edge"] > 200
+    assert all(abs(a[name] - b[name]) <= 4 for name in a), (a, b)
+    both = (found[0].image == 2) & (found[1].image == 2)
+    # Edges of bars in a texture and of bars of triangles are as far away, to a part of a pixel.
+    assert np.median(np.abs(found[0].distance - found[1].distance)[both]) < 0.05
 
 
 def test_instances_and_threads():

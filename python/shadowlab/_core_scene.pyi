@@ -15,9 +15,7 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 class Mesh:
     """A triangle mesh, stored once however often it is placed."""
 
-    def __new__(
-        cls, vertices: npt.ArrayLike, faces: npt.ArrayLike, *, alpha: AlphaTestLike | None = None
-    ) -> Mesh: ...
+    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike, *, alpha: AlphaTestLike | None = None) -> Mesh: ...
     @property
     def triangle_count(self) -> int:
         """Triangles."""

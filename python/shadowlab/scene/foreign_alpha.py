@@ -22,24 +22,25 @@ CUTOFF = 0.5
 def alpha_of_trimesh(geometry: Any, notes: list[str], name: str) -> AlphaTest | None:
     """The alpha test of a trimesh mesh; None where its material has none. What was left out is noted."""
     visual = getattr(geometry, "visual", None)
-    return _alpha(getattr(visual, "material", None), getattr(visual, "uv", None), len(geometry.vertices), notes, name)
+    return _alpha(getattr(visual, "material", None), getattr(visual, "uv", None), geometry.vertices, notes, name)
 
 
 def alpha_of_primitive(primitive: Any, notes: list[str], name: str) -> AlphaTest | None:
     """The alpha test of a pyrender primitive; None where its material has none. What was left out is noted."""
     uv = getattr(primitive, "texcoord_0", None)
-    return _alpha(getattr(primitive, "material", None), uv, len(primitive.positions), notes, name)
+    return _alpha(getattr(primitive, "material", None), uv, primitive.positions, notes, name)
 
 
-def _alpha(material: Any, uv: Any, vertices: int, notes: list[str], name: str) -> AlphaTest | None:
+def _alpha(material: Any, uv: Any, vertices: Any, notes: list[str], name: str) -> AlphaTest | None:
     if getattr(material, "alphaMode", None) != "MASK":
         return None
     texture, wrap = _texture(getattr(material, "baseColorTexture", None))
-    if uv is None or np.shape(uv) != (vertices, 2):
+    count = len(vertices)
+    if uv is None or np.shape(uv) != (count, 2):
         if texture is not None:
             notes.append(f"{name}: no alpha test, since its vertices have no texture coordinates")
             return None
-        uv = np.zeros((vertices, 2))
+        uv = np.zeros((count, 2))
     upper_left = np.asarray(uv, np.float64) * [1, -1] + [0, 1]
     cutoff = getattr(material, "alphaCutoff", None)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, TypeVar, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,8 @@ from ..travel import Value
 #: How texture coordinates outside [0, 1] are read: the image again, mirrored every second time, or its edge.
 Wrap: TypeAlias = Literal["repeat", "mirror", "clamp"]
 WRAPS: tuple[Wrap, ...] = get_args(Wrap)
+
+S = TypeVar("S", bound=np.generic)
 
 # Texels along a side: what fits into 32 bits.
 LONGEST_SIDE = 2**31 - 1
@@ -121,7 +123,7 @@ def _coordinates(value: Any) -> npt.NDArray[np.float32]:
     return _kept(single)
 
 
-def _kept(array: Any) -> Any:
+def _kept(array: npt.NDArray[S]) -> npt.NDArray[S]:
     """A copy that nobody writes into: values are keys."""
     made = np.array(array, order="C")
     made.flags.writeable = False

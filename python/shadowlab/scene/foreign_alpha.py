@@ -41,7 +41,7 @@ def _alpha(material: Any, uv: Any, vertices: Any, notes: list[str], name: str) -
             notes.append(f"{name}: no alpha test, since its vertices have no texture coordinates")
             return None
         uv = np.zeros((count, 2))
-    upper_left = np.asarray(uv, np.float64) * [1, -1] + [0, 1]
+    upper_left = (np.asarray(uv, np.float64) * [1, -1] + [0, 1]).astype(np.float32)
     cutoff = getattr(material, "alphaCutoff", None)
     try:
         return AlphaTest(texture, upper_left, CUTOFF if cutoff is None else float(cutoff), wrap, _factor(material))

@@ -49,8 +49,8 @@ fn light_falls_through_a_round_hole() {
     let scene = place(vec![floor(6.0), canopy(1.0, hole(256, 0.3))], &[DAffine3::IDENTITY; 2]);
     let along = DVec3::new(0.4, -1.0, 0.2);
     let lights: [Light; 2] = [
-        DirectionalLight::new(along).unwrap().into(),
-        PointLight::new(DVec3::new(0.5, 3.0, -0.4), 50.0).unwrap().into(),
+        Light::Directional(DirectionalLight::new(along).unwrap()),
+        Light::Point(PointLight::new(DVec3::new(0.5, 3.0, -0.4), 50.0).unwrap()),
     ];
     for light in lights {
         let (mask, g) = (truth(&scene, &camera(), &light, SIZE), seen(&scene, &camera(), SIZE));
@@ -115,7 +115,7 @@ fn a_test_that_keeps_all_changes_no_answer_and_one_that_keeps_nothing_leaves_not
     let kept = forest(|uv| Some(alpha_test(Some(texture([4, 1], |_, _| 128)), uv, Wrap::Repeat)));
     let none = forest(|uv| Some(alpha_test(Some(texture([4, 1], |_, _| 127)), uv, Wrap::Mirror)));
     let absent = Scene::from_mesh(floor(6.0)).unwrap();
-    let light: Light = DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap().into();
+    let light = Light::Directional(DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap());
     let (camera, progress) = (camera(), Progress::new());
     assert_eq!(truth(&plain, &camera, &light, SIZE), truth(&kept, &camera, &light, SIZE));
     // The bounds of what is not there still count for what is decided, and the origin rounds differently.
@@ -182,7 +182,7 @@ fn rays_meet_what_exists_alone_and_together() {
 #[test]
 fn a_fine_map_and_the_truth_agree() {
     let scene = forest(|uv| Some(alpha_test(Some(waves(16)), uv, Wrap::Mirror)));
-    let light: Light = DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap().into();
+    let light = Light::Directional(DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap());
     let p = by_body("uniform").parameterize(&scene, &camera(), &light, 4096).unwrap();
     let settings = MaskSettings { resolution: [4096; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest };
     let cpu = CpuRenderer::new();
@@ -220,7 +220,7 @@ fn what_lies_at_the_cutoff_is_undecided_only_where_it_changes() {
     };
     // From the side, so that the floor is seen below the canopy, and pixels lie on the edge itself: x = 0 at odd sizes.
     let camera = Camera::look_at(DVec3::new(0.0, 0.5, 6.0), DVec3::ZERO, DVec3::Y, 0.3, 1.0, 0.5, 20.0).unwrap();
-    let light: Light = DirectionalLight::new(DVec3::NEG_Y).unwrap().into();
+    let light = Light::Directional(DirectionalLight::new(DVec3::NEG_Y).unwrap());
     let counts = |mesh: Mesh| {
         let scene = place(vec![floor(6.0), mesh], &[DAffine3::IDENTITY; 2]);
         let (mask, g) = (truth(&scene, &camera, &light, [101, 101]), seen(&scene, &camera, [101, 101]));

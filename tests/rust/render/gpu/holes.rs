@@ -12,12 +12,12 @@ use crate::support::foliage::{alpha_test, texture, waves};
 use crate::support::gpu::{renderer, single_map};
 
 /// Texels that may differ: those whose level is within rounding of the cutoff, and those on the edges of triangles. Chosen
-/// above what a software device leaves, 2e-5 of all and at most 3e-4 in one map.
-const DIFFERING_SHARE: f64 = 1e-3;
+/// above what a software device leaves: at most 2 of 65536 and 9 of a million.
+const DIFFERING_SHARE: f64 = 1e-4;
 
 /// Leaves around the origin, some large enough to cross the near plane and the sides of a view.
-fn leaves(count: usize, wrap: Wrap, texture: AlphaTexture) -> Mesh {
-    let mut random = Random(17);
+fn leaves(seed: u64, count: usize, wrap: Wrap, texture: AlphaTexture) -> Mesh {
+    let mut random = Random(seed);
     let (mut vertices, mut uv) = (Vec::new(), Vec::new());
     for i in 0..count {
         let middle = random.vector(-4.0, 4.0);
@@ -34,8 +34,8 @@ fn leaves(count: usize, wrap: Wrap, texture: AlphaTexture) -> Mesh {
 
 fn scene(wrap: Wrap) -> Scene {
     let plain = Mesh::new(&[[-9.0, -5.0, -9.0], [9.0, -5.0, -9.0], [0.0, -5.0, 9.0]], &[[0, 1, 2]]).unwrap();
-    let one = Scene::from_mesh(leaves(60, wrap, waves(32))).unwrap();
-    let other = Scene::from_mesh(leaves(30, Wrap::Clamp, texture([5, 3], |x, y| (50 * x + 60 * y) as u8))).unwrap();
+    let one = Scene::from_mesh(leaves(17, 60, wrap, waves(32))).unwrap();
+    let other = Scene::from_mesh(leaves(18, 30, Wrap::Clamp, texture([5, 3], |x, y| (50 * x + 60 * y) as u8))).unwrap();
     let place = DAffine3::from_translation(DVec3::new(3.0, 1.0, -2.0)) * DAffine3::from_rotation_y(0.7);
     let again = one.transformed(&(place * DAffine3::from_scale(DVec3::new(0.5, -0.6, 0.4)))).unwrap();
     let ground = Scene::from_mesh(plain).unwrap();
@@ -97,7 +97,7 @@ fn eyes_see_through_the_same_holes() {
         let (a, b) = (ids(&a), ids(&b));
         let differ = a.iter().zip(&b).filter(|(a, b)| a != b).count();
         println!("{differ} of {} pixels differ", a.len());
-        assert!((differ as f64) < 2.0 * DIFFERING_SHARE * a.len() as f64, "{differ}");
+        assert!((differ as f64) < DIFFERING_SHARE * a.len() as f64, "{differ}");
         assert!(a.iter().filter(|(instance, _)| *instance != 1).count() > a.len() / 10);
     }
 }
@@ -106,7 +106,7 @@ fn eyes_see_through_the_same_holes() {
 fn a_test_that_keeps_all_changes_no_bit() {
     let Some(gpu) = renderer() else { return };
     let progress = Progress::new();
-    let kept = leaves(60, Wrap::Repeat, texture([2, 2], |_, _| 128));
+    let kept = leaves(19, 60, Wrap::Repeat, texture([2, 2], |_, _| 128));
     let positions: Vec<[f64; 3]> = kept
         .positions_local()
         .iter()
@@ -114,7 +114,7 @@ fn a_test_that_keeps_all_changes_no_bit() {
         .collect();
     let faces: Vec<[i64; 3]> = kept.triangles().iter().map(|t| t.map(i64::from)).collect();
     let plain = Scene::from_mesh(Mesh::new(&positions, &faces).unwrap()).unwrap();
-    let none = Scene::from_mesh(leaves(60, Wrap::Repeat, texture([2, 2], |_, _| 127))).unwrap();
+    let none = Scene::from_mesh(leaves(19, 60, Wrap::Repeat, texture([2, 2], |_, _| 127))).unwrap();
     let kept = Scene::from_mesh(kept).unwrap();
     for clip in clips() {
         let map = |scene: &Scene| gpu.depth_maps(scene, &single_map(clip), [300; 2], &progress).unwrap().data;

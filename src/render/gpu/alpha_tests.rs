@@ -10,7 +10,6 @@ use wgpu::{
 };
 
 use super::device::Gpu;
-use super::scene_cache::filled;
 use crate::error::Result;
 use crate::scene::{AlphaTest, AlphaTexture};
 
@@ -53,8 +52,8 @@ impl DeviceTest {
         };
         let uv = BufferUsages::VERTEX.union(BufferUsages::STORAGE);
         Ok(Self {
-            uv: filled(gpu, "texture coordinates", uv, &[bytemuck::cast_slice(&parts.uv)])?,
-            values: filled(gpu, "alpha test", BufferUsages::UNIFORM, &[bytemuck::bytes_of(&values)])?,
+            uv: gpu.filled("texture coordinates", uv, &[bytemuck::cast_slice(&parts.uv)])?,
+            values: gpu.filled("alpha test", BufferUsages::UNIFORM, &[bytemuck::bytes_of(&values)])?,
             levels,
         })
     }

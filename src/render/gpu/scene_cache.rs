@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use wgpu::{Buffer, BufferDescriptor, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
 use super::alpha_tests::{DeviceTest, Levels, levels_bytes};
 use super::device::Gpu;
@@ -171,36 +171,12 @@ fn binding_bytes(gpu: &Gpu) -> u64 {
     most.min(u64::from(u32::MAX))
 }
 
-/// A buffer of the device with parts one after the other.
-pub(super) fn filled(gpu: &Gpu, label: &str, usage: BufferUsages, parts: &[&[u8]]) -> Result<Buffer> {
-    let buffer = gpu.device.create_buffer(&BufferDescriptor {
-        label: Some(label),
-        size: parts.iter().map(|p| p.len() as u64).sum(),
-        usage,
-        mapped_at_creation: true,
-    });
-    gpu.check()?;
-    let mut view = buffer.get_mapped_range_mut(..).map_err(|error| crate::Error::Device {
-        what: format!("{label} could not be written: {error}"),
-        fix: "try again, or use backend \"cpu\"".into(),
-    })?;
-    let mut at = 0;
-    for part in parts {
-        view.slice(at..at + part.len()).copy_from_slice(part);
-        at += part.len();
-    }
-    drop(view);
-    buffer.unmap();
-    gpu.check()?;
-    Ok(buffer)
-}
-
 /// The geometry of meshes on the device, and its bytes.
 fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<(Geometry, u64)> {
     let vertices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.positions_local())).collect();
     let indices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.triangles())).collect();
-    let vertices = filled(gpu, "vertices", BufferUsages::VERTEX | BufferUsages::STORAGE, &vertices)?;
-    let indices = filled(gpu, "indices", BufferUsages::INDEX | BufferUsages::STORAGE, &indices)?;
+    let vertices = gpu.filled("vertices", BufferUsages::VERTEX | BufferUsages::STORAGE, &vertices)?;
+    let indices = gpu.filled("indices", BufferUsages::INDEX | BufferUsages::STORAGE, &indices)?;
     let mut levels = Levels::new();
     let tests = meshes.iter().filter_map(|m| m.alpha_test());
     let tests: Vec<DeviceTest> = tests.map(|test| DeviceTest::new(gpu, test, &mut levels)).collect::<Result<_>>()?;

@@ -127,13 +127,14 @@ def test_a_texture_of_opacity_is_kept_with_its_coordinates():
     files = {"a.mtl": b"newmtl leaf\nd 0.5\nmap_d -clamp on -s 1 1 leaf one.png\n", "leaf one.png": image.getvalue()}
     text = "mtllib a.mtl\nusemtl leaf\n" + TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 0.75\nf 1/1 2/2 3/3\n"
     found = read_obj(Given("a.obj", "obj", lambda: text.encode(), files.get, Limits()))
-    assert "alpha-tested material 'leaf' is opaque here" in found.notes
-    ((key, test),) = found.alpha_tests.items()
+    assert found.notes == []
+    (mesh,) = found.meshes.values()
+    test = mesh.alpha
     np.testing.assert_array_equal(test.texture, [[0, 255], [255, 0]])
     # v counts from the bottom row in OBJ.
-    order = np.argsort(found.meshes[key].vertices @ (1, 2, 0))
+    order = np.argsort(mesh.vertices @ (1, 2, 0))
     np.testing.assert_array_equal(test.uv[order], [[0, 1], [1, 1], [0, 0.25]])
-    assert (test.wrap, test.factor, test.cutoff) == (("clamp", "clamp"), 0.5, 0.5)
+    assert (test.wrap, test.factor, test.cutoff) == (("clamp", "clamp"), 1.0, 0.5)
 
 
 def test_materials_are_meshes_and_unused_vertices_stay_away():

@@ -112,6 +112,25 @@ def small_scene() -> sl.Scene:
     return scene
 
 
+def alpha_tests() -> list[Any]:
+    """Alpha tests of four vertices, with -0 among the coordinates; the last two share a texture."""
+    uv = np.array([[-0.0, 0], [1, 0.1], [1 / 3, 2], [0, 1]], np.float32)
+    texture = np.arange(6, dtype=np.uint8).reshape(2, 3) * 50
+    return [
+        sl.AlphaTest(None, uv, 0.25, factor=0.5),
+        sl.AlphaTest(texture, uv, wrap=("mirror", "clamp")),
+        sl.AlphaTest(texture, uv[::-1], 1 / 3),
+    ]
+
+
+def leafy_scene() -> sl.Scene:
+    """A scene of four meshes, of which three have alpha tests, one with a face that was dropped."""
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [np.nan, 0, 0]])
+    meshes = [_core.Mesh(vertices, [[0, 1, 3], [2, 1, 0]], alpha=alpha) for alpha in alpha_tests()]
+    meshes.insert(1, _core.Mesh(vertices, [[0, 1, 2]]))
+    return sl.Scene(meshes, [3, 0, 1, 2, 3], np.array([np.eye(4)] * 5))
+
+
 def recorded_scenes() -> dict[str, sl.Scene]:
     """Scenes of which the hashes are on record: of numbers alone that no machine rounds otherwise."""
     return {
@@ -161,11 +180,12 @@ def lens(**changes: Any) -> Any:
 
 # Of each class some objects that are not equal to each other.
 EXAMPLES: dict[str, Callable[[], list[Any]]] = {
-    "_core.Mesh": lambda: small_scene().meshes,
-    "_core.Scene": lambda: [_core.Scene(small_scene()), _core.Scene(view()[0])],
+    "_core.Mesh": lambda: small_scene().meshes + leafy_scene().meshes,
+    "_core.Scene": lambda: [_core.Scene(small_scene()), _core.Scene(view()[0]), _core.Scene(leafy_scene())],
     "Advice": lambda: [
         sl.advise(*view(), techniques=["uniform", "lispsm"], memory=1 << 16, size=SIZE, renderer="cpu", progress=False)
     ],
+    "AlphaTest": alpha_tests,
     "BeamTexels": lambda: [
         sl.aliasing.beam_texels(
             sl.aliasing.outline(view()[1], steps=n), *view()[1:], parameterization("lispsm"), size=64
@@ -237,7 +257,12 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         sl.evaluate(sl.View(*view(), size=SIZE), name, resolution=64, renderer="cpu") for name in ("uniform", "lispsm")
     ],
     "Samples": samples,
-    "Scene": lambda: [small_scene(), small_scene().transformed(np.diag([2.0, 2, 2, 1])), sl.Scene(view()[0])],
+    "Scene": lambda: [
+        small_scene(),
+        small_scene().transformed(np.diag([2.0, 2, 2, 1])),
+        sl.Scene(view()[0]),
+        leafy_scene(),
+    ],
     "Limits": lambda: [sl.Limits(), sl.Limits(size=10_000_000, ratio=20.5)],
     "Source": lambda: [
         importlib.import_module("shadowlab.scene.source").Source.of_scene(scene) for scene in (small_scene(), view()[0])

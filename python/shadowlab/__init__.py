@@ -28,6 +28,7 @@ from ._core import (
 )
 from .conventions.convention import Convention
 from .scene import library
+from .scene.alpha_test import AlphaTest
 from .scene.axes import turned
 from .scene.files import load_scene
 from .scene.formats.limits import Limits
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice",
+    "AlphaTest",
     "Bias",
     "Camera",
     "Convention",

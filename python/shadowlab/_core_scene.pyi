@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self, Unpack, disjoint_base
 
-from ._core_types import CameraChanges, ConventionLike
+from ._core_types import AlphaTestLike, CameraChanges, ConventionLike
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 
@@ -15,7 +15,7 @@ _Float: TypeAlias = npt.NDArray[np.float64]
 class Mesh:
     """A triangle mesh, stored once however often it is placed."""
 
-    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Mesh: ...
+    def __new__(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike, *, alpha: AlphaTestLike | None = None) -> Mesh: ...
     @property
     def triangle_count(self) -> int:
         """Triangles."""
@@ -28,6 +28,9 @@ class Mesh:
     @property
     def memory(self) -> int:
         """Bytes that the mesh takes."""
+    @property
+    def alpha(self) -> AlphaTestLike | None:
+        """Which points of the triangles exist, with texture coordinates for each of `vertices`; None where all do."""
     @property
     def vertices(self) -> _Float:
         """(V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent)."""

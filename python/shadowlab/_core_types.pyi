@@ -45,7 +45,26 @@ class CameraChanges(TypedDict, total=False):
     near: float
     far: float
 
-# What the extension takes and makes of the package's own: `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
+# What the extension takes and makes of the package's own: `shadowlab.AlphaTest`, `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
+class AlphaTestLike(Protocol):
+    """Which points of a mesh's triangles exist: `shadowlab.AlphaTest`."""
+
+    @property
+    def texture(self) -> npt.NDArray[np.uint8] | None:
+        """(H, W): alpha by texel, 255 opaque; None: 1 all over."""
+    @property
+    def uv(self) -> npt.NDArray[np.float32]:
+        """(V, 2): texture coordinates by vertex."""
+    @property
+    def cutoff(self) -> float:
+        """Least alpha that exists."""
+    @property
+    def wrap(self) -> tuple[str, str]:
+        """How coordinates outside [0, 1] are read, along u and v."""
+    @property
+    def factor(self) -> float:
+        """What the texture's alpha is multiplied with."""
+
 class ConventionLike(Protocol):
     """How somebody writes a shadow matrix: `shadowlab.Convention`."""
 

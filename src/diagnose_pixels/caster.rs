@@ -7,14 +7,24 @@
 //!    /   |   \
 //!   ~~~~~~~~~~~ receiver
 //! ```
+//! The distances are in the ratio of the barycentric coordinates of what the light meets on the way to the point, so that they
+//! give its texture coordinates, too, where the triangle has an alpha test. Its shadow then also ends at holes, which are found
+//! by halving.
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::rays::Met;
+use crate::scene::AlphaTest;
+
+/// Looks for a hole, per texel of an alpha test along the way, and most of them.
+const LOOKS_PER_TEXEL: f64 = 2.0;
+const MOST_LOOKS: f64 = 256.0;
+/// Halvings of the way between two looks, after which the edge of a hole is known.
+const HALVINGS: usize = 24;
 
 /// A triangle that shades.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Caster {
+pub(super) struct Caster<'a> {
     /// Its corners, relative to the origin.
     pub corners: [DVec3; 3],
     /// The instance and the row of its face array.
@@ -25,11 +35,13 @@ pub(super) struct Caster {
     sides: [(DVec3, f64); 3],
     /// Of any length.
     normal: DVec3,
+    /// Its alpha test, and the texture coordinates of its corners.
+    test: Option<(&'a AlphaTest, [DVec2; 3])>,
 }
 
-impl Caster {
-    /// What was met, with its corners, under a light (unit vector to it, 0) or (position, 1).
-    pub fn new(met: &Met, corners: [DVec3; 3], light: DVec4) -> Self {
+impl<'a> Caster<'a> {
+    /// What was met, with its corners and its alpha test, under a light (unit vector to it, 0) or (position, 1).
+    pub fn new(met: &Met, corners: [DVec3; 3], test: Option<(&'a AlphaTest, [DVec2; 3])>, light: DVec4) -> Self {
         let side = |k: usize| {
             let (a, b, opposite) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
             let normal = (b - a).cross(light.truncate() - light.w * a);
@@ -38,12 +50,47 @@ impl Caster {
         };
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let triangle = (met.face.0, met.triangle);
-        Self { corners, face: met.face, triangle, sides: [side(0), side(1), side(2)], normal }
+        Self { corners, face: met.face, triangle, sides: [side(0), side(1), side(2)], normal, test }
     }
 
     /// Whether the ray through a point meets it.
     pub fn shades(&self, point: DVec3) -> bool {
-        self.sides.iter().all(|(normal, distance)| normal.dot(point) >= *distance)
+        self.sides.iter().all(|(normal, distance)| normal.dot(point) >= *distance) && self.exists(point)
+    }
+
+    /// Whether what the light meets of its plane on the way to a point exists.
+    fn exists(&self, point: DVec3) -> bool {
+        let Some((test, _)) = self.test else { return true };
+        self.coordinates(point).is_none_or(|uv| test.exists(uv))
+    }
+
+    /// The texture coordinates of that; nothing where the triangle is seen edge on.
+    fn coordinates(&self, point: DVec3) -> Option<DVec2> {
+        let (_, corners) = self.test?;
+        let (mut sum, mut uv) = (0.0, DVec2::ZERO);
+        for (k, (normal, distance)) in self.sides.iter().enumerate() {
+            let opposite = (k + 2) % 3;
+            let share = (normal.dot(point) - distance) / (normal.dot(self.corners[opposite]) - distance);
+            (sum, uv) = (sum + share, uv + share * corners[opposite]);
+        }
+        Some(uv / sum).filter(|uv| uv.is_finite())
+    }
+
+    /// Where a line that is in the shadow of the triangle first meets the light of a hole in it, between two places on it.
+    pub fn hole(&self, from: DVec3, way: DVec3, [begin, end]: [f64; 2]) -> Option<f64> {
+        let (test, _) = self.test?;
+        let at = |t: f64| from + t * way;
+        let size = test.parts().texture.as_ref()?.size().map(f64::from);
+        let across = (self.coordinates(at(end))? - self.coordinates(at(begin))?).abs();
+        let looks = (LOOKS_PER_TEXEL * (across * DVec2::from(size)).max_element()).ceil().clamp(1.0, MOST_LOOKS);
+        let place = |k: usize| begin + (end - begin) * (k as f64 / looks);
+        let first = (0..=looks as usize).find(|&k| !self.exists(at(place(k))))?;
+        let (mut dark, mut light) = (place(first.saturating_sub(1)), place(first));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (dark + light);
+            if self.exists(at(middle)) { dark = middle } else { light = middle }
+        }
+        Some(light)
     }
 
     /// How far before a point its plane is, along a vector to the light: not finite where that is seen edge on.
@@ -86,10 +133,16 @@ impl Caster {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{AlphaTestParts, AlphaTexture, Wrap};
 
-    fn roof(light: DVec4) -> Caster {
+    fn roof(light: DVec4) -> Caster<'static> {
         let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
-        Caster::new(&met, [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)], light)
+        Caster::new(
+            &met,
+            [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)],
+            None,
+            light,
+        )
     }
 
     #[test]
@@ -109,10 +162,41 @@ mod tests {
     }
 
     #[test]
+    fn a_shadow_ends_at_holes() {
+        // Four columns along x, of which the first and the third are there: holes begin at x = 1/2 and end at 1, and so on.
+        let texture = AlphaTexture::new([4, 1], vec![255, 0, 255, 0]).unwrap();
+        let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let parts = AlphaTestParts {
+            texture: Some(texture.into()),
+            uv: uv.to_vec(),
+            cutoff: 0.5,
+            wrap: [Wrap::Clamp; 2],
+            factor: 1.0,
+        };
+        let test = AlphaTest::new(parts).unwrap();
+        let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
+        let corners = [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 2.0, 0.0), DVec3::new(0.0, 2.0, 2.0)];
+        let coordinates = Some((&test, test.corners([0, 1, 2])));
+        let sun = Caster::new(&met, corners, coordinates, DVec4::new(0.0, 1.0, 0.0, 0.0));
+        let lamp = Caster::new(&met, corners, coordinates, DVec4::new(0.0, 4.0, 0.0, 1.0));
+        let at = |x: f64| DVec3::new(x, 0.0, 0.1);
+        assert!(sun.shades(at(0.4)) && !sun.shades(at(0.6)) && sun.shades(at(1.2)) && !sun.shades(at(1.7)));
+        // A lamp at twice the roof's height doubles everything.
+        assert!(lamp.shades(at(0.8)) && !lamp.shades(at(1.2)) && lamp.shades(at(2.4)));
+        let hole = |caster: &Caster, from: f64, part: [f64; 2]| caster.hole(at(from), DVec3::X, part);
+        assert!((hole(&sun, 0.2, [0.0, 1.7]).unwrap() - 0.3).abs() < 1e-6);
+        assert!((hole(&lamp, 0.2, [0.0, 3.0]).unwrap() - 0.8).abs() < 1e-6);
+        assert!((hole(&sun, 1.2, [0.0, 0.6]).unwrap() - 0.3).abs() < 1e-6);
+        assert_eq!(hole(&sun, 0.2, [0.0, 0.25]), None);
+        assert_eq!(hole(&sun, 0.6, [0.0, 0.1]), Some(0.0));
+        assert_eq!(roof(DVec4::Y).hole(at(0.2), DVec3::X, [0.0, 1.7]), None);
+    }
+
+    #[test]
     fn a_ramp_sinks_below_the_floor_that_it_stands_in() {
         let met = Met { face: (0, 0), triangle: 0, ..Met::NOTHING };
         let corners = [DVec3::new(0.0, 1.0, -1.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(2.0, -1.0, 0.0)];
-        let ramp = Caster::new(&met, corners, DVec4::new(0.0, 1.0, 0.0, 0.0));
+        let ramp = Caster::new(&met, corners, None, DVec4::new(0.0, 1.0, 0.0, 0.0));
         assert!((ramp.sinks(DVec3::ZERO, DVec3::X, 0.0) - 1.0).abs() < 1e-12);
         assert_eq!(ramp.sinks(DVec3::ZERO, DVec3::NEG_X, 0.0), f64::INFINITY);
         assert_eq!(ramp.sinks(DVec3::ZERO, DVec3::Z, 0.0), f64::INFINITY);

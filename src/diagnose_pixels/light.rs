@@ -49,7 +49,7 @@ pub(super) fn explain(
 }
 
 /// What keeps the light from a pixel, as the map sees it.
-fn blocker(receiver: &Receiver, looker: &mut Looker) -> (Blocker, Option<Caster>) {
+fn blocker<'a>(receiver: &Receiver, looker: &mut Looker<'a>) -> (Blocker, Option<Caster<'a>>) {
     if let Some(known) = looker.known(receiver, receiver.p) {
         return (Blocker::Held, Some(known));
     }
@@ -93,7 +93,7 @@ fn is_leak(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut Lo
 }
 
 /// Whether the shadow that a pixel lies in holds the centre of a texel around: all of the way to it is dark.
-fn is_drawn(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut Looker) -> bool {
+fn is_drawn<'a>(probe: &Probe, receiver: &Receiver, blocker: &Caster<'a>, looker: &mut Looker<'a>) -> bool {
     let mut ways = [(f64::INFINITY, None); 9];
     for k in (0..9).filter(|&k| probe.around[k] > probe.touch) {
         let way = Way::new(receiver, probe.centre_of(k), looker.rays);
@@ -108,7 +108,7 @@ fn is_drawn(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut L
 }
 
 /// The end of the shadow that is nearest to a lit texel's centre on the way to it, and the way that leads to that end.
-fn edge(receiver: &Receiver, way: &Way, blocker: Caster, looker: &mut Looker) -> (Dark, Way) {
+fn edge<'a>(receiver: &Receiver, way: &Way, blocker: Caster<'a>, looker: &mut Looker<'a>) -> (Dark, Way) {
     let first = looker.dark(receiver, way, blocker);
     for t in LOOKS.into_iter().take_while(|&t| t > first.to) {
         if let Some(caster) = looker.about(receiver, way, t) {

@@ -33,13 +33,13 @@ const CELLS: f64 = 16.0;
 
 /// What is known of a texel.
 #[derive(Debug, Default)]
-struct Texel {
+struct Texel<'a> {
     /// What light meets at its centre.
     centre: Option<Met>,
     /// The same at [`ABOUT`].
     about: Option<[Met; 4]>,
     /// What shades receivers in it; from [`REMEMBERED`] on in a circle.
-    casters: Vec<Caster>,
+    casters: Vec<Caster<'a>>,
     /// Casters that were found.
     found: usize,
     /// Whether what is at the centre continues a receiver's face, from how far, parts of a texel.
@@ -105,7 +105,7 @@ impl Way {
 pub(super) struct Dark {
     /// Up to which part of the way.
     pub to: f64,
-    /// The edge of a triangle whose shadow ends there; none where a surface sinks below the receiver's plane.
+    /// The edge of a triangle whose shadow ends there; none where a surface sinks below the receiver's plane or has a hole.
     pub edge: Option<[DVec3; 2]>,
     /// Whether all of it is dark.
     pub is_all: bool,
@@ -119,7 +119,7 @@ pub(super) struct Looker<'a> {
     pub rays: &'a LightRays<'a>,
     tracer: OneByOne<'a>,
     known: HashMap<(usize, i64, i64), usize>,
-    texels: Vec<Texel>,
+    texels: Vec<Texel<'a>>,
     /// Of parts of maps, what shades them: what was met, and the distance from the light above which nothing else is.
     cells: HashMap<(usize, [i32; 2]), (Met, f64)>,
     /// The texel that was asked for last.
@@ -151,7 +151,7 @@ impl<'a> Looker<'a> {
     }
 
     /// What is known of the texel at a place.
-    fn texel(&mut self, map: usize, place: DVec2) -> &mut Texel {
+    fn texel(&mut self, map: usize, place: DVec2) -> &mut Texel<'a> {
         let key = (map, place.x.floor() as i64, place.y.floor() as i64);
         if self.last.0 != key {
             let next = self.texels.len();
@@ -222,12 +222,12 @@ impl<'a> Looker<'a> {
     }
 
     /// The triangle that was met.
-    pub fn caster(&self, met: &Met) -> Caster {
-        Caster::new(met, self.rays.corners(met), self.rays.light)
+    pub fn caster(&self, met: &Met) -> Caster<'a> {
+        Caster::new(met, self.rays.corners(met), self.rays.alpha_test(met), self.rays.light)
     }
 
     /// Of what shades the receiver's texel elsewhere, the first that keeps the light from a point on the receiver's plane, too.
-    pub fn known(&mut self, receiver: &Receiver, point: DVec3) -> Option<Caster> {
+    pub fn known(&mut self, receiver: &Receiver, point: DVec3) -> Option<Caster<'a>> {
         let to_light = self.rays.to_light(point);
         let shades = |caster: &&Caster| caster.shades(point) && caster.height(point, to_light) > receiver.touch;
         let known = self.texel(receiver.map, receiver.place).casters.iter().filter(shades);
@@ -235,13 +235,13 @@ impl<'a> Looker<'a> {
     }
 
     /// What keeps the light from a point on the receiver's plane, by a ray.
-    pub fn shade(&mut self, receiver: &Receiver, point: DVec3) -> Option<Caster> {
+    pub fn shade(&mut self, receiver: &Receiver, point: DVec3) -> Option<Caster<'a>> {
         let met = self.met(receiver, point, [receiver.touch, f64::INFINITY]);
         (met.triangle >= 0).then(|| self.remember(receiver, &met))
     }
 
     /// A triangle that shades receivers in a texel.
-    pub fn remember(&mut self, receiver: &Receiver, met: &Met) -> Caster {
+    pub fn remember(&mut self, receiver: &Receiver, met: &Met) -> Caster<'a> {
         let caster = self.caster(met);
         let texel = self.texel(receiver.map, receiver.place);
         if !texel.casters.iter().any(|known| known.triangle == caster.triangle) {
@@ -255,11 +255,14 @@ impl<'a> Looker<'a> {
     }
 
     /// How far the shadow goes along a way that begins in that of a caster.
-    pub fn dark(&mut self, receiver: &Receiver, way: &Way, mut caster: Caster) -> Dark {
+    pub fn dark(&mut self, receiver: &Receiver, way: &Way, mut caster: Caster<'a>) -> Dark {
         let (mut t, mut triangles, mut is_jump, step) = (0.0, 0, false, STEP / way.length().max(STEP));
         loop {
             let (exit, edge) = caster.exit(way.from, way.along);
             let exit = exit.max(t);
+            let hole = caster.hole(way.from, way.along, [t, exit.min(1.0)]);
+            let exit = hole.unwrap_or(exit);
+            let edge = if hole.is_some() { None } else { Some(edge) };
             let sinks = caster.sinks(way.from, way.along, t);
             if sinks < exit.min(1.0) {
                 return Dark { to: sinks, edge: None, is_all: false, is_jump };
@@ -268,13 +271,13 @@ impl<'a> Looker<'a> {
             let next = if is_single { exit + BEYOND } else { (exit + BEYOND).max(t + step) };
             let height = caster.height(way.at(exit), self.rays.to_light(way.at(exit)));
             let rise = steepest_rise(receiver, (next - exit) * way.length());
-            let (to, edge_ends) = (exit.min(1.0), Some(caster.edge(edge)));
+            let (to, edge_ends) = (exit.min(1.0), edge.map(|k| caster.edge(k)));
             let found = Dark { to, edge: edge_ends, is_all: next >= 1.0, is_jump: is_jump || height > rise };
             if found.is_all {
                 return found;
             }
             let beyond = match is_single {
-                true => self.beyond(receiver, way, [exit, next], (caster.triangle, edge)),
+                true => self.beyond(receiver, way, [exit, next], edge.map(|k| (caster.triangle, k))),
                 false => self.about(receiver, way, next),
             };
             let Some(beyond) = beyond else { return found };
@@ -284,12 +287,20 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// What shades a place on a way, right after the end of a triangle's shadow at one of its edges.
-    fn beyond(&mut self, receiver: &Receiver, way: &Way, [exit, next]: [f64; 2], edge: Edge) -> Option<Caster> {
+    /// What shades a place on a way, right after the end of a triangle's shadow, at one of its edges or at a hole in it.
+    fn beyond(
+        &mut self,
+        receiver: &Receiver,
+        way: &Way,
+        [exit, next]: [f64; 2],
+        edge: Option<Edge>,
+    ) -> Option<Caster<'a>> {
         let point = way.at(next);
         if let Some(known) = self.known(receiver, point) {
             return Some(known);
         }
+        // Light of a hole is not all along an edge.
+        let Some(edge) = edge else { return self.shade(receiver, point) };
         let end: End = (edge, (ALONG * way.place(exit)).floor().as_ivec2().to_array());
         let distance = self.rays.distance(point);
         let ends = &mut self.texel(receiver.map, receiver.place).ends;
@@ -306,7 +317,7 @@ impl<'a> Looker<'a> {
     }
 
     /// What shades the part of the map about a place on a way.
-    pub fn about(&mut self, receiver: &Receiver, way: &Way, t: f64) -> Option<Caster> {
+    pub fn about(&mut self, receiver: &Receiver, way: &Way, t: f64) -> Option<Caster<'a>> {
         let point = way.at(t);
         if let Some(known) = self.known(receiver, point) {
             return Some(known);

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::render::cpu::lookup::Lookups;
-use crate::scene::{Light, Scene};
+use crate::scene::{AlphaTest, Light, Scene};
 use crate::trace::OneByOne;
 
 /// A receiver, and how a map samples it.
@@ -130,6 +130,13 @@ impl<'a> LightRays<'a> {
         let to_light = self.light.truncate() - self.light.w * point;
         let height = receiver.normal.dot(point - receiver.p) / receiver.normal.dot(to_light);
         height.is_finite().then_some(point - height * to_light)
+    }
+
+    /// The alpha test of the triangle that was met, and the texture coordinates of its corners.
+    pub fn alpha_test(&self, met: &Met) -> Option<(&'a AlphaTest, [DVec2; 3])> {
+        let mesh = self.scene.mesh_of(met.face.0 as usize);
+        let test = mesh.alpha_test()?;
+        Some((test, test.corners(mesh.triangles()[met.triangle as usize])))
     }
 
     /// The corners of the triangle that was met, relative to the origin.

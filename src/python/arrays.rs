@@ -6,6 +6,7 @@ use pyo3::types::PyDict;
 
 use super::state::Parts;
 use crate::digest;
+use crate::error::{Error, Result};
 
 /// An array of a state: of this type and shape (`None` = any length), contiguous; the very object where it is that already.
 pub fn stored<'py, T: numpy::Element>(
@@ -55,4 +56,16 @@ pub fn equal_lists<T: digest::Element + PartialEq>(a: &[T], b: &[T]) -> bool {
     #[allow(clippy::eq_op)]
     let same = |(x, y): (&T, &T)| x == y || (x != x && y != y);
     a.len() == b.len() && a.iter().zip(b).all(same)
+}
+
+/// The first `rows` rows of `width` numbers.
+pub fn cut<'a, T>(rest: &mut &'a [T], rows: u32, width: usize) -> Result<&'a [T]> {
+    let (first, others) = rest.split_at_checked((rows as usize).saturating_mul(width)).ok_or_else(uncounted)?;
+    *rest = others;
+    Ok(first)
+}
+
+/// The error for arrays whose lengths do not fit each other.
+pub fn uncounted() -> Error {
+    Error::argument("counts", "as many rows as arrays have", "others", "take all of them from one scene")
 }

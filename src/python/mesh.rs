@@ -5,6 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
+use super::alpha_test::{alpha_test, alpha_test_object};
 use super::convert::{OrRaise, array, image, rows3, vec3, vec3_to_array};
 use super::scene_states::reduce_mesh;
 use super::state::{Reduced, first_eight};
@@ -20,12 +21,14 @@ pub struct PyMesh {
 #[pymethods]
 impl PyMesh {
     #[new]
-    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (vertices, faces, *, alpha=None))]
+    fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>, alpha: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let py = vertices.py();
         let vertices = array::<f64>(vertices, "vertices", &[None, Some(3)])?;
         let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
         let (vertices, faces) = (rows3(&vertices)?, rows3(&faces)?);
-        let mesh = py.detach(|| Mesh::new(vertices, faces)).or_raise(py)?;
+        let alpha = alpha.map(alpha_test).transpose()?;
+        let mesh = py.detach(|| Mesh::with_alpha_test(vertices, faces, alpha)).or_raise(py)?;
         Ok(Self { mesh: Arc::new(mesh) })
     }
     /// The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give.
@@ -68,6 +71,7 @@ impl PyMesh {
                 dropped_faces: 0,
                 scale,
                 center,
+                alpha_test: None,
             })
         });
         Ok(Self { mesh: Arc::new(mesh.or_raise(py)?) })
@@ -124,6 +128,11 @@ impl PyMesh {
     #[getter]
     fn memory(&self) -> usize {
         self.mesh.memory()
+    }
+    /// Which points of the triangles exist, with texture coordinates for each of `vertices`; None where all do.
+    #[getter]
+    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.mesh.alpha_test().map(|test| alpha_test_object(py, test)).transpose()
     }
     /// (V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent).
     #[getter]

@@ -1,6 +1,8 @@
 //! The Python extension module: thin wrappers with the same stems as the core.
 
 mod aliasing;
+mod alpha_states;
+mod alpha_test;
 mod arrays;
 mod camera;
 mod camera_matrices;

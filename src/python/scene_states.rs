@@ -6,23 +6,26 @@
 //!          mesh index (I,) u32    world from mesh (I, 12) f64, by columns
 //! Mesh     the first five, K = 1
 //! ```
+//! Where meshes have alpha tests, the state is of version 2 and those of [`alpha_states`](super::alpha_states) follow.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 
-use super::arrays::borrowed;
+use super::alpha_states::{BorrowedTests, OF_TESTS, Tests, with_tests};
+use super::arrays::{borrowed, cut, uncounted};
 use super::convert::image;
 use super::state::{Parts, Reduced, reduced, seal};
 use crate::digest::Digest;
-use crate::error::{Error, Result};
-use crate::scene::{Instance, Mesh, Scene, Stored};
+use crate::error::Result;
+use crate::scene::{AlphaTexture, Instance, Mesh, Scene, Stored};
 use crate::threads;
 
 const MESH: &str = "Mesh";
 const SCENE: &str = "Scene";
-const VERSION: u32 = 1;
+/// Without and with alpha tests.
+const VERSIONS: [u32; 2] = [1, 2];
 /// Arrays of meshes, and of instances.
 const OF_MESHES: usize = 5;
 const OF_INSTANCES: usize = 2;
@@ -35,6 +38,7 @@ struct Meshes {
     source_faces: Vec<u32>,
     frames: Vec<f64>,
     counts: Vec<u32>,
+    tests: Tests,
 }
 
 /// The same, borrowed.
@@ -44,12 +48,14 @@ struct Borrowed<'a> {
     source_faces: &'a [u32],
     frames: &'a [f64],
     counts: &'a [u32],
+    tests: BorrowedTests<'a>,
 }
 
 impl Meshes {
     fn of(meshes: &[Arc<Mesh>]) -> Self {
         let mut all = Self::default();
-        for mesh in meshes {
+        let mut textures: Vec<&Arc<AlphaTexture>> = Vec::new();
+        for (index, mesh) in meshes.iter().enumerate() {
             all.positions.extend(mesh.positions_local().iter().flat_map(|p| p.to_array()));
             all.triangles.extend_from_slice(mesh.triangles().as_flattened());
             all.source_faces.extend_from_slice(mesh.source_faces());
@@ -59,23 +65,32 @@ impl Meshes {
             // A mesh has fewer than 2^32 of each.
             all.counts
                 .extend([mesh.positions_local().len(), mesh.triangles().len(), mesh.dropped_faces()].map(|n| n as u32));
+            if let Some(test) = mesh.alpha_test() {
+                all.tests.push(index as u32, test, &mut textures);
+            }
         }
         all
     }
     fn borrowed(&self) -> Borrowed<'_> {
-        let Self { positions, triangles, source_faces, frames, counts } = self;
-        Borrowed { positions, triangles, source_faces, frames, counts }
+        let Self { positions, triangles, source_faces, frames, counts, tests } = self;
+        Borrowed { positions, triangles, source_faces, frames, counts, tests: tests.borrowed() }
     }
-    fn into_arrays(self, py: Python<'_>) -> PyResult<Vec<Bound<'_, PyAny>>> {
+    fn version(&self) -> u32 {
+        VERSIONS[usize::from(!self.tests.is_empty())]
+    }
+    /// All arrays, with those of instances before those of alpha tests.
+    fn into_arrays<'py>(self, py: Python<'py>, instances: Vec<Bound<'py, PyAny>>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let tests = self.tests.into_arrays(py)?;
         let (v, m, s, k) =
             (self.positions.len() / 3, self.triangles.len() / 3, self.source_faces.len(), self.counts.len() / 3);
-        Ok(vec![
+        let own = vec![
             image(py, self.positions, [v, 3])?.into_any(),
             image(py, self.triangles, [m, 3])?.into_any(),
             image(py, self.source_faces, [s])?.into_any(),
             image(py, self.frames, [k, 4])?.into_any(),
             image(py, self.counts, [k, 3])?.into_any(),
-        ])
+        ];
+        Ok([own, instances, tests].concat())
     }
 }
 
@@ -86,14 +101,18 @@ impl Borrowed<'_> {
         digest.list(self.source_faces);
         digest.list(self.frames);
         digest.list(self.counts);
+        self.tests.add_to(digest);
     }
     /// The meshes, each bit as it was.
     fn meshes(&self) -> Result<Vec<Arc<Mesh>>> {
         let mut rest = (self.positions, self.triangles, self.source_faces);
         let mut made = Vec::new();
+        let mut tests = self.tests.tests(self.counts)?.into_iter().peekable();
         let frames = self.frames.as_chunks::<4>().0;
         for (&[v, m, dropped], &[scale, x, y, z]) in self.counts.as_chunks::<3>().0.iter().zip(frames) {
             let s = if dropped > 0 { m } else { 0 };
+            let index = made.len() as u32;
+            let alpha_test = tests.next_if(|(mesh, _)| *mesh == index).map(|(_, test)| test);
             let positions = cut(&mut rest.0, v, 3)?;
             let triangles = cut(&mut rest.1, m, 3)?;
             made.push(Arc::new(Mesh::from_stored(Stored {
@@ -103,6 +122,7 @@ impl Borrowed<'_> {
                 dropped_faces: dropped as usize,
                 scale,
                 center: DVec3::new(x, y, z),
+                alpha_test,
             })?));
         }
         if !(rest.0.is_empty() && rest.1.is_empty() && rest.2.is_empty()) {
@@ -110,17 +130,6 @@ impl Borrowed<'_> {
         }
         Ok(made)
     }
-}
-
-/// The first `rows` rows of `width` numbers.
-fn cut<'a, T>(rest: &mut &'a [T], rows: u32, width: usize) -> Result<&'a [T]> {
-    let (first, others) = rest.split_at_checked((rows as usize).saturating_mul(width)).ok_or_else(uncounted)?;
-    *rest = others;
-    Ok(first)
-}
-
-fn uncounted() -> Error {
-    Error::argument("counts", "as many rows as arrays have", "others", "take all of them from one scene")
 }
 
 /// Adds instances.
@@ -133,10 +142,11 @@ fn add_instances(digest: &mut Digest, index: &[u32], transforms: &[f64]) {
 pub fn reduce_mesh<'py>(py: Python<'py>, mesh: &Arc<Mesh>) -> PyResult<Reduced<'py>> {
     let (meshes, seal) = py.detach(|| {
         let meshes = Meshes::of(std::slice::from_ref(mesh));
-        let seal = seal(MESH, VERSION, &[], |digest| meshes.borrowed().add_to(digest));
+        let seal = seal(MESH, meshes.version(), &[], |digest| meshes.borrowed().add_to(digest));
         (meshes, seal)
     });
-    reduced(py, MESH, VERSION, &[], &seal, meshes.into_arrays(py)?)
+    let version = meshes.version();
+    reduced(py, MESH, version, &[], &seal, meshes.into_arrays(py, Vec::new())?)
 }
 
 /// `__reduce__` of a scene.
@@ -145,17 +155,22 @@ pub fn reduce_scene<'py>(py: Python<'py>, scene: &Scene) -> PyResult<Reduced<'py
         let meshes = Meshes::of(scene.meshes());
         let index: Vec<u32> = scene.instances().iter().map(|i| i.mesh).collect();
         let transforms: Vec<f64> = scene.instances().iter().flat_map(|i| i.world_from_mesh.to_cols_array()).collect();
-        let seal = seal(SCENE, VERSION, &[], |digest| {
+        let seal = seal(SCENE, meshes.version(), &[], |digest| {
             meshes.borrowed().add_to(digest);
             add_instances(digest, &index, &transforms);
         });
         (meshes, index, transforms, seal)
     });
     let count = index.len();
-    let mut arrays = meshes.into_arrays(py)?;
-    arrays.push(image(py, index, [count])?.into_any());
-    arrays.push(image(py, transforms, [count, 12])?.into_any());
-    reduced(py, SCENE, VERSION, &[], &seal, arrays)
+    let version = meshes.version();
+    let instances = vec![image(py, index, [count])?.into_any(), image(py, transforms, [count, 12])?.into_any()];
+    reduced(py, SCENE, version, &[], &seal, meshes.into_arrays(py, instances)?)
+}
+
+/// An error unless the version is known and the arrays are as many as it has beside those of alpha tests.
+fn check(py: Python<'_>, parts: &Parts<'_>, others: usize) -> PyResult<()> {
+    let tests = if parts.version == VERSIONS[1] { OF_TESTS } else { 0 };
+    parts.check(py, VERSIONS[1], others + tests)
 }
 
 /// Calls `work` with the arrays of meshes.
@@ -169,18 +184,23 @@ fn with_meshes<'py, T>(
     let source_faces = borrowed::<u32>(py, parts, 2, &[None])?;
     let frames = borrowed::<f64>(py, parts, 3, &[None, Some(4)])?;
     let counts = borrowed::<u32>(py, parts, 4, &[None, Some(3)])?;
-    work(&Borrowed {
+    let meshes = Borrowed {
         positions: positions.as_slice()?,
         triangles: triangles.as_slice()?,
         source_faces: source_faces.as_slice()?,
         frames: frames.as_slice()?,
         counts: counts.as_slice()?,
-    })
+        tests: BorrowedTests::default(),
+    };
+    if parts.version == VERSIONS[0] {
+        return work(&meshes);
+    }
+    with_tests(py, parts, |tests| work(&Borrowed { tests, ..meshes }))
 }
 
 /// The mesh of a state.
 pub fn restored_mesh<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Arc<Mesh>> {
-    parts.check(py, VERSION, OF_MESHES)?;
+    check(py, parts, OF_MESHES)?;
     parts.read(py, |_| Ok(()))?;
     let found = with_meshes(py, parts, |arrays| {
         parts.check_seal(py, |digest| arrays.add_to(digest))?;
@@ -194,7 +214,7 @@ pub fn restored_mesh<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Arc<M
 
 /// The scene of a state.
 pub fn restored_scene<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Scene> {
-    parts.check(py, VERSION, OF_MESHES + OF_INSTANCES)?;
+    check(py, parts, OF_MESHES + OF_INSTANCES)?;
     parts.read(py, |_| Ok(()))?;
     let index = borrowed::<u32>(py, parts, OF_MESHES, &[None])?;
     let index = index.as_slice()?;

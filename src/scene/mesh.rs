@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+use super::alpha_test::AlphaTest;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
@@ -27,6 +28,7 @@ pub struct Mesh {
     mesh_from_local: DAffine3,
     bounds_local: Aabb,
     dropped_faces: usize,
+    alpha_test: Option<Box<AlphaTest>>,
     content_hash: OnceLock<[u8; 32]>,
 }
 
@@ -45,6 +47,8 @@ pub struct Stored {
     pub scale: f64,
     /// The local origin in the mesh's own frame.
     pub center: DVec3,
+    /// [`Mesh::alpha_test`].
+    pub alpha_test: Option<AlphaTest>,
 }
 
 impl Mesh {
@@ -56,6 +60,13 @@ impl Mesh {
     /// # Errors
     /// [`Error::FaceIndex`] for an index out of range, [`Error::EmptyScene`] where no face is left.
     pub fn new(vertices: &[[f64; 3]], faces: &[[i64; 3]]) -> Result<Self> {
+        Self::with_alpha_test(vertices, faces, None)
+    }
+    /// The same, with a test that has texture coordinates for each vertex.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`], and [`Error::InvalidArgument`] for another number of texture coordinates.
+    pub fn with_alpha_test(vertices: &[[f64; 3]], faces: &[[i64; 3]], alpha_test: Option<AlphaTest>) -> Result<Self> {
         const UNUSED: u32 = u32::MAX;
         let count = vertices.len();
         if count >= UNUSED as usize || faces.len() > i32::MAX as usize {
@@ -66,6 +77,7 @@ impl Mesh {
                 "split the mesh",
             ));
         }
+        check_coordinates(alpha_test.as_ref(), count)?;
         let mut compact = vec![UNUSED; count];
         let mut order: Vec<u32> = Vec::new();
         let mut triangles = Vec::with_capacity(faces.len());
@@ -103,7 +115,16 @@ impl Mesh {
         let scale = power_of_two_at_least(half);
         let positions_local: Vec<Vec3> = order.iter().map(|&i| ((source(i) - center) / scale).as_vec3()).collect();
         let source_faces = if dropped_faces > 0 { kept } else { Vec::new() };
-        Ok(Self::assembled(Stored { positions_local, triangles, source_faces, dropped_faces, scale, center }))
+        let alpha_test = alpha_test.map(|test| test.of_rows(&order));
+        Ok(Self::assembled(Stored {
+            positions_local,
+            triangles,
+            source_faces,
+            dropped_faces,
+            scale,
+            center,
+            alpha_test,
+        }))
     }
     /// The mesh that is stored so, bit for bit.
     ///
@@ -113,7 +134,7 @@ impl Mesh {
         let refused = |name: &'static str, expected: &'static str, got: String| {
             Err(Error::argument(name, expected, got, "take all of them from one mesh"))
         };
-        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center } = &stored;
+        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center, alpha_test } = &stored;
         let count = positions_local.len();
         if triangles.is_empty() {
             return Err(Error::EmptyScene { reason: format!("{count} vertices and no face") });
@@ -156,10 +177,11 @@ impl Mesh {
             let got = format!("{} rows for {} triangles", source_faces.len(), triangles.len());
             return refused("source_faces", "a rising row for each triangle where faces were dropped, else none", got);
         }
+        check_coordinates(alpha_test.as_ref(), count)?;
         Ok(Self::assembled(stored))
     }
     fn assembled(stored: Stored) -> Self {
-        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center } = stored;
+        let Stored { positions_local, triangles, source_faces, dropped_faces, scale, center, alpha_test } = stored;
         let bounds_local = Aabb::from_points(positions_local.iter().map(|p| p.as_dvec3()));
         Self {
             id: next_id(),
@@ -169,6 +191,7 @@ impl Mesh {
             mesh_from_local: DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(scale)), center),
             bounds_local,
             dropped_faces,
+            alpha_test: alpha_test.map(Box::new),
             content_hash: OnceLock::new(),
         }
     }
@@ -211,6 +234,11 @@ impl Mesh {
     pub fn bounds_local(&self) -> &Aabb {
         &self.bounds_local
     }
+    /// Which points of the triangles exist; none where all do. Its texture coordinates are those of
+    /// [`Mesh::positions_local`].
+    pub fn alpha_test(&self) -> Option<&AlphaTest> {
+        self.alpha_test.as_deref()
+    }
     /// Faces left out because a vertex of theirs is not finite.
     pub fn dropped_faces(&self) -> usize {
         self.dropped_faces
@@ -222,6 +250,9 @@ impl Mesh {
         digest.list(self.triangles.as_flattened());
         digest.count(self.dropped_faces);
         digest.list(&self.source_faces);
+        if let Some(test) = &self.alpha_test {
+            test.add_to(&mut digest);
+        }
         digest.finish()
     }
     /// Bytes held on the heap.
@@ -229,6 +260,18 @@ impl Mesh {
         self.positions_local.capacity() * size_of::<Vec3>()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
             + self.source_faces.capacity() * 4
+            + self.alpha_test.as_ref().map_or(0, |test| test.memory())
+    }
+}
+
+/// An error unless each of so many vertices has texture coordinates.
+fn check_coordinates(test: Option<&AlphaTest>, count: usize) -> Result<()> {
+    match test.map(|test| test.parts().uv.len()) {
+        Some(rows) if rows != count => {
+            let expected = format!("a row for each of the {count} vertices");
+            Err(Error::argument("alpha.uv", expected, format!("{rows} rows"), "give each vertex its coordinates"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -277,6 +320,7 @@ mod tests {
             dropped_faces: 1,
             scale,
             center: mesh.mesh_from_local().translation,
+            alpha_test: None,
         };
         let back = Mesh::from_stored(stored.clone()).unwrap();
         assert_eq!(back.content_hash(), mesh.content_hash());

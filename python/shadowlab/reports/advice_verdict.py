@@ -122,9 +122,7 @@ def error_text(one: Standing, measure: Measure) -> str:
     return measure.noisy_text(float(one.error or 0.0), one.sd)
 
 
-def _best(
-    of: Sequence[Standing], measure: Measure, over: str, runs: Sequence[Outcome], gain: Gain | None
-) -> list[str]:
+def _best(of: Sequence[Standing], measure: Measure, over: str, runs: Sequence[Outcome], gain: Gain | None) -> list[str]:
     """Who is best with one budget, against uniform, and who does as well."""
     best = of[0]
     views = list(dict.fromkeys(o.view.label for o in runs))

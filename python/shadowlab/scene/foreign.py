@@ -26,6 +26,7 @@ from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
 from .alpha_test import AlphaTest
 from .asked import asking, said
+from .foreign_alpha import alpha_of_primitive, alpha_of_trimesh
 from .placed import camera_at, farthest, unique
 
 if TYPE_CHECKING:
@@ -62,8 +63,6 @@ class Gathered:
     left_out: list[str] = field(default_factory=list)
     #: What there is to say beside.
     notes: list[str] = field(default_factory=list)
-    #: By key of the mesh.
-    alpha_tests: dict[Any, AlphaTest] = field(default_factory=dict)
     #: The axis that points up, and metres per unit, where a file says so.
     up: str | None = None
     unit: float | None = None
@@ -75,7 +74,6 @@ class Gathered:
         """Adds all of another, of that name."""
         self.meshes.update({(name, key): mesh for key, mesh in other.meshes.items()})
         self.index += [(name, key) for key in other.index]
-        self.alpha_tests.update({(name, key): test for key, test in other.alpha_tests.items()})
         self.transforms += other.transforms
         self.empty += other.empty
         self.dropped += other.dropped
@@ -106,9 +104,7 @@ class Gathered:
             self.empty.append(f"{name} (no usable triangle)")
             self.dropped.append(len(faces))
             return
-        self.meshes[key] = _core.Mesh(vertices, faces) if made is None else made
-        if alpha is not None:
-            self.alpha_tests[key] = alpha
+        self.meshes[key] = _core.Mesh(vertices, faces, alpha=alpha) if made is None else made
         self.dropped.append(self.meshes[key].dropped_faces)
 
     def place(self, key: Any, transform: Any) -> None:
@@ -178,7 +174,7 @@ def _collected(source: Any) -> Gathered:
         _of_pyrender_mesh(source, getattr(source, "name", None) or "the mesh", np.eye(4), found)
     elif hasattr(source, "vertices") and hasattr(source, "faces"):
         # A mesh alone: what is wrong with it is an error, and nothing to leave out.
-        mesh = mesh_of(source)
+        mesh = mesh_of(source, alpha_of_trimesh(source, found.notes, "the mesh"))
         found.meshes[0] = mesh
         found.dropped.append(mesh.dropped_faces)
         found.place(0, np.eye(4))
@@ -200,8 +196,10 @@ def is_pyrender_scene(source: Any) -> bool:
     return hasattr(source, "mesh_nodes") and hasattr(source, "get_pose")
 
 
-def mesh_of(geometry: Any) -> _core.Mesh:
+def mesh_of(geometry: Any, alpha: AlphaTest | None = None) -> _core.Mesh:
     """The mesh of vertices and faces; the very one that `to_trimesh` wrote where neither was changed since."""
+    if alpha is not None:
+        return _core.Mesh(geometry.vertices, geometry.faces, alpha=alpha)
     attributes, metadata = getattr(geometry, "vertex_attributes", None), getattr(geometry, "metadata", None)
     if (
         isinstance(attributes, Mapping)
@@ -241,8 +239,9 @@ def _of_trimesh_scene(source: Any, found: Gathered) -> None:
             if not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
                 found.empty.append(f"{name} ({type(geometry).__name__})")
                 continue
-            own = LOCAL in getattr(geometry, "vertex_attributes", ())
-            found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None)
+            alpha = alpha_of_trimesh(geometry, found.notes, name)
+            own = alpha is None and LOCAL in getattr(geometry, "vertex_attributes", ())
+            found.add(name, name, geometry.vertices, geometry.faces, mesh_of(geometry) if own else None, alpha)
         except ShadowlabError:
             raise
         except Exception as e:  # noqa: BLE001 - properties of other programs raise what they like
@@ -265,7 +264,8 @@ def _of_pyrender_mesh(mesh: Any, name: str, pose: NDArray[np.float64], found: Ga
             positions, indices = primitive.positions, primitive.indices
             # Without indices three vertices in a row are a face.
             faces = np.arange(len(positions)) if indices is None else _whole(np.asarray(indices))
-            found.add(key, name, positions, faces.reshape(-1, 3))
+            alpha = alpha_of_primitive(primitive, found.notes, name)
+            found.add(key, name, positions, faces.reshape(-1, 3), alpha=alpha)
         for instance in [np.eye(4)] if primitive.poses is None else primitive.poses:
             found.place(key, pose @ np.asarray(instance, np.float64))
 
@@ -385,6 +385,9 @@ def to_trimesh(scene: _core.Scene) -> trimesh.Scene:
     """The scene as trimesh has it; see `Scene.to_trimesh`."""
     import trimesh
 
+    tested = sum(mesh.alpha is not None for mesh in scene.meshes)
+    if tested:
+        warn_notes([f"left out the alpha tests of {tested} of {scene.mesh_count} meshes"], stacklevel=4)
     made = trimesh.Scene()
     graph: Any = made.graph
     names = [f"mesh {i}" for i in range(scene.mesh_count)]

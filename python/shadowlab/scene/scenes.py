@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..errors import ArgumentError
 from ..travel import check_version, checksum, damaged
+from .alpha_test import AlphaTest
 from .axes import up_axis, up_keyword
 from .foreign import cameras_of, gathered, lights_of, to_trimesh, warn_left_out, warn_notes
 from .placed import moved_camera, moved_light, unique
@@ -73,7 +74,7 @@ class Scene(_core.Scene):
     lights: Mapping[str, Light] = NONE
 
     @classmethod
-    def from_arrays(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Scene:
+    def from_arrays(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike, *, alpha: AlphaTest | None = None) -> Scene:
         """A scene of one mesh.
 
         Parameters
@@ -82,6 +83,8 @@ class Scene(_core.Scene):
             Positions, world units. Faces with a vertex that is not finite are dropped and counted in a warning.
         faces : (M, 3) array_like of int
             Rows of `vertices`.
+        alpha : AlphaTest, optional
+            Which points of the triangles exist, with texture coordinates for each of `vertices`; all, by default.
 
         Raises
         ------
@@ -90,7 +93,7 @@ class Scene(_core.Scene):
         SceneError
             For an index out of range, or where no triangle is left.
         """
-        mesh = _core.Mesh(vertices, faces)
+        mesh = _core.Mesh(vertices, faces, alpha=alpha)
         warn_left_out(mesh.dropped_faces, [], stacklevel=3)
         return cls([mesh], [0], np.eye(4)[None])
 
@@ -105,8 +108,8 @@ class Scene(_core.Scene):
         ----------
         source : trimesh.Trimesh, trimesh.Scene, pyrender.Mesh, pyrender.Scene, or object with `vertices` and `faces`
             Perspective cameras and lights of a pyrender scene, and the camera that was set in a trimesh scene, become
-            `cameras` and `lights`. The cone of a spot is twice its `outerConeAngle`; a light without a range gets one
-            that reaches the whole scene.
+            `cameras` and `lights`. Materials whose ``alphaMode`` is ``"MASK"`` become alpha tests. The cone of a spot
+            is twice its `outerConeAngle`; a light without a range gets one that reaches the whole scene.
 
         Raises
         ------
@@ -118,8 +121,9 @@ class Scene(_core.Scene):
         Warns
         -----
         ShadowlabWarning
-            For what is left out: faces that are not finite, points and lines, orthographic cameras, cameras and lights
-            in mirrored or sheared frames. For a camera without an aspect ratio or a far plane, which gets one.
+            For what is left out: faces that are not finite, alpha tests without texture coordinates, points and lines,
+            orthographic cameras, cameras and lights in mirrored or sheared frames. For a camera without an aspect ratio
+            or a far plane, which gets one.
 
         Examples
         --------
@@ -142,7 +146,12 @@ class Scene(_core.Scene):
         trimesh.Scene
             In the same coordinates. `from_trimesh` makes an equal scene of it, unless faces had been dropped, whose
             rows are not kept. To that end vertices carry their stored form (`vertex_attributes`), which counts as long
-            as it agrees with `vertices`. Cameras and lights stay here.
+            as it agrees with `vertices`. Cameras, lights and alpha tests stay here.
+
+        Warns
+        -----
+        ShadowlabWarning
+            Where meshes have alpha tests, which are left out.
 
         Examples
         --------

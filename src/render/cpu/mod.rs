@@ -8,6 +8,7 @@ pub mod lookup;
 mod passes;
 mod raster;
 mod renderer;
+mod tested_triangle;
 mod uneven_lattice;
 
 pub use lookup::look_up;

@@ -6,8 +6,8 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::raster::{
-    BandArea, Bands, Batches, Bins, DepthPixels, Entries, IdPixels, LANES, Pixels, Scratch, Viewport, draw,
-    draw_fragments,
+    BandArea, Bands, Batches, Bins, DepthPixels, Entries, IdPixels, LANES, Pixels, Round, Scratch, Tested, Viewport,
+    draw, draw_fragments,
 };
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
@@ -62,26 +62,23 @@ impl Pass<'_> {
     }
 
     fn draw_depth(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
-        let progress = self.progress;
-        self.for_each_round(size, DepthPixels::FAR, |scratch, bands, first| {
+        let (progress, image) = (self.progress, self.size);
+        self.for_each_round(size, DepthPixels::FAR, |round, bands, first| {
             let part = bands.rows() * size[0] as usize;
             depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
                 progress.check()?;
                 // SAFETY: the first round writes everything.
                 let depth = if first { filled(depth, DepthPixels::FAR) } else { unsafe { written_part(depth) } };
                 let area = band_area(size, bands, band);
-                for bins in scratch.bins() {
-                    let pixels = &mut DepthPixels { depth };
-                    draw_band(scratch, bins, band, area, pixels);
-                }
+                draw_band(round, band, area, image, &mut DepthPixels { depth });
                 Ok(())
             })
         })
     }
 
     fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
-        let progress = self.progress;
-        self.for_each_round(size, IdPixels::FAR, |scratch, bands, first| {
+        let (progress, image) = (self.progress, self.size);
+        self.for_each_round(size, IdPixels::FAR, |round, bands, first| {
             let part = bands.rows() * size[0] as usize;
             let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
             parts.try_for_each(|(band, (depth, id))| {
@@ -93,10 +90,7 @@ impl Pass<'_> {
                     unsafe { (written_part(depth), written_part(id)) }
                 };
                 let area = band_area(size, bands, band);
-                for bins in scratch.bins() {
-                    let pixels = &mut IdPixels { depth, id };
-                    draw_band(scratch, bins, band, area, pixels);
-                }
+                draw_band(round, band, area, image, &mut IdPixels { depth, id });
                 Ok(())
             })
         })
@@ -108,19 +102,19 @@ impl Pass<'_> {
         &mut self,
         drawn_size: [u32; 2],
         far: f32,
-        mut draw: impl FnMut(&Scratch, Bands, bool) -> Result<()>,
+        mut draw: impl FnMut(Round, Bands, bool) -> Result<()>,
     ) -> Result<()> {
         let viewport = Viewport::new(self.size, drawn_size, far);
         let batches = Batches::new(self.scene, &self.clip_from_world, &viewport)?;
         let bands = Bands::new(drawn_size);
         let mut first = true;
-        batches.for_each_round(&viewport, bands, self.scratch, self.progress, |scratch| {
-            draw(scratch, bands, std::mem::take(&mut first))
+        batches.for_each_round(&viewport, bands, self.scratch, self.progress, |round| {
+            draw(round, bands, std::mem::take(&mut first))
         })?;
         if first {
             // Nothing is in view.
             self.scratch.chunks = 0;
-            draw(self.scratch, bands, true)?;
+            draw(Round { scratch: self.scratch, tested: None }, bands, true)?;
         }
         Ok(())
     }
@@ -153,7 +147,21 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
     }
 }
 
-fn draw_band<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
+/// Draws what a round leaves to a band of an image of `size` pixels.
+fn draw_band<P: Pixels>(round: Round, band: usize, area: BandArea, size: [u32; 2], pixels: &mut P) {
+    match round.tested {
+        None => draw_round(round.scratch, band, area, pixels),
+        Some(draws) => draw_round(round.scratch, band, area, &mut Tested::new(pixels, draws, area, size)),
+    }
+}
+
+fn draw_round<P: Pixels>(scratch: &Scratch, band: usize, area: BandArea, pixels: &mut P) {
+    for bins in scratch.bins() {
+        draw_bins(scratch, bins, band, area, pixels);
+    }
+}
+
+fn draw_bins<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
     let bin = bins.band(band);
     draw_fragments(&bin.fragments, pixels);
     let (vertices, extra, large) = (&scratch.vertices[..], &bins.extra[..], &bins.large[..]);

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use wgpu::{
-    CommandBuffer, CommandEncoder, Device, DeviceDescriptor, DownlevelFlags, Features, Limits, PollError, PollType,
-    Queue,
+    Buffer, BufferDescriptor, BufferUsages, CommandBuffer, CommandEncoder, Device, DeviceDescriptor, DownlevelFlags,
+    Features, Limits, PollError, PollType, Queue,
 };
 
 use super::adapter::{self, AdapterInfo};
@@ -83,6 +83,30 @@ impl Gpu {
             });
         }
         error.map_or(Ok(()), Err)
+    }
+
+    /// A buffer with parts one after the other.
+    pub fn filled(&self, label: &str, usage: BufferUsages, parts: &[&[u8]]) -> Result<Buffer> {
+        let buffer = self.device.create_buffer(&BufferDescriptor {
+            label: Some(label),
+            size: parts.iter().map(|p| p.len() as u64).sum(),
+            usage,
+            mapped_at_creation: true,
+        });
+        self.check()?;
+        let mut view = buffer.get_mapped_range_mut(..).map_err(|error| Error::Device {
+            what: format!("{label} could not be written: {error}"),
+            fix: "try again, or use backend \"cpu\"".into(),
+        })?;
+        let mut at = 0;
+        for part in parts {
+            view.slice(at..at + part.len()).copy_from_slice(part);
+            at += part.len();
+        }
+        drop(view);
+        buffer.unmap();
+        self.check()?;
+        Ok(buffer)
     }
 
     /// A fresh list of commands.

@@ -35,6 +35,8 @@ pub(super) struct PassDraws {
     pub draws: Vec<Draw>,
     /// The instances that single precision would misplace.
     pub exact: ExactTriangles,
+    /// The same of those with alpha tests, by the mesh.
+    pub tested_exact: Vec<(u32, ExactTriangles)>,
 }
 
 /// The visible instances of one or several passes, each pass's after the other's.
@@ -43,6 +45,19 @@ pub(super) struct DrawList {
     pub clip_from_local: Vec<ClipFromLocal>,
     /// The scene's index of the instance at each slot.
     pub instances: Vec<u32>,
+}
+
+impl PassDraws {
+    /// What the device projects of meshes with alpha tests, or of those without.
+    pub fn on_device<'a>(&'a self, on_device: &'a DeviceScene, is_tested: bool) -> impl Iterator<Item = &'a Draw> {
+        let is_asked =
+            move |draw: &&Draw| draw.is_on_device && on_device.meshes[draw.mesh as usize].test.is_some() == is_tested;
+        self.draws.iter().filter(is_asked)
+    }
+    /// Whether anything has an alpha test.
+    pub fn is_tested(&self, on_device: &DeviceScene) -> bool {
+        !self.tested_exact.is_empty() || self.on_device(on_device, true).next().is_some()
+    }
 }
 
 impl DrawList {
@@ -77,7 +92,15 @@ impl DrawList {
                 _ => pass.draws.push(Draw { mesh, slots: slot..slot + 1, is_on_device }),
             }
             if !is_on_device {
-                pass.exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot);
+                let is_tested = on_device.meshes[mesh as usize].test.is_some();
+                if is_tested && pass.tested_exact.last().is_none_or(|(last, _)| *last != mesh) {
+                    pass.tested_exact.push((mesh, ExactTriangles::default()));
+                }
+                let exact = match pass.tested_exact.last_mut() {
+                    Some((_, exact)) if is_tested => exact,
+                    _ => &mut pass.exact,
+                };
+                exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot);
             }
             self.instances.push(instance);
             self.clip_from_local.push(single(&viewport_from_local));

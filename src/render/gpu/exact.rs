@@ -6,7 +6,7 @@
 //! w = 1, one corner after the other. Clipping is the cpu renderer's (`[sutherland1974]`), on the viewport of
 //! [`GuardBand`](super::guard_band) and both depth planes, so that nothing is left for the device to cut.
 
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec2, DVec4};
 use rayon::prelude::*;
 
 use crate::scene::Mesh;
@@ -30,6 +30,33 @@ pub(super) struct ExactTriangles {
     pub corners: Vec<[f32; 3]>,
     /// For each corner slot + 1 and the index of its triangle in the mesh, as in ids.wgsl.
     pub ids: Vec<[u32; 2]>,
+    /// Of meshes with alpha tests for each corner (u q, v q, 0, q), where q is 1 / w times a factor that a triangle shares.
+    pub coordinates: Vec<[f32; 4]>,
+}
+
+/// A corner that can be cut: a point of clip space, perhaps with texture coordinates.
+trait Corner: Copy {
+    fn clip(&self) -> DVec4;
+    /// A part of the way to another.
+    fn towards(self, other: Self, part: f64) -> Self;
+}
+
+impl Corner for DVec4 {
+    fn clip(&self) -> DVec4 {
+        *self
+    }
+    fn towards(self, other: Self, part: f64) -> Self {
+        self + (other - self) * part
+    }
+}
+
+impl Corner for (DVec4, DVec2) {
+    fn clip(&self) -> DVec4 {
+        self.0
+    }
+    fn towards(self, other: Self, part: f64) -> Self {
+        (self.0.towards(other.0, part), self.1 + (other.1 - self.1) * part)
+    }
 }
 
 impl ExactTriangles {
@@ -43,10 +70,17 @@ impl ExactTriangles {
             .enumerate()
             .map(|(chunk, triangles)| {
                 let mut part = Self::default();
-                let mut polygons = [vec![], vec![]];
+                let (mut polygons, mut tested) = ([vec![], vec![]], [vec![], vec![]]);
                 for (i, triangle) in triangles.iter().enumerate() {
                     let id = [slot + 1, (chunk * CHUNK + i) as u32];
-                    part.push_triangle(triangle.map(|v| clip[v as usize]), id, &mut polygons);
+                    let corners = triangle.map(|v| clip[v as usize]);
+                    let Some(test) = mesh.alpha_test() else {
+                        part.push_triangle(corners, id, &mut polygons);
+                        continue;
+                    };
+                    let uv = test.corners(*triangle);
+                    let polygon = part.push_triangle([0, 1, 2].map(|k: usize| (corners[k], uv[k])), id, &mut tested);
+                    part.push_coordinates(polygon);
                 }
                 part
             })
@@ -54,15 +88,22 @@ impl ExactTriangles {
         for part in parts {
             self.corners.extend(part.corners);
             self.ids.extend(part.ids);
+            self.coordinates.extend(part.coordinates);
         }
     }
 
-    fn push_triangle(&mut self, corners: [DVec4; 3], id: [u32; 2], [polygon, cut]: &mut [Vec<DVec4>; 2]) {
-        let outside = corners.map(outcode);
-        if outside[0] & outside[1] & outside[2] != 0 {
-            return;
-        }
+    /// Appends what shows of a triangle; that polygon.
+    fn push_triangle<'a, C: Corner>(
+        &mut self,
+        corners: [C; 3],
+        id: [u32; 2],
+        [polygon, cut]: &'a mut [Vec<C>; 2],
+    ) -> &'a [C] {
         polygon.clear();
+        let outside = corners.map(|c| outcode(c.clip()));
+        if outside[0] & outside[1] & outside[2] != 0 {
+            return polygon;
+        }
         polygon.extend(corners);
         let crossed = outside[0] | outside[1] | outside[2];
         for plane in (0..PLANES.len()).filter(|k| crossed >> k & 1 != 0) {
@@ -70,10 +111,25 @@ impl ExactTriangles {
             std::mem::swap(polygon, cut);
         }
         // w = 0 is left only where x = y = z = 0 too, which has no direction to be seen in.
-        polygon.retain(|c| c.w > 0.0);
+        polygon.retain(|c| c.clip().w > 0.0);
         for k in 2..polygon.len() {
-            self.corners.extend([polygon[0], polygon[k - 1], polygon[k]].map(ndc));
+            self.corners.extend([polygon[0], polygon[k - 1], polygon[k]].map(|c| ndc(c.clip())));
             self.ids.extend([id; 3]);
+        }
+        polygon
+    }
+
+    /// Appends the texture coordinates of a polygon's triangles.
+    fn push_coordinates(&mut self, polygon: &[(DVec4, DVec2)]) {
+        // At most 1, whatever the scale of w.
+        let least = polygon.iter().map(|(clip, _)| clip.w).fold(f64::INFINITY, f64::min);
+        let at = |k: usize| {
+            let (clip, uv) = polygon[k];
+            let q = least / clip.w;
+            [uv.x * q, uv.y * q, 0.0, q].map(|x| x as f32)
+        };
+        for k in 2..polygon.len() {
+            self.coordinates.extend([at(0), at(k - 1), at(k)]);
         }
     }
 }
@@ -86,12 +142,12 @@ fn outcode(clip: DVec4) -> u32 {
 }
 
 /// The part of a polygon inside a plane. An edge is cut from its inner to its outer end, so neighbours cut it alike.
-fn clip_polygon(polygon: &[DVec4], plane: DVec4, out: &mut Vec<DVec4>) {
+fn clip_polygon<C: Corner>(polygon: &[C], plane: DVec4, out: &mut Vec<C>) {
     out.clear();
     for (i, &current) in polygon.iter().enumerate() {
         let next = polygon[(i + 1) % polygon.len()];
-        let (d0, d1) = (plane.dot(current), plane.dot(next));
-        let cut = |inside: DVec4, outside: DVec4, d0: f64, d1: f64| inside + (outside - inside) * (d0 / (d0 - d1));
+        let (d0, d1) = (plane.dot(current.clip()), plane.dot(next.clip()));
+        let cut = |inside: C, outside: C, d0: f64, d1: f64| inside.towards(outside, d0 / (d0 - d1));
         if d0 >= 0.0 {
             out.push(current);
         }

@@ -3,6 +3,7 @@
 //! Nothing here touches a driver before [`GpuRenderer::new`] or [`adapters`] is called.
 
 mod adapter;
+mod alpha_tests;
 mod device;
 mod draw_list;
 mod exact;

@@ -13,7 +13,7 @@ use super::exact::ExactTriangles;
 use super::guard_band::GuardBand;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
-use super::scene_cache::{DeviceScene, SceneCache};
+use super::scene_cache::{DeviceScene, RECORD, SceneCache};
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -72,10 +72,13 @@ impl Session<'_> {
         }
         let identity = list.push_identity();
         let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
+        let is_tested = passes.iter().any(|pass| pass.is_tested(&on_device));
+        let tested = if is_tested { Some(self.pipelines.tested(self.gpu)?) } else { None };
         let texture = self.state.pool.texture(self.gpu, DEPTH, size, passes.len() as u32)?;
         in_use.textures.push(texture.clone());
         for (layer, draws) in passes.iter().enumerate() {
             let exact = self.upload_exact(in_use, &draws.exact)?;
+            let tested_exact = self.upload_tested(in_use, draws)?;
             let view = layer_view(&texture, layer as u32);
             let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
                 label: Some("depth"),
@@ -90,6 +93,28 @@ impl Session<'_> {
                 pass.set_vertex_buffer(0, corners.slice(..));
                 pass.draw(0..draws.exact.corners.len() as u32, identity..identity + 1);
             }
+            let Some(tested) = tested else { continue };
+            pass.set_pipeline(&tested.depth);
+            let layout = tested.depth.get_bind_group_layout(0);
+            for draw in draws.on_device(&on_device, true) {
+                let (mesh, geometry, test) = on_device.tested(draw.mesh);
+                pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
+                // Texture coordinates begin with the mesh's first vertex, so all vertices do.
+                let first = u64::from(mesh.first_vertex) * RECORD;
+                pass.set_vertex_buffer(0, geometry.vertices.slice(first..));
+                pass.set_vertex_buffer(2, test.uv.slice(..));
+                pass.set_index_buffer(geometry.indices.slice(..), IndexFormat::Uint32);
+                pass.draw_indexed(mesh.first_index..mesh.first_index + mesh.index_count, 0, draw.slots.clone());
+            }
+            pass.set_pipeline(&tested.depth_exact);
+            let layout = tested.depth_exact.get_bind_group_layout(0);
+            for exact in &tested_exact {
+                let (_, _, test) = on_device.tested(exact.mesh);
+                pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
+                pass.set_vertex_buffer(0, exact.corners.slice(..));
+                pass.set_vertex_buffer(2, exact.coordinates.slice(..));
+                pass.draw(0..exact.count, identity..identity + 1);
+            }
         }
         self.gpu.check()?;
         Ok(texture)
@@ -101,6 +126,22 @@ impl Session<'_> {
             return Ok(None);
         }
         self.upload(in_use, "triangles that take more than single precision (bytes)", &exact.corners).map(Some)
+    }
+
+    /// The same of meshes with alpha tests.
+    pub fn upload_tested(&mut self, in_use: &mut InUse, draws: &PassDraws) -> Result<Vec<TestedExact>> {
+        let shown = draws.tested_exact.iter().filter(|(_, exact)| !exact.corners.is_empty());
+        let upload = |(mesh, exact): &(u32, ExactTriangles)| {
+            let what = "triangles that take more than single precision (bytes)";
+            Ok(TestedExact {
+                mesh: *mesh,
+                count: exact.corners.len() as u32,
+                corners: self.upload(in_use, what, &exact.corners)?,
+                ids: self.upload(in_use, what, &exact.ids)?,
+                coordinates: self.upload(in_use, what, &exact.coordinates)?,
+            })
+        };
+        shown.map(upload).collect()
     }
 
     /// Writes an array into a buffer of the device that the recorded commands will read.
@@ -115,10 +156,20 @@ impl Session<'_> {
     }
 }
 
-/// Records one draw a mesh of what the device projects; pipeline and instances are set.
+/// Exact triangles of a mesh with an alpha test, on the device.
+pub(super) struct TestedExact {
+    pub mesh: u32,
+    /// Corners.
+    pub count: u32,
+    pub corners: Buffer,
+    pub ids: Buffer,
+    pub coordinates: Buffer,
+}
+
+/// Records one draw a mesh of what the device projects and has no alpha test; pipeline and instances are set.
 pub(super) fn draw_indexed(pass: &mut RenderPass, on_device: &DeviceScene, draws: &PassDraws) {
     let mut bound = None;
-    for draw in draws.draws.iter().filter(|draw| draw.is_on_device) {
+    for draw in draws.on_device(on_device, false) {
         let mesh = on_device.meshes[draw.mesh as usize];
         if bound != Some(mesh.group) {
             let group = &on_device.groups[mesh.group as usize];

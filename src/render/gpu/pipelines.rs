@@ -1,10 +1,12 @@
 //! The compiled shaders and the fixed state around them.
 
+use std::sync::OnceLock;
+
 use wgpu::{
     ColorTargetState, CompareFunction, ComputePipeline, ComputePipelineDescriptor, DepthStencilState, Device, Features,
     FragmentState, PipelineCompilationOptions, PrimitiveState, RenderPipeline, RenderPipelineDescriptor, ShaderModule,
-    ShaderModuleDescriptor, ShaderSource, TextureFormat, VertexBufferLayout, VertexState, VertexStepMode,
-    vertex_attr_array,
+    ShaderModuleDescriptor, ShaderSource, TextureFormat, VertexAttribute, VertexBufferLayout, VertexState,
+    VertexStepMode, vertex_attr_array,
 };
 
 use super::device::Gpu;
@@ -22,12 +24,31 @@ pub(super) const WORKGROUP: u32 = 8;
 const SURFACE: &str = include_str!("shaders/surface.wgsl");
 /// Which map serves it.
 const CHOOSE: &str = include_str!("shaders/choose.wgsl");
+/// Which points of a mesh exist.
+const ALPHA_TEST: &str = include_str!("shaders/alpha_test.wgsl");
 
 /// What is compiled when the renderer is made.
 pub(super) struct Pipelines {
     /// Depth alone.
     pub depth: RenderPipeline,
     surface: Option<SurfacePipelines>,
+    tested: OnceLock<TestedPipelines>,
+}
+
+/// What meshes with alpha tests take, compiled when the first is drawn.
+pub(super) struct TestedPipelines {
+    pub depth: RenderPipeline,
+    /// Of triangles that the host has projected.
+    pub depth_exact: RenderPipeline,
+    /// None on a device that has no compute shaders, which draws no ids.
+    pub ids: Option<TestedIds>,
+}
+
+/// See [`TestedPipelines`].
+pub(super) struct TestedIds {
+    pub ids: RenderPipeline,
+    /// Of triangles that the host has projected.
+    pub ids_exact: RenderPipeline,
 }
 
 /// What G-buffers, masks and footprints take.
@@ -52,7 +73,8 @@ impl Pipelines {
     /// All that the device can run.
     pub fn new(gpu: &Gpu) -> Result<Self> {
         let device = &gpu.device;
-        let depth = render_pipeline(device, "depth", include_str!("shaders/depth.wgsl"), &VERTEX_BUFFERS, None);
+        let depth =
+            render_pipeline(device, "depth", include_str!("shaders/depth.wgsl").into(), &VERTEX_BUFFERS, None, None);
         gpu.check()?;
         let surface = gpu.has_compute.then(|| SurfacePipelines {
             ids: ids_pipeline(device),
@@ -66,7 +88,14 @@ impl Pipelines {
             ),
         });
         gpu.check()?;
-        Ok(Self { depth, surface })
+        Ok(Self { depth, surface, tested: OnceLock::new() })
+    }
+
+    /// What meshes with alpha tests take.
+    pub fn tested(&self, gpu: &Gpu) -> Result<&TestedPipelines> {
+        let tested = self.tested.get_or_init(|| TestedPipelines::new(gpu));
+        gpu.check()?;
+        Ok(tested)
     }
 
     /// What G-buffers, masks and footprints take.
@@ -81,13 +110,51 @@ impl Pipelines {
     }
 }
 
+impl TestedPipelines {
+    fn new(gpu: &Gpu) -> Self {
+        let device = &gpu.device;
+        let source = [include_str!("shaders/depth_tested.wgsl"), ALPHA_TEST].join("\n");
+        let [vertices, matrices] = VERTEX_BUFFERS;
+        let depth = |label, coordinates| {
+            let buffers = [vertices.clone(), matrices.clone(), Some(coordinates)];
+            render_pipeline(device, label, source.clone(), &buffers, Some("depth"), None)
+        };
+        Self {
+            depth: depth("depth_tested", per_vertex(8, &vertex_attr_array![5 => Float32x2])),
+            depth_exact: depth("depth_exact_tested", per_vertex(16, &vertex_attr_array![5 => Float32x4])),
+            ids: gpu.has_compute.then(|| TestedIds::new(device)),
+        }
+    }
+}
+
+impl TestedIds {
+    fn new(device: &Device) -> Self {
+        let target = || Some(ColorTargetState::from(IDS));
+        let ids = [include_str!("shaders/ids_tested.wgsl"), ALPHA_TEST].join("\n");
+        let exact = [include_str!("shaders/ids_exact_tested.wgsl"), ALPHA_TEST].join("\n");
+        let [corners, numbers] = EXACT_BUFFERS;
+        let buffers = [corners, numbers, Some(per_vertex(16, &vertex_attr_array![2 => Float32x4]))];
+        Self {
+            ids: render_pipeline(device, "ids_tested", ids, &[], Some("ids"), target()),
+            ids_exact: render_pipeline(device, "ids_exact_tested", exact, &buffers, Some("ids"), target()),
+        }
+    }
+}
+
+/// A buffer of attributes that each vertex has.
+const fn per_vertex(array_stride: u64, attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
+    VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes }
+}
+
+/// Corners that the host has projected, and their numbers.
+const EXACT_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
+    Some(per_vertex(RECORD, &vertex_attr_array![0 => Float32x3])),
+    Some(per_vertex(8, &vertex_attr_array![1 => Uint32x2])),
+];
+
 /// The vertices of a mesh, and the columns of each instance's matrix.
 const VERTEX_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
-    Some(VertexBufferLayout {
-        array_stride: RECORD,
-        step_mode: VertexStepMode::Vertex,
-        attributes: &vertex_attr_array![0 => Float32x3],
-    }),
+    Some(per_vertex(RECORD, &vertex_attr_array![0 => Float32x3])),
     Some(VertexBufferLayout {
         array_stride: 64,
         step_mode: VertexStepMode::Instance,
@@ -98,21 +165,18 @@ const VERTEX_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
 fn ids_pipeline(device: &Device) -> IdsPipeline {
     let target = Some(ColorTargetState::from(IDS));
     if device.features().contains(Features::PRIMITIVE_INDEX) {
-        let source = include_str!("shaders/ids.wgsl");
-        IdsPipeline::Indexed(render_pipeline(device, "ids", source, &VERTEX_BUFFERS, target))
+        let source = include_str!("shaders/ids.wgsl").into();
+        IdsPipeline::Indexed(render_pipeline(device, "ids", source, &VERTEX_BUFFERS, Some("ids"), target))
     } else {
-        let source = include_str!("shaders/ids_pulled.wgsl");
-        IdsPipeline::Pulled(render_pipeline(device, "ids_pulled", source, &[], target))
+        let source = include_str!("shaders/ids_pulled.wgsl").into();
+        IdsPipeline::Pulled(render_pipeline(device, "ids_pulled", source, &[], Some("ids"), target))
     }
 }
 
 fn ids_exact_pipeline(device: &Device) -> RenderPipeline {
-    let layout = |array_stride, attributes| {
-        Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes })
-    };
-    let buffers = [layout(RECORD, &vertex_attr_array![0 => Float32x3]), layout(8, &vertex_attr_array![1 => Uint32x2])];
-    let source = include_str!("shaders/ids_exact.wgsl");
-    render_pipeline(device, "ids_exact", source, &buffers, Some(ColorTargetState::from(IDS)))
+    let source = include_str!("shaders/ids_exact.wgsl").into();
+    let target = Some(ColorTargetState::from(IDS));
+    render_pipeline(device, "ids_exact", source, &EXACT_BUFFERS, Some("ids"), target)
 }
 
 fn module(device: &Device, label: &str, source: String) -> ShaderModule {
@@ -120,21 +184,22 @@ fn module(device: &Device, label: &str, source: String) -> ShaderModule {
         .create_shader_module(ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(source.into()) })
 }
 
-/// A pipeline that draws the nearest surface of a map, or with a target, where depth is reversed and fragments go through the
-/// entry point "ids", of an eye.
+/// A pipeline that draws the nearest surface of a map, or with a target, where depth is reversed, of an eye. Fragments go
+/// through an entry point if there is one.
 fn render_pipeline(
     device: &Device,
     label: &str,
-    source: &str,
+    source: String,
     buffers: &[Option<VertexBufferLayout>],
+    entry_point: Option<&str>,
     target: Option<ColorTargetState>,
 ) -> RenderPipeline {
-    let module = module(device, label, source.into());
+    let module = module(device, label, source);
     let nearer = if target.is_some() { CompareFunction::Greater } else { CompareFunction::Less };
-    let targets = [target];
-    let fragment = targets[0].is_some().then_some(FragmentState {
+    let targets: Vec<_> = target.into_iter().map(Some).collect();
+    let fragment = entry_point.map(|name| FragmentState {
         module: &module,
-        entry_point: Some("ids"),
+        entry_point: Some(name),
         compilation_options: PipelineCompilationOptions::default(),
         targets: &targets,
     });

@@ -7,8 +7,9 @@
 
 use std::sync::Arc;
 
-use wgpu::{Buffer, BufferDescriptor, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
 
+use super::alpha_tests::{DeviceTest, Levels, levels_bytes};
 use super::device::Gpu;
 use crate::error::Result;
 use crate::progress::Progress;
@@ -27,6 +28,8 @@ pub(super) struct Geometry {
     pub vertices: Buffer,
     /// Indices into the vertices of their own mesh, mesh after mesh.
     pub indices: Buffer,
+    /// Of the meshes that have alpha tests.
+    pub tests: Vec<DeviceTest>,
 }
 
 /// Where a mesh lies in its group.
@@ -36,6 +39,8 @@ pub(super) struct MeshSlot {
     pub first_vertex: u32,
     pub first_index: u32,
     pub index_count: u32,
+    /// Index into [`Geometry::tests`].
+    pub test: Option<u32>,
 }
 
 /// A scene ready to be drawn.
@@ -45,6 +50,15 @@ pub(super) struct DeviceScene {
     pub meshes: Vec<MeshSlot>,
     /// Instances by group, then by mesh.
     pub order: Vec<u32>,
+}
+
+impl DeviceScene {
+    /// A mesh that has an alpha test: where it lies, and what it consists of.
+    pub fn tested(&self, mesh: u32) -> (MeshSlot, &Geometry, &DeviceTest) {
+        let slot = self.meshes[mesh as usize];
+        let geometry = &self.groups[slot.group as usize];
+        (slot, geometry, &geometry.tests[slot.test.unwrap_or_default() as usize])
+    }
 }
 
 /// The scenes and groups used last.
@@ -83,7 +97,7 @@ impl SceneCache {
         scene.instances().iter().for_each(|i| used[i.mesh as usize] = true);
         let mut meshes = vec![MeshSlot::default(); used.len()];
         let mut members: Vec<Vec<usize>> = Vec::new();
-        let (mut vertices, mut triangles) = (0, 0);
+        let (mut vertices, mut triangles, mut tests) = (0, 0, 0);
         for index in (0..used.len()).filter(|&i| used[i]) {
             let mesh = &scene.meshes()[index];
             let (v, t) = (mesh.positions_local().len() as u64, mesh.triangles().len() as u64);
@@ -92,13 +106,16 @@ impl SceneCache {
             let most = binding_bytes(gpu) / RECORD;
             if members.is_empty() || vertices + v > most || triangles + t > most {
                 members.push(Vec::new());
-                (vertices, triangles) = (0, 0);
+                (vertices, triangles, tests) = (0, 0, 0);
             }
+            let test = mesh.alpha_test().map(|_| tests);
+            tests += u32::from(test.is_some());
             meshes[index] = MeshSlot {
                 group: members.len() as u32 - 1,
                 first_vertex: vertices as u32,
                 first_index: 3 * triangles as u32,
                 index_count: 3 * t as u32,
+                test,
             };
             (vertices, triangles) = (vertices + v, triangles + t);
             members.last_mut().expect("pushed above").push(index);
@@ -120,8 +137,8 @@ impl SceneCache {
         let group = match self.groups.iter().position(|g| g.meshes == ids) {
             Some(at) => self.groups.remove(at),
             None => {
-                let geometry = Arc::new(upload(gpu, meshes)?);
-                let bytes = geometry.vertices.size() + geometry.indices.size();
+                let (geometry, bytes) = upload(gpu, meshes)?;
+                let geometry = Arc::new(geometry);
                 self.make_room(bytes);
                 Group { meshes: ids, bytes, geometry }
             }
@@ -154,33 +171,16 @@ fn binding_bytes(gpu: &Gpu) -> u64 {
     most.min(u64::from(u32::MAX))
 }
 
-fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<Geometry> {
-    let filled = |label, usage, parts: &[&[u8]]| {
-        let buffer = gpu.device.create_buffer(&BufferDescriptor {
-            label: Some(label),
-            size: parts.iter().map(|p| p.len() as u64).sum(),
-            usage: usage | BufferUsages::STORAGE,
-            mapped_at_creation: true,
-        });
-        gpu.check()?;
-        let mut view = buffer.get_mapped_range_mut(..).map_err(|error| crate::Error::Device {
-            what: format!("{label} could not be written: {error}"),
-            fix: "try again, or use backend \"cpu\"".into(),
-        })?;
-        let mut at = 0;
-        for part in parts {
-            view.slice(at..at + part.len()).copy_from_slice(part);
-            at += part.len();
-        }
-        drop(view);
-        buffer.unmap();
-        gpu.check()?;
-        Ok::<_, crate::Error>(buffer)
-    };
+/// The geometry of meshes on the device, and its bytes.
+fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<(Geometry, u64)> {
     let vertices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.positions_local())).collect();
     let indices: Vec<&[u8]> = meshes.iter().map(|m| bytemuck::cast_slice(m.triangles())).collect();
-    Ok(Geometry {
-        vertices: filled("vertices", BufferUsages::VERTEX, &vertices)?,
-        indices: filled("indices", BufferUsages::INDEX, &indices)?,
-    })
+    let vertices = gpu.filled("vertices", BufferUsages::VERTEX | BufferUsages::STORAGE, &vertices)?;
+    let indices = gpu.filled("indices", BufferUsages::INDEX | BufferUsages::STORAGE, &indices)?;
+    let mut levels = Levels::new();
+    let tests = meshes.iter().filter_map(|m| m.alpha_test());
+    let tests: Vec<DeviceTest> = tests.map(|test| DeviceTest::new(gpu, test, &mut levels)).collect::<Result<_>>()?;
+    let bytes = vertices.size() + indices.size() + levels_bytes(&levels);
+    let bytes = bytes + tests.iter().map(DeviceTest::bytes).sum::<u64>();
+    Ok((Geometry { vertices, indices, tests }, bytes))
 }

@@ -14,7 +14,7 @@ use wgpu::{
 use super::draw_list::DrawList;
 use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
-use super::pipelines::{DEPTH, IDS, IdsPipeline, WORKGROUP};
+use super::pipelines::{DEPTH, IDS, IdsPipeline, TestedIds, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
 use super::scene_cache::DeviceScene;
 use super::surface::{EyeSpace, Placement, View, slots_by_group};
@@ -77,6 +77,8 @@ impl Session<'_> {
         self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
         let exact = self.upload_exact(in_use, &draws.exact)?;
         let exact_ids = self.upload(in_use, "the numbers of such triangles (bytes)", &draws.exact.ids)?;
+        let tested = if draws.is_tested(&on_device) { self.pipelines.tested(self.gpu)?.ids.as_ref() } else { None };
+        let tested_exact = self.upload_tested(in_use, &draws)?;
         let groups = slots_by_group(&on_device, &draws.draws);
         for (group, _) in &groups {
             let geometry = &on_device.groups[*group as usize];
@@ -109,7 +111,7 @@ impl Session<'_> {
             IdsPipeline::Pulled(pipeline) => {
                 pass.set_pipeline(pipeline);
                 let mut bound = None;
-                for draw in draws.draws.iter().filter(|draw| draw.is_on_device) {
+                for draw in draws.on_device(&on_device, false) {
                     let mesh = on_device.meshes[draw.mesh as usize];
                     if bound != Some(mesh.group) {
                         let geometry = &on_device.groups[mesh.group as usize];
@@ -127,6 +129,28 @@ impl Session<'_> {
             pass.set_vertex_buffer(0, corners.slice(..));
             pass.set_vertex_buffer(1, exact_ids.slice(..));
             pass.draw(0..draws.exact.corners.len() as u32, 0..1);
+        }
+        if let Some(TestedIds { ids, ids_exact }) = tested {
+            pass.set_pipeline(ids);
+            let [layout_0, layout_1] = [0, 1].map(|group| ids.get_bind_group_layout(group));
+            for draw in draws.on_device(&on_device, true) {
+                let (mesh, geometry, test) = on_device.tested(draw.mesh);
+                let buffers = [&placements, &clips, &geometry.vertices, &geometry.indices, &test.uv];
+                let resources = buffers.map(Buffer::as_entire_binding);
+                pass.set_bind_group(0, &test.bind(self.gpu, &layout_0), &[]);
+                pass.set_bind_group(1, &self.bind(&layout_1, &resources), &[]);
+                pass.draw(mesh.first_index..mesh.first_index + mesh.index_count, draw.slots.clone());
+            }
+            pass.set_pipeline(ids_exact);
+            let layout = ids_exact.get_bind_group_layout(0);
+            for exact in &tested_exact {
+                let (_, _, test) = on_device.tested(exact.mesh);
+                pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
+                pass.set_vertex_buffer(0, exact.corners.slice(..));
+                pass.set_vertex_buffer(1, exact.ids.slice(..));
+                pass.set_vertex_buffer(2, exact.coordinates.slice(..));
+                pass.draw(0..exact.count, 0..1);
+            }
         }
         drop(pass);
         self.gpu.check()?;

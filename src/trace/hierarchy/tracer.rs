@@ -55,6 +55,8 @@ pub struct TracedMesh {
     pub mesh: Arc<Mesh>,
     pub tree: Tree,
     pub packets: Vec<Packet>,
+    /// Whether its triangles have an alpha test.
+    pub is_tested: bool,
     is_baked: bool,
 }
 
@@ -164,7 +166,7 @@ impl TracedMesh {
         let packets = tree.leaves.par_iter().map(|&leaf| Packet::new(&mesh, leaf)).collect();
         // The packets hold them.
         tree.leaves = Vec::new();
-        Self { mesh, tree, packets, is_baked }
+        Self { is_tested: mesh.alpha_test().is_some(), mesh, tree, packets, is_baked }
     }
 }
 
@@ -183,7 +185,7 @@ fn baked(mesh: &Mesh, map: &DAffine3) -> Result<(Mesh, Frame)> {
     let vertices: Vec<[f64; 3]> =
         mesh.positions_local().iter().map(|p| map.transform_point3(p.as_dvec3()).to_array()).collect();
     let faces: Vec<[i64; 3]> = mesh.triangles().iter().map(|t| t.map(i64::from)).collect();
-    let mesh = Mesh::new(&vertices, &faces)?;
+    let mesh = Mesh::with_alpha_test(&vertices, &faces, mesh.alpha_test().cloned())?;
     let frame = Frame::new(*mesh.mesh_from_local());
     // A mesh's own frame is a power of two and a translation, which always has an inverse.
     Ok((mesh, frame.unwrap_or(IDENTITY)))

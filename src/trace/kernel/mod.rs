@@ -18,5 +18,5 @@ pub use avx2::Avx2;
 pub(super) use dispatch::dispatched;
 #[cfg(target_arch = "x86_64")]
 pub use dispatch::has_avx2;
-pub use interface::Kernel;
+pub use interface::{BandMeet, Kernel};
 pub use portable::Portable;

@@ -52,7 +52,7 @@ struct Triangles<'a> {
 impl<V: Visitor> Leaves<V> for Triangles<'_> {
     #[inline(always)]
     fn alone<K: Kernel>(&self, leaf: usize, _: usize, ray: &LocalRay, visitor: &mut V, _: &mut Stack) -> bool {
-        visitor.visit::<K>(&self.mesh.packets[leaf], &ray.line(0), self.instance)
+        visitor.visit::<K>(self.mesh, &self.mesh.packets[leaf], &ray.line(0), self.instance)
     }
     #[inline(always)]
     fn together<K: Kernel>(
@@ -66,7 +66,7 @@ impl<V: Visitor> Leaves<V> for Triangles<'_> {
         let packet = &self.mesh.packets[leaf];
         let mut ended = 0;
         for r in Each(bits) {
-            ended |= u32::from(visitors[r].visit::<K>(packet, &bundle.rays.line(r), self.instance)) << r;
+            ended |= u32::from(visitors[r].visit::<K>(self.mesh, packet, &bundle.rays.line(r), self.instance)) << r;
         }
         ended
     }

@@ -1,5 +1,6 @@
 //! Walks through the hierarchies, of a ray and of a bundle, and what is looked for on the way.
 
+mod alpha;
 mod bundle_walk;
 mod one_ray;
 mod ties;

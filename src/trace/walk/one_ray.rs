@@ -44,7 +44,7 @@ pub fn traverse_instance<K: Kernel, V: Visitor>(
     }
     let line = local.line(0);
     walk::<K, V>(&mesh.tree, mesh.tree.root, &local, visitor, stack, |leaf, visitor, _| {
-        visitor.visit::<K>(&mesh.packets[leaf], &line, instance)
+        visitor.visit::<K>(mesh, &mesh.packets[leaf], &line, instance)
     })
 }
 

@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 
+use super::alpha::existing;
 use super::one_ray::{Stack, traverse_one};
 use super::visitors::Visitor;
-use crate::trace::hierarchy::{Face, Inner, Packet};
+use crate::trace::hierarchy::{Face, Inner, Packet, TracedMesh};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::{Line, WorldRay};
 
@@ -49,8 +50,11 @@ impl Visitor for Gathered {
     fn band(&self) -> f64 {
         0.0
     }
-    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let meet = K::triangles(packet, ray);
+    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
+        let mut meet = K::triangles(packet, ray);
+        if mesh.is_tested && meet.hit != 0 {
+            meet.hit = existing(mesh, packet, meet.hit, ray);
+        }
         let is_met =
             |lane: &usize| (meet.hit >> lane) & 1 != 0 && (self.range[0]..=self.range[1]).contains(&meet.t[*lane]);
         self.hits.extend((0..4).filter(is_met).map(|lane| (meet.t[lane], (instance, packet.triangles[lane]))));

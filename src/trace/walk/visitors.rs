@@ -1,7 +1,8 @@
 //! What is looked for along a ray.
 
+use super::alpha::{existing, sift};
 use super::touched::Touched;
-use crate::trace::hierarchy::{Face, Packet};
+use crate::trace::hierarchy::{Face, Packet, TracedMesh};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::Line;
 
@@ -13,8 +14,8 @@ pub trait Visitor {
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
     fn band(&self) -> f64;
-    /// Looks at four triangles; true ends the walk.
-    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool;
+    /// Looks at four triangles of a mesh; true ends the walk.
+    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool;
 }
 
 /// The first triangle along a ray. Of several at the same t, the lowest instance, then the lowest triangle.
@@ -78,10 +79,13 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
         if BAND { self.band } else { 0.0 }
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool {
+    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
         if BAND {
-            let meet = K::triangles_band(packet, ray);
+            let mut meet = K::triangles_band(packet, ray);
             if meet.near != 0 {
+                if mesh.is_tested {
+                    sift(mesh, packet, &mut meet, ray);
+                }
                 self.offer(meet.hit, &meet.t, packet, instance);
                 let mut edge = meet.near & !meet.inside & packet.used();
                 while edge != 0 {
@@ -93,7 +97,10 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
                 }
             }
         } else {
-            let meet = K::triangles(packet, ray);
+            let mut meet = K::triangles(packet, ray);
+            if mesh.is_tested && meet.hit != 0 {
+                meet.hit = existing(mesh, packet, meet.hit, ray);
+            }
             self.offer(meet.hit, &meet.t, packet, instance);
         }
         false
@@ -122,8 +129,11 @@ impl Visitor for Blocked<'_> {
         0.0
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let meet = K::triangles(packet, ray);
+    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
+        let mut meet = K::triangles(packet, ray);
+        if mesh.is_tested && meet.hit != 0 {
+            meet.hit = existing(mesh, packet, meet.hit, ray);
+        }
         (0..4).any(|lane| {
             let t = meet.t[lane];
             (meet.hit >> lane) & 1 != 0
@@ -163,8 +173,11 @@ impl Visitor for SurelyBlocked<'_> {
         self.band
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let meet = K::triangles_band(packet, ray);
+    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
+        let mut meet = K::triangles_band(packet, ray);
+        if mesh.is_tested && meet.near != 0 {
+            sift(mesh, packet, &mut meet, ray);
+        }
         let mut near = meet.near & packet.used();
         while near != 0 {
             let lane = near.trailing_zeros() as usize % 4;

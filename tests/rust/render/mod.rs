@@ -4,6 +4,7 @@ mod against_truth;
 mod cpu;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod holes;
 mod near_plane;
 mod selection;
 mod strong;

@@ -3,6 +3,7 @@
 pub mod boxes;
 pub mod by_body;
 pub mod cpu;
+pub mod foliage;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod measure;

@@ -1,6 +1,7 @@
 //! Truth by ray casting.
 
 mod exact;
+mod holes;
 mod input;
 mod library;
 mod lights_on_surfaces;

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..alpha_test import AlphaTest
+from ..alpha_test import AlphaTest, Wrap
 from ..foreign import Gathered
 from .given import Given, inside
 from .words import plain_text, without_comments
 
 #: Options of texture maps by how many words follow; others have one.
 _WORDS_AFTER = {b"-mm": 2, b"-o": 3, b"-s": 3, b"-t": 3}
-#: Alpha at which a texture is held to be a surface; MTL has none, glTF's default.
-ALPHA_CUTOFF = 0.5
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,6 @@ class AlphaTexture:
 
     file: str
     clamped: bool
-    factor: float
 
 
 def library_of(given: Given, libraries: list[bytes], found: Gathered) -> dict[bytes | None, AlphaTexture]:
@@ -64,25 +61,14 @@ def _optional(given: Given, name: bytes, found: Gathered) -> bytes | None:
 def _materials(text: bytes) -> dict[bytes | None, AlphaTexture]:
     found: dict[bytes | None, AlphaTexture] = {}
     name: bytes | None = None
-    opacity: dict[bytes | None, float] = {}
     for line in without_comments(plain_text(text)).split(b"\n"):
         word, *rest = line.split(None, 1)[:2] or (b"",)
         if word == b"newmtl":
             name = rest[0].strip() if rest else b""
-        elif word == b"d" and rest:
-            opacity[name] = _number(rest[0].split()[-1])
         elif word.lower() == b"map_d" and rest:
             file, clamped = _texture(rest[0])
-            found[name] = AlphaTexture(file, clamped, 1.0)
-    return {key: AlphaTexture(one.file, one.clamped, opacity.get(key, 1.0)) for key, one in found.items()}
-
-
-def _number(word: bytes) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        return 1.0
-    return min(max(value, 0.0), 1.0) if value == value else 1.0
+            found[name] = AlphaTexture(file, clamped)
+    return found
 
 
 def _texture(words: bytes) -> tuple[str, bool]:
@@ -108,29 +94,29 @@ def _is_number(word: bytes) -> bool:
     return True
 
 
-def alpha_tests(
+def alpha_test_of(
     given: Given,
     material: AlphaTexture,
     label: str,
     coordinates: NDArray[np.float64],
     uv: NDArray[np.int64],
     found: Gathered,
-) -> None:
-    """Keeps the alpha test of the mesh that was added last, or says why there is none."""
-    said = f"alpha-tested material {label!r} is opaque here"
-    found.notes.append(said)
+) -> AlphaTest | None:
+    """The alpha test of a mesh whose vertices have these rows of texture coordinates; None, with a note, where it has none.
+
+    MTL has no cutoff: glTF's default is taken. `d` alone blends, and what is blended is opaque here.
+    """
     data = _optional(given, material.file.encode(), found)
-    if data is None or not len(uv) or uv.max() >= len(coordinates):
-        return
-    texture = _opacity(given, data)
-    if texture is None:
-        return
+    texture = None if data is None else _opacity(given, data)
+    if texture is None or not len(uv) or uv.max() >= len(coordinates):
+        why = "its faces have no texture coordinates" if texture is not None else f"{material.file!r} is not read"
+        found.notes.append(f"alpha-tested material {label!r} is opaque here: {why}")
+        return None
     rows = coordinates[uv]
     # OBJ counts v from the bottom row of a texture, and one coordinate alone is u.
     flipped = np.stack([rows[:, 0], 1 - rows[:, 1] if rows.shape[1] > 1 else np.ones(len(rows))], axis=1)
-    wrap = "clamp" if material.clamped else "repeat"
-    key = next(reversed(found.meshes))
-    found.alpha_tests[key] = AlphaTest(texture, flipped.astype(np.float32), ALPHA_CUTOFF, (wrap, wrap), material.factor)
+    wrap: Wrap = "clamp" if material.clamped else "repeat"
+    return AlphaTest(texture, flipped.astype(np.float32), wrap=(wrap, wrap))
 
 
 def _opacity(given: Given, data: bytes) -> NDArray[np.uint8] | None:

@@ -6,14 +6,16 @@ out and counted. The fourth coordinate of a vertex weighs rational curves; polyg
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ...errors import LoadError
+from ..alpha_test import AlphaTest
 from ..foreign import Gathered
 from .given import Given
-from .mtl import alpha_tests, library_of
+from .mtl import AlphaTexture, alpha_test_of, library_of
 from .obj_faces import ObjFaces, faces_of
 from .obj_lines import FACE, OTHER, STROKE, VERTEX, VERTEX_TEXTURE, ObjLines
 from .polygons import Indices, Points, triangulated
@@ -58,11 +60,15 @@ def read_obj(given: Given) -> Gathered:
     # The last material comes first, as in trimesh.
     for name, chosen in reversed(groups.items()):
         label = readable(name)[1:-1] if name is not None else "faces"
-        places, uv = _add_group(found, (label, len(found.meshes)), label, points, faces, chosen)
-        if places and name in textures:
-            alpha_tests(
-                given, textures[name], label, lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0], uv, found
-            )
+        material = textures.get(name) if name is not None else None
+
+        def alpha(uv: Indices, material: AlphaTexture | None = material, label: str = label) -> AlphaTest | None:
+            if material is None:
+                return None
+            coordinates = lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0]
+            return alpha_test_of(given, material, label, coordinates, uv, found)
+
+        _add_group(found, (label, len(found.meshes)), label, points, faces, chosen, alpha)
     return found
 
 
@@ -102,9 +108,15 @@ def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[by
 
 
 def _add_group(
-    found: Gathered, key: Any, label: str, points: Points, faces: ObjFaces, chosen: Indices
-) -> tuple[bool, Indices]:
-    """Adds the faces of a material as a mesh; the index of texture coordinates of each vertex, or an empty array."""
+    found: Gathered,
+    key: Any,
+    label: str,
+    points: Points,
+    faces: ObjFaces,
+    chosen: Indices,
+    alpha: Callable[[Indices], AlphaTest | None],
+) -> None:
+    """Adds the faces of a material as a mesh; `alpha` is asked with the row of texture coordinates of each vertex."""
     counts = faces.counts[chosen]
     if len(chosen) == len(faces.counts):
         corners = np.arange(len(faces.vertex))
@@ -124,7 +136,7 @@ def _add_group(
         size = 3
     uv = np.zeros(0, np.int64)
     if not len(at):
-        return False, uv
+        return
     has_texture, has_normal = bool((texture >= 0).all()), bool((normal >= 0).all())
     split = [index.reshape(-1, size) for index, has in ((texture, has_texture), (normal, has_normal)) if has]
     if split:
@@ -135,12 +147,11 @@ def _add_group(
             vertex.reshape(-1, size), *split
         )
         uv = others[0] if has_texture else uv
-        found.add(key, label, points[rows], corner.reshape(-1)[at])
+        found.add(key, label, points[rows], corner.reshape(-1)[at], alpha=alpha(uv))
     else:
         rows, corner = _used(vertex, len(points))
-        found.add(key, label, points[rows], corner[at])
+        found.add(key, label, points[rows], corner[at], alpha=alpha(uv))
     found.place(key, np.eye(4))
-    return True, uv
 
 
 def _used(vertex: Indices, count: int) -> tuple[Indices, Indices]:

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..alpha_test import AlphaTest
+from ..alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap
 from .accessors import Accessors
 from .extensions import AVIF, SPECULAR_GLOSSINESS, TEXTURE_TRANSFORM, WEBP
 from .items import JsonObject
 from .primitives import Primitive
 
-CUTOFF = 0.5
 OPAQUE_ALPHA = 255
-WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 # Of a texture whose alpha is its coordinate: an exact table of the 8 bits that a texel has.
 RAMP = np.arange(256, dtype=np.uint8)[None, :]
 
@@ -34,8 +32,7 @@ class Materials:
     """The materials of a document: what is decoded is kept, and names are collected for warnings."""
 
     accessors: Accessors
-    #: Names of materials whose alpha test, or whose blending, is not done.
-    tested: dict[str, None] = field(default_factory=dict)
+    #: Names of materials whose blending is not done.
     blended: dict[str, None] = field(default_factory=dict)
     _alpha: dict[int, NDArray[np.uint8] | str] = field(default_factory=dict)
 
@@ -81,7 +78,6 @@ class Materials:
             return Discarded
         if lowest * factor >= cutoff:
             return None
-        self.tested[label] = None
         if texture is None:
             assert vertex_alpha is not None
             # Linear between vertices, as the colours are: alpha is the coordinate, from the middle of the first texel.
@@ -157,7 +153,7 @@ class Materials:
             uv = uv @ np.array([[c, -s], [s, c]]) + (0.0 if offset is None else offset)
         return uv.astype(np.float32)
 
-    def _wraps(self, info: JsonObject) -> tuple[str, str]:
+    def _wraps(self, info: JsonObject) -> tuple[Wrap, Wrap]:
         top = self.accessors.document.top
         texture, samplers = top.items("textures")[info.whole("index")], top.items("samplers")
         if "sampler" not in texture.value:
@@ -165,9 +161,9 @@ class Materials:
         sampler = samplers[texture.index("sampler", len(samplers), "samplers")]
         found = []
         for key in ("wrapS", "wrapT"):
-            wrap = WRAPS.get(sampler.whole(key, 10497))
+            wrap = WRAP_OF.get(sampler.whole(key, 10497))
             if wrap is None:
-                raise sampler.wrong(key, " or ".join(f"{number} ({name})" for number, name in WRAPS.items()))
+                raise sampler.wrong(key, " or ".join(f"{number} ({name})" for number, name in WRAP_OF.items()))
             found.append(wrap)
         return found[0], found[1]
 

@@ -127,14 +127,10 @@ def gather(reading: Reading) -> None:
         check_extent(found, document.given.name)
         found.cameras.update(cameras_in(graph, sorted(active), bounds, document.notes))
         found.lights.update(lights_in(graph, sorted(visible), bounds, document.notes))
-    for names, what in (
-        (reading.materials.tested, "alpha-tested"),
-        (reading.materials.blended, "blended"),
-    ):
-        if names:
-            shown = ", ".join(list(names)[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
-            many = len(names) > 1
-            document.notes.append(f"{what} material{'s' if many else ''} {shown} {'are' if many else 'is'} opaque here")
+    if names := list(reading.materials.blended):
+        shown = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+        many = len(names) > 1
+        document.notes.append(f"blended material{'s' if many else ''} {shown} {'are' if many else 'is'} opaque here")
     found.notes.extend(dict.fromkeys(document.notes))
 
 
@@ -208,19 +204,18 @@ def add_mesh(reading: Reading, use: Use) -> None:
         # What a file of many views of the same bytes makes is bounded, too.
         document.expand(12 * len(primitive.faces))
         test = alpha if isinstance(alpha, AlphaTest) else None
-        made = mesh_of_primitive(primitive, vertices, shared=test is None)
+        made = mesh_of_primitive(primitive, vertices, test)
         if made is None:
             reading.found.empty.append(f"{label} (no usable triangle)")
             reading.found.dropped.append(len(primitive.faces))
         else:
-            reading.found.add((use, i), label, vertices, primitive.faces, made, alpha=test)
+            reading.found.add((use, i), label, vertices, primitive.faces, made)
 
 
-def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], *, shared: bool) -> _core.Mesh | None:
+def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], alpha: AlphaTest | None) -> _core.Mesh | None:
     """The mesh of a primitive with these vertices; None without a triangle of finite ones.
 
-    Where vertices are `shared` with primitives that take others of them, those are passed over; a mesh keeps the ones
-    that its triangles use in any case.
+    Vertices that other primitives take are passed over; a mesh keeps the ones that its triangles use in any case.
 
     Raises
     ------
@@ -228,12 +223,12 @@ def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], *, shared: b
         For an index of no vertex.
     """
     faces = primitive.faces
-    if shared and len(vertices) > FEW_USED * faces.size:
+    if alpha is None and len(vertices) > FEW_USED * faces.size:
         used, places = np.unique(faces, return_inverse=True)
         if len(used) and used[-1] < len(vertices):
             vertices, faces = vertices[used], places.reshape(-1, 3)
     try:
-        return _core.Mesh(vertices, faces) if len(faces) else None
+        return _core.Mesh(vertices, faces, alpha=alpha) if len(faces) else None
     except SceneError:
         check_range(primitive.faces, len(vertices), primitive.label, primitive.item.file)
         return None

@@ -45,11 +45,22 @@ impl Scratch {
     }
 }
 
-/// The visible instances of a scene in the order of submission, cut into batches.
+/// The visible instances of a scene in the order of submission, cut into batches; after them those with an alpha test.
 pub struct Batches<'a> {
     draws: Vec<Draw<'a>>,
     /// Where each batch ends in `draws`.
     ends: Vec<usize>,
+    /// How many batches have no alpha test.
+    plain: usize,
+}
+
+/// A part of what is drawn, projected and binned.
+#[derive(Clone, Copy)]
+pub struct Round<'a> {
+    /// What it consists of.
+    pub scratch: &'a Scratch,
+    /// Its draws, where they have alpha tests.
+    pub tested: Option<&'a [Draw<'a>]>,
 }
 
 impl<'a> Batches<'a> {
@@ -76,12 +87,23 @@ impl<'a> Batches<'a> {
                 (outside == 0).then_some(projection)
             })
             .collect();
-        let (mut draws, mut ends) = (Vec::new(), Vec::new());
+        let mut batches = Self { draws: Vec::new(), ends: Vec::new(), plain: 0 };
+        let is_tested = |i: usize| scene.mesh_of(i).alpha_test().is_some();
+        batches.add(scene, &visible, |i| !is_tested(i));
+        batches.plain = batches.ends.len();
+        batches.add(scene, &visible, is_tested);
+        Ok(batches)
+    }
+
+    /// Adds the visible instances that are asked for.
+    fn add(&mut self, scene: &'a Scene, visible: &[Option<Projection>], is_asked: impl Fn(usize) -> bool) {
+        let (draws, ends) = (&mut self.draws, &mut self.ends);
+        let begin = draws.len();
         let (mut first_id, mut vertices, mut triangles) = (0u32, 0usize, 0usize);
-        for (i, visible) in visible.into_iter().enumerate() {
+        for (i, visible) in visible.iter().enumerate() {
             let mesh = scene.mesh_of(i);
             let (v, t) = (mesh.positions_local().len(), mesh.triangles().len());
-            if let Some(projection) = visible {
+            if let Some(projection) = visible.filter(|_| is_asked(i)) {
                 if vertices.max(triangles) > 0 && (vertices + v).max(triangles + t) > BATCH {
                     ends.push(draws.len());
                     (vertices, triangles) = (0, 0);
@@ -98,10 +120,9 @@ impl<'a> Batches<'a> {
             }
             first_id += t as u32;
         }
-        if !draws.is_empty() {
+        if draws.len() > begin {
             ends.push(draws.len());
         }
-        Ok(Self { draws, ends })
     }
 
     /// Projects each batch and bins it round by round into `scratch`; calls `draw` after each round.
@@ -111,10 +132,10 @@ impl<'a> Batches<'a> {
         bands: Bands,
         scratch: &mut Scratch,
         progress: &Progress,
-        mut draw: impl FnMut(&Scratch) -> Result<()>,
+        mut draw: impl FnMut(Round) -> Result<()>,
     ) -> Result<()> {
         let mut start = 0;
-        for &end in &self.ends {
+        for (batch, &end) in self.ends.iter().enumerate() {
             let draws = &self.draws[start..end];
             start = end;
             let triangle_count = project(draws, viewport, scratch, progress)?;
@@ -126,7 +147,7 @@ impl<'a> Batches<'a> {
                 .collect();
             while !pending.is_empty() {
                 bin(draws, &mut pending, viewport, bands, scratch, progress)?;
-                draw(scratch)?;
+                draw(Round { scratch, tested: (batch >= self.plain).then_some(draws) })?;
             }
         }
         Ok(())

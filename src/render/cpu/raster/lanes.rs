@@ -14,6 +14,8 @@ pub trait Lanes: Copy {
     type Float: Copy;
     fn ints(self, x: [i32; LANES]) -> Self::Int;
     fn floats(self, x: [f32; LANES]) -> Self::Float;
+    /// The numbers, one after the other.
+    fn to_ints(self, x: Self::Int) -> [i32; LANES];
     fn add(self, a: Self::Int, b: Self::Int) -> Self::Int;
     /// Bitwise or.
     fn or(self, a: Self::Int, b: Self::Int) -> Self::Int;
@@ -47,6 +49,10 @@ impl Lanes for Plain {
     }
     #[inline(always)]
     fn floats(self, x: [f32; LANES]) -> Self::Float {
+        x
+    }
+    #[inline(always)]
+    fn to_ints(self, x: Self::Int) -> [i32; LANES] {
         x
     }
     #[inline(always)]
@@ -126,6 +132,13 @@ mod avx2 {
         fn floats(self, x: [f32; LANES]) -> Self::Float {
             // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
             unsafe { _mm256_loadu_ps(x.as_ptr()) }
+        }
+        #[inline(always)]
+        fn to_ints(self, x: Self::Int) -> [i32; LANES] {
+            let mut out = [0; LANES];
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
+            unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), x) };
+            out
         }
         #[inline(always)]
         fn add(self, a: Self::Int, b: Self::Int) -> Self::Int {

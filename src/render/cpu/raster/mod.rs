@@ -7,12 +7,14 @@ mod clip;
 mod fill;
 mod lanes;
 mod simd;
+mod tested;
 mod triangle_setup;
 mod vertices;
 
-pub use batch::{Batches, Scratch};
+pub use batch::{Batches, Round, Scratch};
 pub use binning::{Bands, Bins};
 pub use fill::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
 pub use simd::LANES;
+pub use tested::Tested;
 pub use triangle_setup::smaller;
 pub use vertices::Viewport;

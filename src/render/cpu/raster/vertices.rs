@@ -131,6 +131,11 @@ impl Projection {
         Self { exact, single: exact.map(|c| c.map(|x| x as f32)), single_is_enough }
     }
 
+    /// `clip_from_local` times a power of two.
+    pub fn matrix(&self) -> DMat4 {
+        DMat4::from_cols_array_2d(&self.exact)
+    }
+
     /// Clip coordinates of a local point.
     pub fn clip(&self, p: DVec3) -> [f64; 4] {
         clip_of(&self.exact, p)

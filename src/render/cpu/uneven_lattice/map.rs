@@ -9,12 +9,14 @@ use std::ops::Range;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use rayon::prelude::*;
 
-use super::lattice::{Columns, Lattice};
+use super::lattice::{Columns, Lattice, Places};
+use super::tested::fill_tested;
 use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band};
 use crate::error::Result;
 use crate::memory::{filled, written_part};
 use crate::progress::Progress;
 use crate::render::cpu::raster::Bands;
+use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::scene::{Mesh, Scene};
 
 /// Vertices or triangles after which a batch ends; its vertices take 4 MB. One instance is never split.
@@ -42,6 +44,9 @@ struct Bins {
     bands: Vec<Vec<[u32; 3]>>,
     /// Triangles that touch more than [`FEW_BANDS`].
     large: Vec<[u32; 3]>,
+    /// Of a batch with alpha tests the numbers of these triangles in it, list by list.
+    numbers: Vec<Vec<u32>>,
+    large_numbers: Vec<u32>,
     extra: Vec<EvenVertex>,
     polygon: Polygon,
 }
@@ -74,15 +79,12 @@ impl Lattice {
                     let first_row = band * bands.rows();
                     let rows = first_row..(first_row + bands.rows()).min(self.rows.len());
                     for bins in bins {
-                        for list in [&bins.bands[band], &bins.large] {
-                            let (extra, rows) = (&bins.extra, rows.clone());
-                            match &self.columns {
-                                Columns::Even(columns) => {
-                                    fill_band(list, &vertices, extra, &self.rows, columns, rows, depth);
-                                }
-                                Columns::Uneven(columns) => {
-                                    fill_band(list, &vertices, extra, &self.rows, columns, rows, depth);
-                                }
+                        match &self.columns {
+                            Columns::Even(columns) => {
+                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), depth);
+                            }
+                            Columns::Uneven(columns) => {
+                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), depth);
                             }
                         }
                     }
@@ -93,7 +95,37 @@ impl Lattice {
         Ok(())
     }
 
-    /// The instances that are not outside one plane of the map, in batches.
+    /// Draws what a chunk leaves to a band.
+    #[allow(clippy::too_many_arguments)]
+    fn draw<C: Places>(
+        &self,
+        bins: &Bins,
+        batch: &[Draw],
+        vertices: &[EvenVertex],
+        columns: &C,
+        band: usize,
+        rows: Range<usize>,
+        depth: &mut [f32],
+    ) {
+        let (own, large) = (&bins.bands[band], &bins.large);
+        if !is_tested(batch) {
+            for list in [own, large] {
+                fill_band(list, vertices, &bins.extra, &self.rows, columns, rows.clone(), depth);
+            }
+            return;
+        }
+        for (list, numbers) in [(own, &bins.numbers[band]), (large, &bins.large_numbers)] {
+            let tested = |i: usize| {
+                let number = numbers[i] as usize;
+                let draw = &batch[batch.partition_point(|draw| draw.first_triangle <= number) - 1];
+                TestedTriangle::new(draw.mesh, number - draw.first_triangle, &draw.clip_from_local)
+            };
+            fill_tested(list, tested, vertices, &bins.extra, &self.rows, columns, rows.clone(), depth);
+        }
+    }
+
+    /// The instances that are not outside one plane of the map, in batches; those with alpha tests after all others, in batches
+    /// of their own.
     fn batches<'a>(&self, scene: &'a Scene) -> Vec<Vec<Draw<'a>>> {
         let visible: Vec<Option<DMat4>> = (0..scene.instances().len())
             .into_par_iter()
@@ -105,10 +137,16 @@ impl Lattice {
             })
             .collect();
         let mut batches: Vec<Vec<Draw>> = Vec::new();
-        let (mut first_vertex, mut first_triangle) = (BATCH, BATCH);
-        for (i, clip_from_local) in visible.into_iter().enumerate() {
-            let Some(clip_from_local) = clip_from_local else { continue };
+        let (mut first_vertex, mut first_triangle, mut was_tested) = (BATCH, BATCH, false);
+        let mut order: Vec<usize> = (0..visible.len()).filter(|&i| visible[i].is_some()).collect();
+        order.sort_by_key(|&i| scene.mesh_of(i).alpha_test().is_some());
+        for i in order {
+            let Some(clip_from_local) = visible[i] else { continue };
             let mesh = scene.mesh_of(i);
+            let is_tested = mesh.alpha_test().is_some();
+            if is_tested && !was_tested {
+                (first_vertex, first_triangle, was_tested) = (BATCH, BATCH, true);
+            }
             let (vertices, triangles) = (mesh.positions_local().len(), mesh.triangles().len());
             if (first_vertex + vertices).max(first_triangle + triangles) > BATCH {
                 batches.push(Vec::new());
@@ -183,6 +221,12 @@ impl Lattice {
         bins.bands.iter_mut().for_each(Vec::clear);
         bins.large.clear();
         bins.extra.clear();
+        bins.numbers.iter_mut().for_each(Vec::clear);
+        bins.large_numbers.clear();
+        let is_tested = is_tested(batch);
+        if is_tested {
+            bins.numbers.resize_with(bands.count as usize, Vec::new);
+        }
         let mut d = batch.partition_point(|draw| draw.first_triangle <= chunk.start) - 1;
         let mut start = chunk.start;
         while start < chunk.end {
@@ -190,12 +234,13 @@ impl Lattice {
             let triangles = draw.mesh.triangles();
             let end = chunk.end.min(draw.first_triangle + triangles.len());
             let own = &vertices[draw.first_vertex..];
-            for corners in &triangles[start - draw.first_triangle..end - draw.first_triangle] {
+            for (i, corners) in triangles[start - draw.first_triangle..end - draw.first_triangle].iter().enumerate() {
+                let number = is_tested.then_some((start + i) as u32);
                 let seen = corners.map(|c| own[c as usize]);
                 if seen.iter().any(EvenVertex::is_cut) {
-                    self.bin_cut(bins, draw, *corners, bands);
+                    self.bin_cut(bins, draw, *corners, number, bands);
                 } else {
-                    bins.add(corners.map(|c| draw.first_vertex as u32 + c), seen, bands);
+                    bins.add(corners.map(|c| draw.first_vertex as u32 + c), seen, number, bands);
                 }
             }
             start = end;
@@ -204,7 +249,7 @@ impl Lattice {
     }
 
     /// Bins what is left of a triangle that has to be cut.
-    fn bin_cut(&self, bins: &mut Bins, draw: &Draw, corners: [u32; 3], bands: Bands) {
+    fn bin_cut(&self, bins: &mut Bins, draw: &Draw, corners: [u32; 3], number: Option<u32>, bands: Bands) {
         let positions = draw.mesh.positions_local();
         let clip = corners.map(|c| clip_of(&draw.clip_from_local, positions[c as usize]));
         bins.polygon.start(clip);
@@ -215,14 +260,14 @@ impl Lattice {
         bins.extra.extend(bins.polygon.corners().iter().map(|clip| self.vertex(*clip)));
         for k in 2..bins.extra.len() - first {
             let fan = [first, first + k - 1, first + k];
-            bins.add(fan.map(|i| i as u32 | EXTRA), fan.map(|i| bins.extra[i]), bands);
+            bins.add(fan.map(|i| i as u32 | EXTRA), fan.map(|i| bins.extra[i]), number, bands);
         }
     }
 }
 
 impl Bins {
-    /// Lists a triangle where it may have a texel's centre.
-    fn add(&mut self, indices: [u32; 3], corners: [EvenVertex; 3], bands: Bands) {
+    /// Lists a triangle where it may have a texel's centre, with its number in the batch if that is asked for.
+    fn add(&mut self, indices: [u32; 3], corners: [EvenVertex; 3], number: Option<u32>, bands: Bands) {
         let [a, b, c] = corners;
         let rows = [a.first_row.min(b.first_row).min(c.first_row), a.first_row.max(b.first_row).max(c.first_row)];
         let first_column = a.first_column.min(b.first_column).min(c.first_column);
@@ -233,10 +278,19 @@ impl Bins {
         let (first, last) = (rows[0] >> bands.log2_rows, (rows[1] - 1) >> bands.log2_rows);
         if last - first >= FEW_BANDS {
             self.large.push(indices);
+            self.large_numbers.extend(number);
         } else {
             (first..=last).for_each(|band| self.bands[band as usize].push(indices));
+            if let Some(number) = number {
+                (first..=last).for_each(|band| self.numbers[band as usize].push(number));
+            }
         }
     }
+}
+
+/// Whether a batch has alpha tests; all of its draws have, or none.
+fn is_tested(batch: &[Draw]) -> bool {
+    batch.first().is_some_and(|draw| draw.mesh.alpha_test().is_some())
 }
 
 /// Clip coordinates of a local point.

@@ -2,6 +2,7 @@
 
 mod lattice;
 mod map;
+mod tested;
 mod triangle;
 
 pub use lattice::Lattice;

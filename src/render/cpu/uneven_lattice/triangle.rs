@@ -116,15 +116,30 @@ fn fill_all<C: Places>(
     band: Range<usize>,
     depth: &mut [f32],
 ) {
+    let width = columns.count();
     for indices in triangles {
-        let corners =
-            indices.map(|i| if i & EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !EXTRA) as usize] });
-        fill(corners, rows, columns, &band, depth);
+        spans(corners_of(*indices, vertices, extra), rows, columns, &band, |plane, row, span| {
+            let (start, from) = ((row - band.start) * width, span.start);
+            plane.draw(&mut depth[start + from..start + span.end], columns, from, rows[row]);
+        });
     }
 }
 
+/// The corners of a listed triangle.
 #[inline(always)]
-fn fill<C: Places>(corners: [&EvenVertex; 3], rows: &[f64], columns: &C, band: &Range<usize>, depth: &mut [f32]) {
+pub fn corners_of<'a>(indices: [u32; 3], vertices: &'a [EvenVertex], extra: &'a [EvenVertex]) -> [&'a EvenVertex; 3] {
+    indices.map(|i| if i & EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !EXTRA) as usize] })
+}
+
+/// Calls `each` with the depth of a triangle, and each row of a band in which it has columns, with these.
+#[inline(always)]
+pub fn spans<C: Places>(
+    corners: [&EvenVertex; 3],
+    rows: &[f64],
+    columns: &C,
+    band: &Range<usize>,
+    mut each: impl FnMut(&DepthPlane, usize, Range<usize>),
+) {
     let [mut a, mut b, mut c] = corners;
     // From top to bottom. Corners at one height may come in any order: no row is between them.
     if b.down < a.down {
@@ -142,22 +157,20 @@ fn fill<C: Places>(corners: [&EvenVertex; 3], rows: &[f64], columns: &C, band: &
     }
     let (long, upper, lower) = (Edge::new(a, c), Edge::new(a, b), Edge::new(b, c));
     let plane = DepthPlane::new(a, b, c);
-    let width = columns.count();
     for row in first..last {
         let down = rows[row];
         let short = if row < b.first_row as usize { &upper } else { &lower };
         let (p, q) = (long.column_at(down), short.column_at(down));
         let (from, to) = (columns.first(p.min(q)), columns.first(p.max(q)));
         if from < to {
-            let start = (row - band.start) * width;
-            plane.draw(&mut depth[start + from..start + to], columns, from, down);
+            each(&plane, row, from..to);
         }
     }
 }
 
 /// Depth as an affine function of the place, held between the corners' depths: of a triangle much thinner than its rounding no
 /// plane is known.
-struct DepthPlane {
+pub struct DepthPlane {
     column: f64,
     down: f64,
     z: f64,
@@ -183,7 +196,7 @@ impl DepthPlane {
     }
     /// Keeps what is nearer, in texels of a row from column `from` on.
     #[inline(always)]
-    fn draw<C: Places>(&self, texels: &mut [f32], columns: &C, from: usize, down: f64) {
+    pub fn draw<C: Places>(&self, texels: &mut [f32], columns: &C, from: usize, down: f64) {
         let per_down = (down - self.down) * self.per_down;
         let first = self.z + (columns.place(from) - self.column) * self.per_column + per_down;
         let step = columns.steps(from);

@@ -5,5 +5,6 @@ mod agreement;
 mod closed_form;
 mod footprint;
 mod footprints;
+mod holes;
 mod selection;
 mod strong_warps;

@@ -1,0 +1,46 @@
+// ids_pulled.wgsl with an alpha test; alpha_test.wgsl comes after this text.
+//
+// Group 1: 0 placements of the visible instances (see surface.wgsl), 1 columns of clip_from_local for each, 2 p_local
+// of the meshes of a group, 3 their vertex indices, 4 texture coordinates of the mesh. Vertex number: place in the index buffer.
+// Output: as in ids.wgsl.
+
+struct Placement {
+    eye_from_local_x: vec4f,
+    eye_from_local_y: vec4f,
+    eye_from_local_z: vec4f,
+    first_vertex: u32,
+    first_index: u32,
+    instance: u32,
+    unused: u32,
+}
+
+@group(1) @binding(0) var<storage, read> placements: array<Placement>;
+@group(1) @binding(1) var<storage, read> clip_from_local: array<mat4x4f>;
+@group(1) @binding(2) var<storage, read> vertices: array<f32>;
+@group(1) @binding(3) var<storage, read> indices: array<u32>;
+@group(1) @binding(4) var<storage, read> coordinates: array<vec2f>;
+
+struct Varyings {
+    @builtin(position) p_clip: vec4f,
+    @location(0) @interpolate(flat, either) ids: vec2u,
+    @location(1) uv: vec2f,
+}
+
+@vertex
+fn clip_position(@builtin(vertex_index) place: u32, @builtin(instance_index) slot: u32) -> Varyings {
+    let index = indices[place];
+    let at = 3 * (placements[slot].first_vertex + index);
+    let m = clip_from_local[slot];
+    // The same operations as in depth.wgsl.
+    let p_clip = ((m[0] * vertices[at] + m[1] * vertices[at + 1]) + m[2] * vertices[at + 2]) + m[3];
+    let ids = vec2u(slot + 1, (place - placements[slot].first_index) / 3);
+    return Varyings(p_clip, ids, coordinates[index]);
+}
+
+@fragment
+fn ids(v: Varyings) -> @location(0) vec2u {
+    if !exists(vec3f(v.uv, 1.0)) {
+        discard;
+    }
+    return v.ids;
+}

@@ -1,12 +1,14 @@
 //! The Python extension module: thin wrappers with the same stems as the core.
 
 mod aliasing;
+mod arguments;
 mod arrays;
 mod camera;
 mod camera_matrices;
 mod causes;
 mod convert;
 mod drivers;
+mod exceptions;
 mod footprint;
 mod gbuffer;
 mod library;

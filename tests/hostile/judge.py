@@ -17,7 +17,7 @@ from .found import Callee
 from .values import VALUES
 
 #: Seconds that a call may take.
-LIMIT = 6.0
+LIMIT = 20.0
 
 #: Arguments that messages call by another name, and which.
 SYNONYMS = {

@@ -17,9 +17,9 @@ import numpy.typing as npt
 from ..errors import ArgumentError
 from .words import reason_of, shown
 
-# Items that are read of what is no list, tuple or array: more than anybody has in a sequence of their own, and read in
-# some seconds at most.
-MOST_ITEMS = 1 << 22
+# Items that are read of what is no list or tuple, such as a generator: more than anybody has cameras, lights or
+# techniques; and numbers that are read of a sequence that is no array either. Both in a second at most.
+MOST_ITEMS, MOST_NUMBERS = 1 << 16, 1 << 21
 # Axes of an array: more than any argument has.
 MOST_AXES = 4
 # What numpy reads at once, without a look at the items.
@@ -171,7 +171,7 @@ def _read(value: object, depth: int) -> object:
         return np.asarray(value)
     if hasattr(type(value), "__len__") and hasattr(type(value), "__getitem__") and not hasattr(value, "keys"):
         length = len(cast("Any", value))
-        if length > MOST_ITEMS:
+        if length > MOST_NUMBERS:
             raise ValueError(f"it says that it has {length:,} items; give an array")
         items = list(itertools.islice(iter(cast("Iterable[Any]", value)), length + 1))
         if len(items) != length:

@@ -6,6 +6,9 @@
 /// Numbers that are turned into bytes at a time: enough for the hash to work on several blocks side by side.
 const CHUNK: usize = 4096;
 
+/// Numbers between two looks at whether to go on: some milliseconds of work. Whole chunks, so that it makes no difference.
+const WATCHED: usize = 256 * CHUNK;
+
 /// A number with its little-endian bytes.
 pub trait Element: Copy {
     /// Its size.
@@ -80,6 +83,21 @@ impl Digest {
     /// Adds a list of numbers.
     pub fn list<T: Element>(&mut self, list: &[T]) {
         self.count(list.len());
+        self.parts(list);
+    }
+    /// The same, asking now and then whether to go on.
+    ///
+    /// # Errors
+    /// Those of `check`; what was added is lost then.
+    pub fn watched_list<T: Element, E>(&mut self, list: &[T], check: impl Fn() -> Result<(), E>) -> Result<(), E> {
+        self.count(list.len());
+        list.chunks(WATCHED).try_for_each(|some| {
+            check()?;
+            self.parts(some);
+            Ok(())
+        })
+    }
+    fn parts<T: Element>(&mut self, list: &[T]) {
         for part in list.chunks(CHUNK) {
             self.bytes.resize(part.len() * T::BYTES, 0);
             let slots = self.bytes.chunks_exact_mut(T::BYTES).zip(part);
@@ -143,6 +161,10 @@ mod tests {
         let mut bytes = [1_u64.to_le_bytes().as_slice(), b"x", &(list.len() as u64).to_le_bytes()].concat();
         bytes.extend(list.iter().flat_map(|x| x.to_le_bytes()));
         assert_eq!(digest.finish(), *blake3::hash(&bytes).as_bytes());
+        let mut watched = Digest::new("x", Numbers::Equal);
+        watched.watched_list(&list, || Ok::<_, ()>(())).unwrap();
+        assert_eq!(watched.finish(), digest.finish());
+        assert_eq!(Digest::new("x", Numbers::Equal).watched_list(&list, || Err(1)), Err(1));
         assert_eq!(hex(&[0, 1, 255]), "0001ff");
     }
 }

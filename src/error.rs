@@ -25,7 +25,7 @@ pub enum Error {
         fix: Text,
     },
     /// A name that is not in a registry.
-    #[error("unknown {kind} {name:?}: expected one of {}", valid.join(", "))]
+    #[error("unknown {kind} {}: expected one of {}", readable(format!("{name:?}")), valid.join(", "))]
     UnknownName {
         /// What was looked up: "technique", "scene", "backend"...
         kind: Text,
@@ -131,6 +131,34 @@ impl Error {
         got: impl std::fmt::Display,
         fix: impl Into<Text>,
     ) -> Self {
-        Self::InvalidArgument { name: name.into(), expected: expected.into(), got: got.to_string(), fix: fix.into() }
+        let got = readable(got.to_string());
+        Self::InvalidArgument { name: name.into(), expected: expected.into(), got, fix: fix.into() }
+    }
+}
+
+/// Letters of what came that a message shows: some lines on a screen.
+const LONGEST_SHOWN: usize = 300;
+
+/// What came, no longer than one can read.
+fn readable(text: String) -> String {
+    match text.char_indices().nth(LONGEST_SHOWN) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_short_whatever_came() {
+        let long = "ä".repeat(100_000);
+        let unknown = Error::UnknownName { kind: "scene".into(), name: long.clone(), valid: vec!["a".into()] };
+        for error in [Error::argument("size", "a number", &long, "choose another"), unknown] {
+            let text = error.to_string();
+            assert!(text.chars().count() < 2 * LONGEST_SHOWN && text.contains("ä..."), "{text}");
+        }
+        assert!(Error::argument("size", "a number", "three", "choose another").to_string().contains("got three;"));
     }
 }

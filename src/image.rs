@@ -32,6 +32,11 @@ pub struct GBuffer {
     pub instance: Vec<i32>,
 }
 
+impl GBuffer {
+    /// Of a pixel: depth, triangle, instance, position, normal.
+    pub const BYTES: usize = 3 * 4 + 2 * size_of::<[f32; 3]>();
+}
+
 /// The part of a G-buffer that says where its surfaces are, borrowed.
 #[derive(Debug, Clone, Copy)]
 pub struct Surfaces<'a> {
@@ -92,6 +97,8 @@ impl Footprint {
     pub const DEPTH: usize = 9;
     /// How many planes there are.
     pub const PLANES: usize = 10;
+    /// Of a pixel.
+    pub const BYTES: usize = Self::PLANES * size_of::<f32>() + size_of::<i16>();
 
     /// One of the planes.
     pub fn plane(&self, k: usize) -> &[f32] {

@@ -83,7 +83,7 @@ def test_a_technique_that_fails_has_no_numbers_and_harms_no_other(scene):
     assert table.loc["psm", [*CAUSES.values(), "texel_mean", "unused"]].isna().all()
     assert table.loc["uniform", "texel_mean"] > 0
     assert report_errors.section_errors(study).count("<tr>") == 4  # two tables of a head and a row
-    with pytest.raises(KeyError, match="uniform"):
+    with pytest.raises(sl.errors.UnknownNameError, match="uniform"):
         study.footprint("psm")
 
 

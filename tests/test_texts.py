@@ -69,7 +69,7 @@ def test_a_technique_is_itself_and_a_preset_has_its_name():
     with pytest.raises(ArgumentError, match="expected no parameters"):
         sl.technique("preset:filament", near=1)
     for wrong in (None, 3, [1]):
-        with pytest.raises(ArgumentError, match=r"technique: expected a name .* got "):
+        with pytest.raises(ArgumentError, match=r"name: expected the name of a technique .* got "):
             sl.technique(wrong)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .text.checked import a_flag
 
 __all__ = ["Truth", "first_hit", "occluded", "shadow_mask"]
 
@@ -53,7 +54,7 @@ def shadow_mask(
         1 lit; 0 in shadow (also what faces away from the light, edge-on included); -1 undecided: the answer changes
         when rays move by what single precision resolves; -2 nothing there. `Truth` names them.
     """
-    if not progress:
+    if not a_flag("progress", progress):
         return _core.trace_shadow_mask(scene, camera, light, size=size)
     from tqdm.auto import tqdm
 

@@ -9,12 +9,15 @@ use rayon::prelude::*;
 use super::footprint::{check_surfaces, local_maps};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
+use crate::memory::check_images;
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light};
 
 /// Pixels between two looks at whether to stop: well below a millisecond of work.
 const AT_ONCE: usize = 4096;
+/// Texels between two looks at whether to go on.
+const TEXELS_AT_ONCE: usize = 1 << 20;
 
 /// Where each pixel's receiver lies in its map.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +45,7 @@ pub fn locate(
     let local = local_maps(p, surfaces.origin)?;
     let size = resolution.map(f64::from);
     let pixels = surfaces.triangle.len();
+    check_images("gbuffer", 1, surfaces.size, size_of::<[f64; 2]>() + size_of::<i16>())?;
     let width = surfaces.size[0] as usize;
     let mut texel = vec![[f64::NAN; 2]; pixels];
     let mut map = vec![Footprint::NOTHING; pixels];
@@ -86,12 +90,16 @@ pub fn reads(
     }
     let [width, height] = resolution.map(|n| n as usize);
     let texels = layers * width * height;
+    check_images("resolution", layers, resolution, size_of::<u32>())?;
     let mut counts: Vec<AtomicU32> = Vec::new();
     counts.try_reserve_exact(texels).map_err(|_| {
         let got = format!("{layers} maps of {width} x {height}");
         Error::argument("resolution", "maps that fit into memory", got, "choose fewer or smaller maps")
     })?;
-    counts.resize_with(texels, AtomicU32::default);
+    for texels in (0..texels).step_by(TEXELS_AT_ONCE).map(|first| texels.min(first + TEXELS_AT_ONCE)) {
+        progress.check()?;
+        counts.resize_with(texels, AtomicU32::default);
+    }
     let shift = 0.5 * f64::from(taps - 1);
     let held = |x: i64, side: usize| x.clamp(0, side as i64 - 1) as usize;
     let read = |(texel, map): (&[f64; 2], &i16)| {
@@ -109,6 +117,7 @@ pub fn reads(
         texel.iter().zip(map).filter(|(_, map)| **map >= 0).for_each(read);
         Ok::<_, Error>(())
     })?;
+    progress.check()?;
     Ok(counts.into_iter().map(AtomicU32::into_inner).collect())
 }
 

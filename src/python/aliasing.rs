@@ -128,7 +128,11 @@ impl PyMisclassified {
 pub fn misclassified(py: Python<'_>, mask: &Bound<'_, PyAny>, truth: &Bound<'_, PyAny>) -> PyResult<PyMisclassified> {
     let mask = array::<f32>(mask, "mask", &[None, None])?;
     let shape = [mask.shape()[0], mask.shape()[1]];
-    let truth = array::<i8>(truth, "truth", &[Some(shape[0]), Some(shape[1])])?;
+    let truth = array::<i8>(truth, "truth", &[None, None])?;
+    if truth.shape() != shape {
+        let got = format!("a mask {shape:?} and a truth {:?}", truth.shape());
+        return Err(argument_error(py, "mask, truth", "images of one shape", got, "render both at one size"));
+    }
     if shape.contains(&0) {
         let got = format!("shape {shape:?}");
         return Err(argument_error(py, "mask", "at least one pixel", got, "render an image first"));

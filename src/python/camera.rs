@@ -1,9 +1,12 @@
 //! `_core.Camera`.
 
+use std::f64::consts::FRAC_PI_3;
+
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments::{number_or, word};
 use super::camera_matrices::from_matrices;
 use super::convert::{
     OrRaise, argument_error, array, image, instance_of, mat4_to_array, number, rows3, to_exception, vec3, vec3_to_array,
@@ -66,19 +69,22 @@ impl PyCamera {
     /// ArgumentError
     ///     For anything not finite or outside its range, and for `up` parallel to the view.
     #[staticmethod]
-    #[pyo3(signature = (eye, target, *, up=None, fov_y=std::f64::consts::FRAC_PI_3, aspect=16.0 / 9.0, near=0.1, far=1000.0))]
+    #[pyo3(signature = (eye, target, *, up=None, fov_y=None, aspect=None, near=None, far=None),
+        text_signature = "(eye, target, *, up=None, fov_y=..., aspect=..., near=0.1, far=1000.0)")]
     #[allow(clippy::too_many_arguments)]
     fn look_at(
         py: Python<'_>,
         eye: &Bound<'_, PyAny>,
         target: &Bound<'_, PyAny>,
         up: Option<&Bound<'_, PyAny>>,
-        fov_y: f64,
-        aspect: f64,
-        near: f64,
-        far: f64,
+        fov_y: Option<&Bound<'_, PyAny>>,
+        aspect: Option<&Bound<'_, PyAny>>,
+        near: Option<&Bound<'_, PyAny>>,
+        far: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let up = up.map_or(Ok(glam::DVec3::Y), |up| vec3(up, "up"))?;
+        let (fov_y, aspect) = (number_or(fov_y, "fov_y", FRAC_PI_3)?, number_or(aspect, "aspect", 16.0 / 9.0)?);
+        let (near, far) = (number_or(near, "near", 0.1)?, number_or(far, "far", 1000.0)?);
         let camera = Camera::look_at(vec3(eye, "eye")?, vec3(target, "target")?, up, fov_y, aspect, near, far);
         Ok(Self { camera: camera.or_raise(py)? })
     }
@@ -226,7 +232,7 @@ impl PyCamera {
     fn replace(&self, py: Python<'_>, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let Some(changes) = changes else { return Ok(self.clone()) };
         for key in changes.keys() {
-            let name: String = key.extract()?;
+            let name = word(&key, "changes", "names of settings")?;
             if !CHANGES.contains(&name.as_str()) {
                 let valid = CHANGES.map(String::from).into();
                 return Err(to_exception(py, Error::UnknownName { kind: "setting of a camera".into(), name, valid }));

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched};
+use super::exceptions::refusable;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
@@ -17,7 +18,8 @@ use crate::scene::Light;
 
 /// The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16.
 #[pyfunction]
-#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter="nearest"))]
+#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter=None),
+    text_signature = "(maps, gbuffer, camera, light, parameterization, *, bias=None, filter='nearest')")]
 #[allow(clippy::type_complexity)]
 pub fn look_up<'py>(
     maps: &Bound<'py, PyAny>,
@@ -26,7 +28,7 @@ pub fn look_up<'py>(
     #[pyo3(from_py_with = light)] light: Light,
     parameterization: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
-    filter: &str,
+    filter: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i16>>)> {
     let py = maps.py();
     let p = as_parameterization(parameterization)?;
@@ -46,7 +48,8 @@ pub fn look_up<'py>(
 /// Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
 /// `shadowlab.aliasing.causes`.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter="nearest"))]
+#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter=None),
+    text_signature = "(scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter='nearest')")]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn causes<'py>(
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
@@ -57,7 +60,7 @@ pub fn causes<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
     maps: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
-    filter: &str,
+    filter: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray2<f32>>)> {
     let py = maps.py();
     let p = as_parameterization(parameterization)?;
@@ -85,9 +88,10 @@ pub fn causes<'py>(
 /// The maps as (K, H, W) or, of one, (H, W), with their width and height.
 fn layers<'py>(maps: &Bound<'py, PyAny>, count: usize) -> PyResult<(numpy::PyReadonlyArrayDyn<'py, f32>, [u32; 2])> {
     let found = match count {
-        1 => {
-            array::<f32>(maps, "maps", &[None, None]).or_else(|_| array::<f32>(maps, "maps", &[Some(1), None, None]))?
-        }
+        1 => array::<f32>(maps, "maps", &[None, None]).or_else(|error| {
+            refusable(maps.py(), error)?;
+            array::<f32>(maps, "maps", &[Some(1), None, None])
+        })?,
         _ => array::<f32>(maps, "maps", &[Some(count), None, None])?,
     };
     let shape = found.shape();

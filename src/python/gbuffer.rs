@@ -6,7 +6,7 @@ use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
 use super::camera::PyCamera;
-use super::convert::{image, instance_of, vec3_to_array};
+use super::convert::{image, instance_of, run_sized, vec3_to_array};
 use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
@@ -27,6 +27,9 @@ pub struct PyGBuffer {
     triangle: Py<PyArray2<i32>>,
     instance: Py<PyArray2<i32>>,
 }
+
+/// Pixels that are looked at in some milliseconds.
+const SOON: usize = 1 << 16;
 
 /// Its state.
 const NAME: &str = "GBuffer";
@@ -72,14 +75,14 @@ impl PyGBuffer {
         let depth = self.depth.bind(py).readonly();
         let depth = depth.as_slice()?;
         self.with_surfaces(py, |s| {
-            py.detach(|| {
-                digest.list(depth);
-                digest.list(s.position.as_flattened());
-                digest.list(s.normal.as_flattened());
-                digest.list(s.triangle);
-                digest.list(s.instance);
-            });
-            Ok(())
+            run_sized(py, depth.len() > SOON, |progress| {
+                let check = || progress.check();
+                digest.watched_list(depth, check)?;
+                digest.watched_list(s.position.as_flattened(), check)?;
+                digest.watched_list(s.normal.as_flattened(), check)?;
+                digest.watched_list(s.triangle, check)?;
+                digest.watched_list(s.instance, check)
+            })
         })
     }
 

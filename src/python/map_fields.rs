@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::DVec4;
 use pyo3::prelude::*;
 
-use super::convert::{argument_error, array, mat4_from_rows, shown, to_exception};
+use super::arguments::{items, word};
+use super::convert::{argument_error, array, mat4_from_rows, number, shown, to_exception};
 use crate::error::Error;
 use crate::parameterization::{PiecewiseLinear, PostWarp, Rectilinear, Region};
 
@@ -37,9 +38,9 @@ pub fn each<T>(
     count: usize,
     one: impl Fn(&Bound<'_, PyAny>) -> PyResult<T>,
 ) -> PyResult<Vec<T>> {
-    let items: Vec<Bound<'_, PyAny>> = list.extract().unwrap_or_default();
+    let (expected, fix) = (format!("a list of {count}, one for each map"), "give one for each matrix");
+    let items = items(list, name, &expected, fix)?;
     if items.len() != count {
-        let (expected, fix) = (format!("a list of {count}, one for each map"), "give one for each matrix");
         return Err(argument_error(list.py(), name, expected, shown(list), fix));
     }
     items.iter().map(one).collect()
@@ -50,21 +51,19 @@ pub fn post_warp_of(value: &Bound<'_, PyAny>) -> PyResult<PostWarp> {
     if value.is_none() {
         return Ok(PostWarp::None);
     }
-    if let Ok((kind, x, y)) = value.extract::<(String, Bound<'_, PyAny>, Bound<'_, PyAny>)>()
-        && kind == "rectilinear"
-    {
-        return Ok(PostWarp::Rectilinear(Arc::new(Rectilinear { x: function_of(&x)?, y: function_of(&y)? })));
-    }
-    match value.extract::<(String, f64, f64)>() {
-        Ok((kind, scale, offset)) if kind == "log" && scale.is_normal() && offset.is_finite() => {
-            Ok(PostWarp::Log { scale, offset })
-        }
-        _ => {
-            let expected = "None, (\"log\", scale, offset) with finite numbers and a scale other than 0, or \
-                            (\"rectilinear\", x, y) with knots (N, 2)";
-            let fix = "see Partition.post_warp_terms and post_warp_knots";
-            Err(argument_error(value.py(), "post_warp", expected, shown(value), fix))
-        }
+    let expected = "None, (\"log\", scale, offset) with finite numbers and a scale other than 0, or \
+                    (\"rectilinear\", x, y) with knots (N, 2)";
+    let fix = "see Partition.post_warp_terms and post_warp_knots";
+    let refused = || argument_error(value.py(), "post_warp", expected, shown(value), fix);
+    let parts = items(value, "post_warp", expected, fix)?;
+    let [kind, x, y] = parts.as_slice() else { return Err(refused()) };
+    match word(kind, "post_warp", "\"log\" or \"rectilinear\"")?.as_str() {
+        "rectilinear" => Ok(PostWarp::Rectilinear(Arc::new(Rectilinear { x: function_of(x)?, y: function_of(y)? }))),
+        "log" => match (number(x, "post_warp", fix)?, number(y, "post_warp", fix)?) {
+            (scale, offset) if scale.is_normal() && offset.is_finite() => Ok(PostWarp::Log { scale, offset }),
+            _ => Err(refused()),
+        },
+        _ => Err(refused()),
     }
 }
 

@@ -6,7 +6,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use super::alpha_test::{alpha_test, alpha_test_object};
-use super::convert::{OrRaise, array, image, rows3, vec3, vec3_to_array};
+use super::convert::{OrRaise, array, image, number, rows3, run_sized, vec3, vec3_to_array};
 use super::scene_states::reduce_mesh;
 use super::state::{Reduced, first_eight};
 use crate::digest::hex;
@@ -16,6 +16,17 @@ use crate::scene::{Mesh, Stored};
 #[pyclass(name = "Mesh", frozen, module = "shadowlab._core")]
 pub struct PyMesh {
     pub mesh: Arc<Mesh>,
+}
+
+/// Triangles of which a mesh is made, hashed or written out in some milliseconds.
+pub const SOON: usize = 1 << 15;
+
+/// The hash of a mesh, found where it is not known yet.
+fn hash_of(py: Python<'_>, mesh: &Mesh) -> PyResult<[u8; 32]> {
+    match mesh.known_hash() {
+        Some(hash) => Ok(hash),
+        None => run_sized(py, mesh.triangles().len() > SOON, |progress| mesh.content_hash(progress)),
+    }
 }
 
 #[pymethods]
@@ -28,7 +39,7 @@ impl PyMesh {
         let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
         let (vertices, faces) = (rows3(&vertices)?, rows3(&faces)?);
         let alpha = alpha.map(alpha_test).transpose()?;
-        let mesh = py.detach(|| Mesh::with_alpha_test(vertices, faces, alpha)).or_raise(py)?;
+        let mesh = run_sized(py, faces.len() > SOON, |progress| Mesh::watched(vertices, faces, alpha, progress))?;
         Ok(Self { mesh: Arc::new(mesh) })
     }
     /// The mesh of vertices in its stored frame, kept bit for bit: what `positions_local` and `frame` give.
@@ -53,10 +64,11 @@ impl PyMesh {
     fn from_local(
         positions: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
-        scale: f64,
+        scale: &Bound<'_, PyAny>,
         center: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let py = positions.py();
+        let scale = number(scale, "scale", "give a power of two")?;
         let positions = array::<f32>(positions, "positions", &[None, Some(3)])?;
         let faces = array::<i64>(faces, "faces", &[None, Some(3)])?;
         let center = vec3(center, "center")?;
@@ -90,15 +102,15 @@ impl PyMesh {
     }
     /// Hexadecimal hash of all that pictures depend on, the same in every process; see `Scene.content_hash`.
     #[getter]
-    fn content_hash(&self, py: Python<'_>) -> String {
-        hex(&py.detach(|| self.mesh.content_hash()))
+    fn content_hash(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(hex(&hash_of(py, &self.mesh)?))
     }
-    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         let (a, b) = (&self.mesh, &other.mesh);
-        Arc::ptr_eq(a, b) || py.detach(|| a.content_hash() == b.content_hash())
+        Ok(Arc::ptr_eq(a, b) || hash_of(py, a)? == hash_of(py, b)?)
     }
-    fn __hash__(&self, py: Python<'_>) -> u64 {
-        first_eight(&py.detach(|| self.mesh.content_hash()))
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(first_eight(&hash_of(py, &self.mesh)?))
     }
     fn __copy__<'py>(slf: &Bound<'py, Self>) -> Bound<'py, Self> {
         slf.clone()

@@ -3,12 +3,14 @@
 mod aliasing;
 mod alpha_states;
 mod alpha_test;
+mod arguments;
 mod arrays;
 mod camera;
 mod camera_matrices;
 mod causes;
 mod convert;
 mod drivers;
+mod exceptions;
 mod footprint;
 mod gbuffer;
 mod library;

@@ -1,8 +1,9 @@
 //! `_core.Note`.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
+use super::arguments::{items, whole, word};
 use super::convert::{OrRaise, argument_error, number, shown};
 use super::state::{Fault, Reader, Reduced, State, Writer, reduce};
 use crate::error::Error;
@@ -115,23 +116,26 @@ pub fn notes_tuple<'py>(py: Python<'py>, notes: &[Note]) -> PyResult<Bound<'py, 
 
 /// A number, or both ends of a range.
 fn span_of(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Span> {
-    match value.extract::<(f64, f64)>() {
-        Ok((least, most)) if least <= most => Ok(Span { least, most }),
-        Ok(_) => Err(argument_error(value.py(), name, "(least, most)", shown(value), "put the lesser number first")),
-        Err(_) => Ok(Span::of(number(value, name, "give a number, or a pair (least, most)")?)),
+    let fix = "give a number, or a pair (least, most)";
+    if !value.is_instance_of::<PyTuple>() && !value.is_instance_of::<PyList>() {
+        return Ok(Span::of(number(value, name, fix)?));
     }
-}
-
-/// The items of a sequence; text is none.
-fn items<'py, T: FromPyObjectOwned<'py>>(value: &Bound<'py, PyAny>, name: &str, expected: &str) -> PyResult<Vec<T>> {
-    value.extract::<Vec<T>>().map_err(|_| argument_error(value.py(), name, expected, shown(value), "give a list"))
+    let [least, most] = items(value, name, "(least, most)", fix)?
+        .try_into()
+        .map_err(|_: Vec<_>| argument_error(value.py(), name, "(least, most)", shown(value), fix))?;
+    match (number(&least, name, fix)?, number(&most, name, fix)?) {
+        (least, most) if least <= most => Ok(Span { least, most }),
+        _ => Err(argument_error(value.py(), name, "(least, most)", shown(value), "put the lesser number first")),
+    }
 }
 
 /// Indices of maps, at least one; nothing for all maps.
 fn maps_of(value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<usize>>> {
     let Some(value) = value else { return Ok(None) };
     let expected = "indices of maps, from 0, at least one";
-    let maps: Vec<usize> = items(value, "maps", expected)?;
+    let fix = "give a list";
+    let index = |item: &Bound<'_, PyAny>| Ok(whole(item, "maps", [0, i64::MAX], fix)? as usize);
+    let maps = items(value, "maps", expected, fix)?.iter().map(index).collect::<PyResult<Vec<_>>>()?;
     match maps.is_empty() {
         true => Err(argument_error(value.py(), "maps", expected, "none", "give None for all maps")),
         false => Ok(Some(maps)),
@@ -155,7 +159,7 @@ impl PyNote {
     #[pyo3(signature = (kind, details=None, values=None, maps=None))]
     fn new(
         py: Python<'_>,
-        kind: &str,
+        kind: &Bound<'_, PyAny>,
         details: Option<&Bound<'_, PyAny>>,
         values: Option<&Bound<'_, PyAny>>,
         maps: Option<&Bound<'_, PyAny>>,
@@ -166,14 +170,17 @@ impl PyNote {
             valid,
         };
         let kinds = || Kind::ALL.iter().map(|kind| kind.name().to_string()).collect();
-        let kind = Kind::named(kind).ok_or_else(|| unknown("kind of note", kind, kinds())).or_raise(py)?;
-        let details = details.map_or_else(|| Ok(Vec::new()), |list| items(list, "details", "names of details"))?;
+        let name = word(kind, "kind", "a kind of note, one of Note.KINDS")?;
+        let kind = Kind::named(&name).ok_or_else(|| unknown("kind of note", &name, kinds())).or_raise(py)?;
+        let expected = "names of details";
+        let details = details.map_or_else(|| Ok(Vec::new()), |list| items(list, "details", expected, "give a list"))?;
+        let details = details.iter().map(|item| word(item, "details", expected)).collect::<PyResult<Vec<_>>>()?;
         let of_kind = || Detail::ALL.iter().filter(|d| d.kind() == kind).map(|d| d.name().to_string()).collect();
         let detail = |name: &String| Detail::named(kind, name).ok_or_else(|| unknown("detail", name, of_kind()));
         let details = details.iter().map(detail).collect::<crate::Result<Vec<_>>>().or_raise(py)?;
         let names = Note::names(kind, &details);
-        let given = values.map_or_else(|| Ok(PyDict::new(py)), |values| values.extract::<Bound<'_, PyDict>>());
-        let given = given.ok().filter(|dict| dict.len() == names.len());
+        let given = values.map_or_else(|| Some(PyDict::new(py)), |values| values.cast::<PyDict>().ok().cloned());
+        let given = given.filter(|dict| dict.len() == names.len());
         let given = given.filter(|dict| names.iter().all(|name| dict.contains(name).unwrap_or(false)));
         let Some(given) = given else {
             let expected =

@@ -5,7 +5,9 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::arguments::word_or;
 use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, rows3, texels, to_exception};
+use super::exceptions::refusable;
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
@@ -103,7 +105,7 @@ impl PyParameterization {
     /// UnknownNameError
     ///     For a convention or a selection that does not exist.
     #[staticmethod]
-    #[pyo3(signature = (matrix, *, convention=None, resolution=None, eye_depth=None, selection="depth", post_warp=None,
+    #[pyo3(signature = (matrix, *, convention=None, resolution=None, eye_depth=None, selection=None, post_warp=None,
         regions=None),
         text_signature = "(matrix, *, convention=None, resolution=1024, eye_depth=None, selection='depth', post_warp=None, regions=None)")]
     #[allow(clippy::too_many_arguments)]
@@ -112,14 +114,16 @@ impl PyParameterization {
         convention: Option<&Bound<'_, PyAny>>,
         resolution: Option<&Bound<'_, PyAny>>,
         eye_depth: Option<&Bound<'_, PyAny>>,
-        selection: &str,
+        selection: Option<&Bound<'_, PyAny>>,
         post_warp: Option<&Bound<'_, PyAny>>,
         regions: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = matrix.py();
         let resolution = texels(resolution)?;
-        let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)])
-            .or_else(|_| array::<f64>(matrix, "matrix", &[Some(4), Some(4)]))?;
+        let stack = array::<f64>(matrix, "matrix", &[None, Some(4), Some(4)]).or_else(|error| {
+            refusable(py, error)?;
+            array::<f64>(matrix, "matrix", &[Some(4), Some(4)])
+        })?;
         let numbers = stack.as_slice()?;
         if numbers.is_empty() || !numbers.iter().all(|x| x.is_finite()) {
             let got = format!("shape {:?} with NaN, infinity or nothing", stack.shape());
@@ -135,9 +139,10 @@ impl PyParameterization {
             let fix = "a shadow matrix has an inverse; check where it comes from";
             return Err(argument_error(py, "matrix", "matrices of full rank", "a singular one", fix));
         }
-        let selection = SELECTIONS.iter().find(|s| s.0 == selection).map(|s| s.1).ok_or_else(|| {
+        let name = word_or(selection, "selection", "depth", "depth or containment")?;
+        let selection = SELECTIONS.iter().find(|s| s.0 == name).map(|s| s.1).ok_or_else(|| {
             let valid = SELECTIONS.iter().map(|s| s.0.to_string()).collect();
-            to_exception(py, Error::UnknownName { kind: "selection".into(), name: selection.into(), valid })
+            to_exception(py, Error::UnknownName { kind: "selection".into(), name, valid })
         })?;
         let ours = match convention {
             None => stack,
@@ -403,7 +408,10 @@ pub fn as_parameterization<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py
         return Ok(p.clone());
     }
     let py = value.py();
-    let made = py.get_type::<PyParameterization>().call_method1("from_matrix", (value,)).map_err(|_| {
+    let made = py.get_type::<PyParameterization>().call_method1("from_matrix", (value,)).map_err(|error| {
+        if let Err(other) = refusable(py, error) {
+            return other;
+        }
         let got = value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
         let expected = "a Parameterization, or a finite (4, 4) or (K, 4, 4) array";
         argument_error(py, "parameterization", expected, got, "call technique.parameterize(...) first")

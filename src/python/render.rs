@@ -7,6 +7,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
+use super::arguments::{number_or, word, word_or};
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, exception, image, instance_of, run_watched, size2, to_exception};
 use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
@@ -64,19 +65,19 @@ impl PyBias {
     #[pyo3(signature = (*, world=None, texels=None, ndc=None, slope=None, slope_limit=None))]
     fn new(
         py: Python<'_>,
-        world: Option<f64>,
-        texels: Option<f64>,
-        ndc: Option<f64>,
-        slope: Option<f64>,
-        slope_limit: Option<f64>,
+        world: Option<&Bound<'_, PyAny>>,
+        texels: Option<&Bound<'_, PyAny>>,
+        ndc: Option<&Bound<'_, PyAny>>,
+        slope: Option<&Bound<'_, PyAny>>,
+        slope_limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let d = Bias::default();
         let bias = Bias {
-            world: world.unwrap_or(d.world),
-            texels: texels.unwrap_or(d.texels),
-            ndc: ndc.unwrap_or(d.ndc),
-            slope: slope.unwrap_or(d.slope),
-            slope_limit: slope_limit.unwrap_or(d.slope_limit),
+            world: number_or(world, "world", d.world)?,
+            texels: number_or(texels, "texels", d.texels)?,
+            ndc: number_or(ndc, "ndc", d.ndc)?,
+            slope: number_or(slope, "slope", d.slope)?,
+            slope_limit: number_or(slope_limit, "slope_limit", d.slope_limit)?,
         };
         Ok(Self { bias: bias.checked().or_raise(py)? })
     }
@@ -122,12 +123,12 @@ impl PyBias {
     }
 }
 
-/// The filter of a name.
-pub fn filter_of(py: Python<'_>, name: &str) -> PyResult<Filter> {
-    Filter::NAMES.iter().find(|f| f.0 == name).map(|f| f.1).ok_or_else(|| {
-        let valid = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
-        to_exception(py, Error::UnknownName { kind: "filter".into(), name: name.into(), valid })
-    })
+/// The filter of a name; the nearest texel where none is given.
+pub fn filter_of(py: Python<'_>, name: Option<&Bound<'_, PyAny>>) -> PyResult<Filter> {
+    let valid: Vec<String> = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
+    let name = word_or(name, "filter", "nearest", &format!("one of {}", valid.join(", ")))?;
+    let found = Filter::NAMES.iter().find(|f| f.0 == name).map(|f| f.1);
+    found.ok_or_else(|| to_exception(py, Error::UnknownName { kind: "filter".into(), name, valid }))
 }
 
 /// A bias argument, or nothing for the default.
@@ -174,11 +175,12 @@ impl Drop for PyRenderer {
 #[pymethods]
 impl PyRenderer {
     #[new]
-    #[pyo3(signature = (backend="auto", *, adapter=None))]
-    fn new(py: Python<'_>, backend: &str, adapter: Option<&str>) -> PyResult<Self> {
+    #[pyo3(signature = (backend=None, *, adapter=None), text_signature = "(backend='auto', *, adapter=None)")]
+    fn new(py: Python<'_>, backend: Option<&Bound<'_, PyAny>>, adapter: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let cpu = || -> crate::Result<Arc<dyn Renderer>> { Ok(Arc::new(CpuRenderer::new())) };
-        let adapter = adapter.map(String::from);
-        let made = match backend {
+        let adapter = adapter.map(|adapter| word(adapter, "adapter", "part of the name of an adapter")).transpose()?;
+        let backend = word_or(backend, "backend", "auto", "one of auto, cpu, gpu")?;
+        let made = match backend.as_str() {
             "cpu" => cpu(),
             "gpu" => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
             "auto" if adapter.is_some() => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
@@ -288,7 +290,8 @@ impl PyRenderer {
     /// -------
     /// (H, W) float32
     ///     1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
-    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter="nearest"))]
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None),
+        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest')")]
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
@@ -299,7 +302,7 @@ impl PyRenderer {
         size: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = bias)] bias: Option<Bias>,
-        filter: &str,
+        filter: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;

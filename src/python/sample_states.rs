@@ -11,11 +11,13 @@ use pyo3::prelude::*;
 
 use super::arrays::borrowed;
 use super::camera::PyCamera;
-use super::convert::image;
+use super::convert::{OrRaise, image};
 use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
 use super::state::{Fault, Parts, Reader, State, Writer, seal};
 use crate::digest::{Digest, Numbers};
+use crate::error::Result;
 use crate::focus::{EdgeSample, Picture, Samples, Shadows};
+use crate::progress::Progress;
 use crate::render::MAX_IMAGE_SIDE;
 use crate::scene::Light;
 
@@ -52,7 +54,7 @@ pub fn head_of(samples: &Samples, numbers: Numbers) -> Writer {
     head
 }
 
-fn read_head(from: &mut Reader<'_>) -> Result<(glam::DVec3, Option<Picture>, Option<Light>), Fault> {
+fn read_head(from: &mut Reader<'_>) -> std::result::Result<(glam::DVec3, Option<Picture>, Option<Light>), Fault> {
     let origin = from.vector()?;
     let picture = match from.kind()? {
         0 => None,
@@ -76,29 +78,33 @@ fn read_head(from: &mut Reader<'_>) -> Result<(glam::DVec3, Option<Picture>, Opt
 }
 
 /// The digest of all of them.
-pub fn sealed(samples: &Samples, numbers: Numbers) -> [u8; 32] {
-    seal(NAME, VERSION, head_of(samples, numbers).bytes(), |digest| add(samples, digest))
+pub fn sealed(samples: &Samples, numbers: Numbers, progress: &Progress) -> Result<[u8; 32]> {
+    let mut added = Ok(());
+    let seal = seal(NAME, VERSION, head_of(samples, numbers).bytes(), |digest| added = add(samples, digest, progress));
+    added.map(|()| seal)
 }
 
 /// What equal samples share: numbers as numbers, and NaN to NaN.
-pub fn identity(samples: &Samples) -> [u8; 32] {
+pub fn identity(samples: &Samples, progress: &Progress) -> Result<[u8; 32]> {
     let mut digest = Digest::new(NAME, Numbers::Equal);
     digest.list(head_of(samples, Numbers::Equal).bytes());
-    add(samples, &mut digest);
-    digest.finish()
+    add(samples, &mut digest, progress)?;
+    Ok(digest.finish())
 }
 
-fn add(samples: &Samples, digest: &mut Digest) {
-    digest.list(samples.points.as_flattened());
-    digest.list(samples.normals.as_flattened());
+fn add(samples: &Samples, digest: &mut Digest, progress: &Progress) -> Result<()> {
+    let check = || progress.check();
+    digest.watched_list(samples.points.as_flattened(), check)?;
+    digest.watched_list(samples.normals.as_flattened(), check)?;
     if let Some(shadows) = &samples.shadows {
-        digest.list(&shadows.states);
+        digest.watched_list(&shadows.states, check)?;
         digest.list(&shadows.edges.iter().map(|e| e.sample).collect::<Vec<_>>());
         digest.list(&shadows.edges.iter().flat_map(|e| e.normal).collect::<Vec<_>>());
         digest.list(&shadows.edges.iter().map(|e| e.weight).collect::<Vec<_>>());
-        digest.list(&shadows.shaded);
-        digest.list(&shadows.image);
+        digest.watched_list(&shadows.shaded, check)?;
+        digest.watched_list(&shadows.image, check)?;
     }
+    Ok(())
 }
 
 /// The arrays.
@@ -154,6 +160,8 @@ pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Samples> {
     let edges = zipped.map(|((sample, normal), weight)| EdgeSample { sample, normal, weight }).collect();
     let known = light.map(|light| Shadows { light, states, edges, shaded, image: pixels });
     found.shadows = known;
-    parts.check_seal(py, |digest| add(&found, digest))?;
+    let mut added = Ok(());
+    parts.check_seal(py, |digest| added = add(&found, digest, &Progress::new()))?;
+    added.or_raise(py)?;
     Ok(py.detach(|| found.outlined()))
 }

@@ -4,8 +4,10 @@ use glam::DVec3;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
+use super::arguments::{whole, word_or};
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, array, image, instance_of, rows3, run_watched, size2};
+use super::convert::{OrRaise, argument_error, array, image, instance_of, rows3, run_sized, run_watched, size2};
+use super::exceptions::refusable;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::{light, light_to_object};
 use super::parameterization::as_parameterization;
@@ -22,6 +24,9 @@ use crate::techniques::Holds;
 pub struct PySamples {
     pub samples: Samples,
 }
+
+/// Samples that are looked at one by one in some milliseconds.
+pub const SOON: usize = 1 << 16;
 
 /// Samples for a technique.
 pub enum Given<'py> {
@@ -68,16 +73,18 @@ impl PySamples {
     /// ArgumentError
     ///     An argument of another type or shape; shadows without a light.
     #[staticmethod]
-    #[pyo3(signature = (gbuffer, camera, light=None, *, shadows=None, count=4096))]
+    #[pyo3(signature = (gbuffer, camera, light=None, *, shadows=None, count=None),
+        text_signature = "(gbuffer, camera, light=None, *, shadows=None, count=4096)")]
     fn from_gbuffer(
         py: Python<'_>,
         #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'_, PyGBuffer>,
         #[pyo3(from_py_with = camera)] camera: Bound<'_, PyCamera>,
         light: Option<&Bound<'_, PyAny>>,
         shadows: Option<&Bound<'_, PyAny>>,
-        count: usize,
+        count: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let light = light.map(self::light).transpose()?;
+        let count = kept_of(count)?;
         let camera = camera.get().camera;
         let [w, h] = gbuffer.get().picture().map(|n| Some(n as usize));
         let states = match (shadows, &light) {
@@ -86,12 +93,13 @@ impl PySamples {
             (Some(shadows), Some(_)) => Some(states_of(shadows, "shadows", &[h, w])?),
         };
         let samples = gbuffer.get().with_surfaces(py, |surfaces| {
-            run_watched(py, None, |_| {
-                let samples = Samples::of_surfaces(surfaces, &camera);
-                Ok(match (states, light) {
-                    (Some(states), Some(light)) => samples.with_shadows(&light, states, surfaces, count),
-                    _ => samples,
-                })
+            run_watched(py, None, |progress| {
+                let check = || progress.check();
+                let samples = Samples::of_surfaces_watched(surfaces, &camera, check)?;
+                match (states, light) {
+                    (Some(states), Some(light)) => samples.with_shadows_watched(&light, states, surfaces, count, check),
+                    _ => Ok(samples),
+                }
             })
         })?;
         Ok(Self { samples })
@@ -125,7 +133,8 @@ impl PySamples {
     /// ArgumentError
     ///     An argument of another type or shape, or not finite; shadows or edges without a light, edges without shadows.
     #[staticmethod]
-    #[pyo3(signature = (positions, normals, camera, light=None, *, size=None, shadows=None, edge_normals=None, weights=None, count=4096))]
+    #[pyo3(signature = (positions, normals, camera, light=None, *, size=None, shadows=None, edge_normals=None, weights=None, count=None),
+        text_signature = "(positions, normals, camera, light=None, *, size=None, shadows=None, edge_normals=None, weights=None, count=4096)")]
     #[allow(clippy::too_many_arguments)]
     fn from_arrays(
         py: Python<'_>,
@@ -137,9 +146,10 @@ impl PySamples {
         shadows: Option<&Bound<'_, PyAny>>,
         edge_normals: Option<&Bound<'_, PyAny>>,
         weights: Option<&Bound<'_, PyAny>>,
-        count: usize,
+        count: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let light = light.map(self::light).transpose()?;
+        let count = kept_of(count)?;
         let size = size.map_or(Ok([128; 2]), |size| size2(size, "size"))?;
         let positions = array::<f64>(positions, "positions", &[None, Some(3)])?;
         let positions: Vec<DVec3> = rows3(&positions)?.iter().map(|p| DVec3::from_array(*p)).collect();
@@ -278,7 +288,8 @@ impl PySamples {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
-        Ok(py.detach(|| survey::outside(&self.samples, p)).or_raise(py)?.into())
+        let takes_long = self.samples.len() > SOON;
+        Ok(run_sized(py, takes_long, |progress| survey::outside(&self.samples, p, progress))?.into())
     }
     /// Visible points that a map must hold and that no map holds.
     ///
@@ -298,11 +309,11 @@ impl PySamples {
     /// ------
     /// ArgumentError
     ///     Samples without shadow states, or another word.
-    #[pyo3(signature = (parameterization, holds="shadow"))]
-    fn missed(&self, parameterization: &Bound<'_, PyAny>, holds: &str) -> PyResult<usize> {
+    #[pyo3(signature = (parameterization, holds=None), text_signature = "($self, parameterization, holds='shadow')")]
+    fn missed(&self, parameterization: &Bound<'_, PyAny>, holds: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let holds = match holds {
+        let holds = match word_or(holds, "holds", "shadow", "shadow or seen")?.as_str() {
             "shadow" => Holds::Shadow,
             "seen" => Holds::Seen,
             other => {
@@ -311,7 +322,7 @@ impl PySamples {
             }
         };
         let p = &p.get().p;
-        py.detach(|| survey::missed(&self.samples, p, holds)).or_raise(py)
+        run_sized(py, self.samples.len() > SOON, |progress| survey::missed(&self.samples, p, holds, progress))
     }
     /// The mean width of the texels of maps across the edges of visible shadows, pixels (10.8).
     ///
@@ -342,14 +353,15 @@ impl PySamples {
         let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
         py.detach(|| survey::edge_width(&self.samples, p, resolution)).or_raise(py)
     }
-    fn __eq__(&self, other: PyRef<'_, Self>) -> bool {
-        std::ptr::eq(self, &*other) || identity(&self.samples) == identity(&other.samples)
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(std::ptr::eq(self, &*other) || self.identity(py)? == other.identity(py)?)
     }
-    fn __hash__(&self) -> u64 {
-        first_eight(&identity(&self.samples))
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(first_eight(&self.identity(py)?))
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let (head, seal) = (head_of(&self.samples, Numbers::Exact), sealed(&self.samples, Numbers::Exact));
+        let (head, takes_long) = (head_of(&self.samples, Numbers::Exact), self.samples.len() > SOON);
+        let seal = run_sized(py, takes_long, |progress| sealed(&self.samples, Numbers::Exact, progress))?;
         reduced(py, NAME, VERSION, head.bytes(), &seal, arrays_of(py, &self.samples)?)
     }
     fn __repr__(&self) -> String {
@@ -359,6 +371,9 @@ impl PySamples {
 }
 
 impl PySamples {
+    fn identity(&self, py: Python<'_>) -> PyResult<[u8; 32]> {
+        run_sized(py, self.samples.len() > SOON, |progress| identity(&self.samples, progress))
+    }
     fn each<T>(&self, of: impl Fn(usize) -> T) -> Vec<T> {
         self.samples.chosen().iter().map(|edge| of(edge.sample as usize)).collect()
     }
@@ -370,6 +385,12 @@ fn rows<T: numpy::Element, const N: usize>(py: Python<'_>, rows: Vec<[T; N]>) ->
     image(py, rows.into_flattened(), [n, N])
 }
 
+/// How many samples at edges are kept, 4096 where nobody says.
+fn kept_of(count: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
+    let found = count.map_or(Ok(4096), |count| whole(count, "count", [0, i64::MAX], "4096 is a good start"))?;
+    Ok(found as usize)
+}
+
 fn lightless(py: Python<'_>, what: &str) -> PyErr {
     let fix = "give the light too: samples know the shadows of one light";
     argument_error(py, "light", format!("a light, where {what} are given"), "none", fix)
@@ -377,9 +398,10 @@ fn lightless(py: Python<'_>, what: &str) -> PyErr {
 
 /// States of an array of them, or of a mask of light.
 fn states_of(shadows: &Bound<'_, PyAny>, name: &str, shape: &[Option<usize>]) -> PyResult<Vec<i8>> {
-    if let Ok(states) = array::<i8>(shadows, name, shape) {
-        return Ok(states.as_slice()?.to_vec());
-    }
+    match array::<i8>(shadows, name, shape) {
+        Ok(states) => return Ok(states.as_slice()?.to_vec()),
+        Err(error) => refusable(shadows.py(), error)?,
+    };
     let light = array::<f32>(shadows, name, shape)?;
     Ok(light.as_slice()?.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

@@ -9,13 +9,17 @@ use glam::DAffine3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
+use super::arguments::items;
 use super::convert::{
-    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, run_watched, shown, vec3_to_array,
+    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, run_sized, run_watched, vec3_to_array,
 };
-use super::mesh::PyMesh;
+use super::mesh::{PyMesh, SOON};
 use super::scene_states::reduce_scene;
 use super::state::{Reduced, first_eight};
 use crate::digest::hex;
+use crate::error::{Error, Result};
+use crate::memory::{check_room, with_room};
+use crate::progress::Progress;
 use crate::scene::{Instance, Scene};
 use crate::threads;
 use crate::trace::Tracer;
@@ -82,6 +86,17 @@ impl Drop for Building<'_> {
     }
 }
 
+/// The hash of a scene, found where it is not known yet.
+fn hash_of(py: Python<'_>, scene: &Scene) -> PyResult<[u8; 32]> {
+    match scene.known_hash() {
+        Some(hash) => Ok(hash),
+        None => {
+            let triangles: usize = scene.meshes().iter().map(|mesh| mesh.triangles().len()).sum();
+            run_sized(py, triangles + scene.instances().len() > SOON, |progress| scene.content_hash(progress))
+        }
+    }
+}
+
 /// A scene argument.
 pub fn scene<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyScene>> {
     let fix = "make one with load_scene, Scene.from_trimesh, Scene.from_arrays or library.scene";
@@ -104,10 +119,10 @@ impl PyScene {
             let other = other.get();
             return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
         };
-        let Ok(meshes) = meshes.extract::<Vec<PyRef<'_, PyMesh>>>() else {
-            let fix = "make them with shadowlab._core.Mesh, or use Scene.from_arrays";
-            return Err(argument_error(py, "meshes", "a sequence of Mesh", shown(meshes), fix));
-        };
+        let fix = "make them with shadowlab._core.Mesh, or use Scene.from_arrays";
+        let meshes = items(meshes, "meshes", "a sequence of Mesh", fix)?;
+        let mesh = |item: &Bound<'_, PyAny>| Ok(Arc::clone(&instance_of::<PyMesh>(item, "meshes", fix)?.get().mesh));
+        let meshes = meshes.iter().map(mesh).collect::<PyResult<Vec<_>>>()?;
         let mesh_index = array::<i64>(mesh_index, "mesh_index", &[None])?;
         let transforms = array::<f64>(transforms, "transforms", &[None, Some(4), Some(4)])?;
         let (mesh_index, transforms) = (mesh_index.as_slice()?, transforms.as_slice()?.as_chunks::<16>().0);
@@ -126,9 +141,12 @@ impl PyScene {
             let mesh = u32::try_from(mesh).unwrap_or(u32::MAX);
             instances.push(Instance { mesh, world_from_mesh: DAffine3::from_mat4(mat4_from_rows(rows)) });
         }
-        let meshes: Vec<_> = meshes.iter().map(|m| m.mesh.clone()).collect();
-        let scene = py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?;
-        Ok(scene.into())
+        let points: usize =
+            instances.iter().filter_map(|i| meshes.get(i.mesh as usize)).map(|m| m.triangles().len()).sum();
+        if points > SOON {
+            return Ok(run_watched(py, None, |progress| Scene::watched(meshes, instances, progress))?.into());
+        }
+        Ok(py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?.into())
     }
     /// Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for
     /// every version of Python. Equal scenes have equal hashes.
@@ -144,16 +162,16 @@ impl PyScene {
     /// >>> a.content_hash == b.content_hash, a == b, a is b
     /// (True, True, False)
     #[getter]
-    fn content_hash(&self, py: Python<'_>) -> String {
-        hex(&py.detach(|| self.scene.content_hash()))
+    fn content_hash(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(hex(&hash_of(py, &self.scene)?))
     }
-    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> bool {
+    fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         let (a, b) = (&self.scene, &other.scene);
         let counts = |s: &Scene| (s.meshes().len(), s.instances().len(), s.triangle_count());
-        a.is(b) || (counts(a) == counts(b) && py.detach(|| a.content_hash() == b.content_hash()))
+        Ok(a.is(b) || (counts(a) == counts(b) && hash_of(py, a)? == hash_of(py, b)?))
     }
-    fn __hash__(&self, py: Python<'_>) -> u64 {
-        first_eight(&py.detach(|| self.scene.content_hash()))
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(first_eight(&hash_of(py, &self.scene)?))
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce_scene(py, &self.scene)
@@ -209,17 +227,36 @@ impl PyScene {
     /// Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order.
     #[allow(clippy::type_complexity)]
     fn to_arrays<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i32>>)> {
-        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-        py.detach(|| {
-            for (i, to_world) in self.scene.world_from_local().iter().enumerate() {
-                let mesh = self.scene.mesh_of(i);
-                let first = (vertices.len() / 3) as i32;
-                let points = mesh.positions_local().iter();
-                vertices.extend(points.flat_map(|p| to_world.transform_point3(p.as_dvec3()).to_array()));
-                faces.extend(mesh.triangles().iter().flatten().map(|&v| first + v as i32));
-            }
-        });
+        let scene = &self.scene;
+        let (vertices, faces) = run_sized(py, scene.triangle_count() > SOON as u64, |progress| baked(scene, progress))?;
         let (v, f) = (vertices.len() / 3, faces.len() / 3);
         Ok((image(py, vertices, [v, 3])?, image(py, faces, [f, 3])?))
     }
+}
+
+/// Vertices or triangles between two looks at whether to go on: some milliseconds of work.
+const AT_ONCE: usize = 1 << 16;
+
+/// World vertices and indices of all instances, one after the other.
+fn baked(scene: &Scene, progress: &Progress) -> Result<(Vec<f64>, Vec<i32>)> {
+    let count: u64 = (0..scene.instances().len()).map(|i| scene.mesh_of(i).positions_local().len() as u64).sum();
+    if count > i32::MAX as u64 {
+        let expected = format!("a scene of at most {} vertices, instances counted each time", i32::MAX);
+        return Err(Error::argument("scene", expected, count, "take its meshes and transforms instead"));
+    }
+    check_room("scene", 24 * count + 12 * scene.triangle_count(), || format!("{count} vertices"))?;
+    let mut vertices = with_room("scene", 3 * count as usize)?;
+    let mut faces = with_room("scene", 3 * scene.triangle_count() as usize)?;
+    for (i, to_world) in scene.world_from_local().iter().enumerate() {
+        let (mesh, first) = (scene.mesh_of(i), (vertices.len() / 3) as i32);
+        for points in mesh.positions_local().chunks(AT_ONCE) {
+            progress.check()?;
+            vertices.extend(points.iter().flat_map(|p| to_world.transform_point3(p.as_dvec3()).to_array()));
+        }
+        for triangles in mesh.triangles().chunks(AT_ONCE) {
+            progress.check()?;
+            faces.extend(triangles.iter().flatten().map(|&v| first + v as i32));
+        }
+    }
+    Ok((vertices, faces))
 }

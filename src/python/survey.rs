@@ -4,11 +4,11 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, image, run_watched, size2};
+use super::convert::{image, run_sized, run_watched, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::samples::{PySamples, samples};
+use super::samples::{PySamples, SOON, samples};
 use super::scene::{PyScene, scene};
 use crate::survey;
 use crate::techniques::Needs;
@@ -40,8 +40,9 @@ pub fn drawn_samples(
     #[pyo3(from_py_with = scene)] scene: Bound<'_, PyScene>,
     #[pyo3(from_py_with = camera)] camera: Bound<'_, PyCamera>,
     #[pyo3(from_py_with = light)] light: crate::Light,
-    gbuffer: Option<Bound<'_, PyGBuffer>>,
+    gbuffer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PySamples> {
+    let gbuffer = gbuffer.map(self::gbuffer).transpose()?;
     let (scene, camera, needs) = (&scene.get().scene, &camera.get().camera, Needs::Shadows);
     let samples = match gbuffer {
         Some(gbuffer) => gbuffer.get().with_surfaces(py, |surfaces| {
@@ -67,5 +68,5 @@ pub fn predict_wrong(
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let samples = &samples.get().samples;
-    py.detach(|| survey::predict(samples, p, resolution)).or_raise(py)
+    run_sized(py, samples.len() > SOON, |progress| survey::predict(samples, p, resolution, progress))
 }

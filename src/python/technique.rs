@@ -1,10 +1,14 @@
 //! `_core.Technique` and the registry's table.
 
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
+use super::arguments::{items, word};
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, number, run_watched, texels};
+use super::convert::{OrRaise, argument_error, array, number, run_sized, run_watched, shown, texels};
+use super::exceptions::refusable;
 use super::light::light;
 use super::map_states::{read_settings, write_settings};
 use super::parameterization::PyParameterization;
@@ -14,8 +18,12 @@ use super::settings::{settings_dict, value_text};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::focus::Samples;
 use crate::parameterization::Value;
+use crate::progress::Progress;
 use crate::survey;
 use crate::techniques::{self, Default, Holds, Needs, Technique};
+
+/// Maps times instances, or times samples, that take some milliseconds.
+const SOON: usize = 1 << 15;
 
 /// A technique with its settings.
 #[pyclass(name = "Technique", frozen, eq, hash, module = "shadowlab")]
@@ -43,14 +51,15 @@ impl PyTechnique {
     /// The technique of that name; parameters by keyword, as `techniques()` lists them.
     #[new]
     #[pyo3(signature = (name, **params))]
-    fn new(py: Python<'_>, name: &str, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(py: Python<'_>, name: &Bound<'_, PyAny>, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let name = word(name, "name", "the name of a technique")?;
         let mut given = Vec::new();
         for (key, value) in params.into_iter().flatten() {
-            let key: String = key.extract()?;
+            let key = word(&key, "params", "names of parameters")?;
             let value = value_from_object(&value, &key)?;
             given.push((key, value));
         }
-        Ok(Self { technique: techniques::technique(name, &given).or_raise(py)? })
+        Ok(Self { technique: techniques::technique(&name, &given).or_raise(py)? })
     }
     /// Name in the registry.
     #[getter]
@@ -145,26 +154,30 @@ impl PyTechnique {
     ) -> PyResult<PyParameterization> {
         let (scene, camera, technique) = (&scene.get().scene, &camera.get().camera, &self.technique);
         let (needs, resolution) = (technique.needs(), texels(resolution)?);
+        let fitted = |samples: Option<&Samples>, progress: &Progress| {
+            technique.parameterize_watched(scene, camera, &light, resolution, samples, progress)
+        };
         if needs == Needs::Nothing {
-            return Ok(technique.parameterize_seen(scene, camera, &light, resolution, None).or_raise(py)?.into());
+            // What a map takes grows with the boxes that it looks at.
+            let takes_long = technique.most_maps().saturating_mul(scene.instances().len()) > SOON;
+            return Ok(run_sized(py, takes_long, |progress| fitted(None, progress))?.into());
         }
         technique.serves(&light).or_raise(py)?;
-        let fitted =
-            |samples: Option<&Samples>| technique.parameterize_seen(scene, camera, &light, resolution, samples);
         let p = match samples {
             Some(Given::Samples(samples)) => {
                 let samples = &samples.get().samples;
-                py.detach(|| fitted(Some(samples))).or_raise(py)?
+                let takes_long = technique.most_maps().saturating_mul(samples.len()) > SOON;
+                run_sized(py, takes_long, |progress| fitted(Some(samples), progress))?
             }
             Some(Given::GBuffer(gbuffer)) => gbuffer.get().with_surfaces(py, |surfaces| {
                 run_watched(py, None, |progress| {
                     let seen = survey::samples_of_surfaces(scene, camera, &light, *surfaces, needs, progress)?;
-                    fitted(Some(&seen))
+                    fitted(Some(&seen), progress)
                 })
             })?,
             None => run_watched(py, None, |progress| {
                 let seen = survey::samples_of_view(scene, camera, &light, needs, progress)?;
-                fitted(seen.as_ref())
+                fitted(seen.as_ref(), progress)
             })?,
         };
         Ok(p.into())
@@ -219,27 +232,31 @@ pub fn renamed_words() -> Vec<(&'static str, &'static str, &'static str, &'stati
 }
 
 /// The text of a technique or of its name; nothing for another type.
-fn text_of_technique(value: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+fn text_of_technique(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<String>> {
     if let Ok(technique) = value.cast::<PyTechnique>() {
         return Ok(Some(techniques::text_of(&*technique.get().technique)));
     }
-    if value.is_instance_of::<PyString>() { value.extract().map(Some) } else { Ok(None) }
+    if value.is_instance_of::<PyString>() { word(value, name, WORDS).map(Some) } else { Ok(None) }
 }
 
 /// The texts of several techniques as one; nothing where one of them is none.
-fn text_of_techniques(values: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+fn text_of_techniques(values: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<String>> {
     let mut texts = Vec::new();
-    for value in values.try_iter()? {
-        let Some(text) = text_of_technique(&value?)? else { return Ok(None) };
+    for value in items(values, name, WORDS, FIX)? {
+        let Some(text) = text_of_technique(&value, name)? else { return Ok(None) };
         texts.push(if text.contains(':') { format!("({text})") } else { text });
     }
     Ok((!texts.is_empty()).then(|| texts.join("/")))
 }
 
+/// What a parameter may be.
+const WORDS: &str = "a number, several, a bool, a word or a technique";
+const FIX: &str = "see shadowlab.techniques()";
+
 fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     // bool first: it is an int to Python.
     if value.is_instance_of::<PyBool>() {
-        return Ok(Value::Flag(value.extract()?));
+        return Ok(Value::Flag(value.is_truthy()?));
     }
     if value.is_instance_of::<PyInt>() {
         // One beyond 64 bits is out of every range, and is told as a number.
@@ -251,29 +268,36 @@ fn value_from_object(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Number(value.extract()?));
     }
-    if let Some(text) = text_of_technique(value)? {
+    if let Some(text) = text_of_technique(value, name)? {
         return Ok(Value::Choice(text));
     }
     if (value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>())
-        && let Some(text) = text_of_techniques(value)?
+        && let Some(text) = text_of_techniques(value, name)?
     {
         return Ok(Value::Choice(text));
     }
-    if let Ok(list) = value.extract::<Vec<f64>>() {
-        return Ok(Value::Numbers(list));
+    let py = value.py();
+    let numpy = py.import("numpy")?;
+    let is_scalar = value.is_instance(&numpy.getattr("generic")?)?;
+    if is_scalar || value.cast::<PyUntypedArray>().is_ok_and(|array| array.ndim() == 0) {
+        let item = value.call_method0("item").map_err(|e| refused(value, name, refusable(py, e)))?;
+        // Dates and records are nothing else.
+        if [PyBool::type_object(py), PyInt::type_object(py), PyFloat::type_object(py), PyString::type_object(py)]
+            .iter()
+            .any(|plain| item.get_type().is(plain))
+        {
+            return value_from_object(&item, name);
+        }
+        return Err(refused(value, name, Ok(())));
     }
-    if let Ok(item) = value.call_method0("item")
-        && !item.get_type().is(value.get_type())
-    {
-        // A numpy scalar.
-        return value_from_object(&item, name);
+    // Texts and techniques among numbers are neither.
+    match array::<f64>(value, name, &[None]) {
+        Ok(list) => Ok(Value::Numbers(list.as_slice()?.to_vec())),
+        Err(error) => Err(refused(value, name, refusable(py, error))),
     }
-    let got = value.repr()?.to_string();
-    Err(argument_error(
-        value.py(),
-        name,
-        "a number, several, a bool, a word or a technique",
-        got,
-        "see shadowlab.techniques()",
-    ))
+}
+
+/// The error for a value that is none, unless another one is on its way that is no mistake of the caller's.
+fn refused<T>(value: &Bound<'_, PyAny>, name: &str, cause: PyResult<T>) -> PyErr {
+    cause.err().unwrap_or_else(|| argument_error(value.py(), name, WORDS, shown(value), FIX))
 }

@@ -1,8 +1,8 @@
 //! How many threads parallel work has.
 
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
 
+use super::arguments::whole_number;
 use super::convert::{OrRaise, argument_error, shown};
 use crate::threads;
 
@@ -24,8 +24,7 @@ use crate::threads;
 #[pyfunction]
 pub fn set_threads(py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     let Some(n) = n else { return threads::set(None).or_raise(py) };
-    let number = if n.is_instance_of::<PyBool>() { None } else { n.extract::<i64>().ok() };
-    let wanted = number.and_then(|n| usize::try_from(n).ok()).filter(|n| (1..=threads::MOST).contains(n));
+    let wanted = whole_number(n)?.and_then(|n| usize::try_from(n).ok()).filter(|n| (1..=threads::MOST).contains(n));
     let Some(wanted) = wanted else {
         let expected = format!("a whole number between 1 and {}, or None", threads::MOST);
         return Err(argument_error(py, "n", expected, shown(n), "None means as many as there are cores"));

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
+use super::arguments::number_or;
 use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
@@ -76,17 +78,26 @@ pub fn occluded<'py>(
     let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
     let directions = rows3(&directions)?;
     let each = match t_max {
-        Some(t) if t.extract::<f64>().is_err() => Some(array::<f64>(t, "t_max", &[Some(origins.len())])?),
+        Some(t) if !is_single(t) => Some(array::<f64>(t, "t_max", &[Some(origins.len())])?),
         _ => None,
     };
     let limits = match (&each, t_max) {
         (Some(each), _) => Cow::Borrowed(each.as_slice()?),
-        (None, t) => Cow::Owned(vec![t.map_or(Ok(f64::INFINITY), |t| t.extract())?; origins.len()]),
+        (None, t) => Cow::Owned(vec![number_or(t, "t_max", f64::INFINITY)?; origins.len()]),
     };
     let tracer = scene.get().tracer(py, None)?;
     let answers = run_watched(py, None, |progress| tracer.occluded(origins, directions, &limits, progress))?;
     let n = answers.len();
     image(py, answers, [n])
+}
+
+/// Whether it is one number for all rays.
+fn is_single(value: &Bound<'_, PyAny>) -> bool {
+    let zero_axes = |array: &Bound<'_, PyUntypedArray>| array.ndim() == 0;
+    value.is_instance_of::<PyFloat>()
+        || value.is_instance_of::<PyInt>()
+        || value.cast::<PyUntypedArray>().is_ok_and(zero_axes)
+        || value.cast::<PyUntypedArray>().is_err() && value.len().is_err()
 }
 
 /// Bytes of the acceleration structure (built if it is not there yet).

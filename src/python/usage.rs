@@ -38,14 +38,15 @@ pub fn texel_coordinates<'py>(
 
 /// How many pixels read each texel: (K, H, W) uint32.
 #[pyfunction]
-#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None, filter="nearest"))]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None, filter=None),
+    text_signature = "(gbuffer, camera, light, parameterization, *, resolution=None, filter='nearest')")]
 pub fn reads<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
     #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
     #[pyo3(from_py_with = light)] light: Light,
     parameterization: &Bound<'py, PyAny>,
     resolution: Option<&Bound<'py, PyAny>>,
-    filter: &str,
+    filter: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray3<u32>>> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;

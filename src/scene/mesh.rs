@@ -14,9 +14,13 @@ use super::alpha_test::AlphaTest;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+use crate::progress::Progress;
 
 /// What the hash of a mesh begins with; the number changes with what goes in.
 const CONTENT: &str = "shadowlab mesh 1";
+
+/// Faces or vertices between two looks at whether to go on: about a millisecond of work.
+const AT_ONCE: usize = 1 << 16;
 
 /// An indexed triangle mesh. Immutable; shared between instances through `Arc`.
 #[derive(Debug)]
@@ -67,6 +71,18 @@ impl Mesh {
     /// # Errors
     /// As [`Mesh::new`], and [`Error::InvalidArgument`] for another number of texture coordinates.
     pub fn with_alpha_test(vertices: &[[f64; 3]], faces: &[[i64; 3]], alpha_test: Option<AlphaTest>) -> Result<Self> {
+        Self::watched(vertices, faces, alpha_test, &Progress::new())
+    }
+    /// The same, stopped where `progress` says so.
+    ///
+    /// # Errors
+    /// As [`Mesh::with_alpha_test`], and [`Error::Interrupted`].
+    pub fn watched(
+        vertices: &[[f64; 3]],
+        faces: &[[i64; 3]],
+        alpha_test: Option<AlphaTest>,
+        progress: &Progress,
+    ) -> Result<Self> {
         const UNUSED: u32 = u32::MAX;
         let count = vertices.len();
         if count >= UNUSED as usize || faces.len() > i32::MAX as usize {
@@ -83,6 +99,9 @@ impl Mesh {
         let mut triangles = Vec::with_capacity(faces.len());
         let mut kept: Vec<u32> = Vec::new();
         for (face, &indices) in faces.iter().enumerate() {
+            if face.is_multiple_of(AT_ONCE) {
+                progress.check()?;
+            }
             if let Some(&index) = indices.iter().find(|&&i| i < 0 || i as usize >= count) {
                 return Err(Error::FaceIndex { face, index, count });
             }
@@ -109,11 +128,19 @@ impl Mesh {
             return Err(Error::EmptyScene { reason });
         }
         let source = |i: u32| DVec3::from_array(vertices[i as usize]);
-        let bounds = Aabb::from_points(order.iter().map(|&i| source(i)));
+        let mut bounds = Aabb::EMPTY;
+        for some in order.chunks(AT_ONCE) {
+            progress.check()?;
+            bounds = bounds.union(Aabb::from_points(some.iter().map(|&i| source(i))));
+        }
         let center = bounds.center();
         let half = (0.5 * bounds.max - 0.5 * bounds.min).max_element();
         let scale = power_of_two_at_least(half);
-        let positions_local: Vec<Vec3> = order.iter().map(|&i| ((source(i) - center) / scale).as_vec3()).collect();
+        let mut positions_local: Vec<Vec3> = Vec::with_capacity(order.len());
+        for some in order.chunks(AT_ONCE) {
+            progress.check()?;
+            positions_local.extend(some.iter().map(|&i| ((source(i) - center) / scale).as_vec3()));
+        }
         let source_faces = if dropped_faces > 0 { kept } else { Vec::new() };
         let alpha_test = alpha_test.map(|test| test.of_rows(&order));
         Ok(Self::assembled(Stored {
@@ -217,14 +244,22 @@ impl Mesh {
     }
     /// A hash of all that pictures depend on, the same in every process; found at the first call. Numbers count by their
     /// value, so 0 and -0 are one.
-    pub fn content_hash(&self) -> [u8; 32] {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn content_hash(&self, progress: &Progress) -> Result<[u8; 32]> {
         // Not `get_or_init`: a process that is forked while another thread hashes would wait for that thread for ever.
         let kept = &self.content_hash;
-        kept.get().copied().unwrap_or_else(|| {
-            let hash = self.hashed();
-            let _ = kept.set(hash); // by another thread it is the same
-            hash
-        })
+        if let Some(hash) = kept.get() {
+            return Ok(*hash);
+        }
+        let hash = self.hashed(progress)?;
+        let _ = kept.set(hash); // by another thread it is the same
+        Ok(hash)
+    }
+    /// The hash, where it has been found.
+    pub fn known_hash(&self) -> Option<[u8; 32]> {
+        self.content_hash.get().copied()
     }
     /// Uniform power-of-two scale and translation from the local frame to the mesh's own.
     pub fn mesh_from_local(&self) -> &DAffine3 {
@@ -243,17 +278,17 @@ impl Mesh {
     pub fn dropped_faces(&self) -> usize {
         self.dropped_faces
     }
-    fn hashed(&self) -> [u8; 32] {
+    fn hashed(&self, progress: &Progress) -> Result<[u8; 32]> {
         let mut digest = Digest::new(CONTENT, Numbers::Equal);
         digest.list(&self.mesh_from_local.to_cols_array());
-        digest.list(bytemuck::cast_slice::<_, f32>(&self.positions_local));
-        digest.list(self.triangles.as_flattened());
+        digest.watched_list(bytemuck::cast_slice::<_, f32>(&self.positions_local), || progress.check())?;
+        digest.watched_list(self.triangles.as_flattened(), || progress.check())?;
         digest.count(self.dropped_faces);
-        digest.list(&self.source_faces);
+        digest.watched_list(&self.source_faces, || progress.check())?;
         if let Some(test) = &self.alpha_test {
             test.add_to(&mut digest);
         }
-        digest.finish()
+        Ok(digest.finish())
     }
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
@@ -323,7 +358,8 @@ mod tests {
             alpha_test: None,
         };
         let back = Mesh::from_stored(stored.clone()).unwrap();
-        assert_eq!(back.content_hash(), mesh.content_hash());
+        let hash = |mesh: &Mesh| mesh.content_hash(&Progress::new()).unwrap();
+        assert_eq!(hash(&back), hash(&mesh));
         assert_eq!(back.bounds_local(), mesh.bounds_local());
         let refused = |change: fn(&mut Stored)| {
             let mut changed = stored.clone();

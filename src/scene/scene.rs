@@ -10,9 +10,13 @@ use super::mesh::next_id;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+use crate::progress::Progress;
 
 /// What the hash of a scene begins with; the number changes with what goes in.
 const CONTENT: &str = "shadowlab scene 1";
+
+/// Vertices between two looks at whether to go on: about a millisecond of work.
+const AT_ONCE: usize = 1 << 16;
 
 /// One placement of a mesh. Any invertible or flattening affine map: mirrored, sheared, scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +51,13 @@ impl Scene {
     /// [`Error::EmptyScene`] without instances; [`Error::InvalidArgument`] for a transform that is not finite, takes the
     /// mesh out of the range of f64, or an instance of a mesh that does not exist.
     pub fn new(meshes: Vec<Arc<Mesh>>, instances: Vec<Instance>) -> Result<Self> {
+        Self::watched(meshes, instances, &Progress::new())
+    }
+    /// The same, stopped where `progress` says so.
+    ///
+    /// # Errors
+    /// As [`Scene::new`], and [`Error::Interrupted`].
+    pub fn watched(meshes: Vec<Arc<Mesh>>, instances: Vec<Instance>, progress: &Progress) -> Result<Self> {
         if instances.is_empty() {
             return Err(Error::EmptyScene { reason: "no instance of any mesh".into() });
         }
@@ -75,10 +86,15 @@ impl Scene {
             .zip(&world_from_local)
             .map(|(instance, world_from_local)| {
                 let mesh = &meshes[instance.mesh as usize];
-                let points = mesh.positions_local();
-                Aabb::from_points(points.iter().map(|p| world_from_local.transform_point3(p.as_dvec3())))
+                let mut bounds = Aabb::EMPTY;
+                for points in mesh.positions_local().chunks(AT_ONCE) {
+                    progress.check()?;
+                    let points = points.iter().map(|p| world_from_local.transform_point3(p.as_dvec3()));
+                    bounds = bounds.union(Aabb::from_points(points));
+                }
+                Ok(bounds)
             })
-            .reduce(|| Aabb::EMPTY, Aabb::union);
+            .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(b)))?;
         // A map that overflows gives infinite bounds; every later step divides by the extent.
         if !(bounds.extent().is_finite() && bounds.extent().length_squared().is_finite()) {
             return Err(Error::argument(
@@ -123,24 +139,33 @@ impl Scene {
     }
     /// A hash of all that pictures depend on, the same in every process; found at the first call: of the meshes, their
     /// order, and the instances with their order. Numbers count by their value, so 0 and -0 are one.
-    pub fn content_hash(&self) -> [u8; 32] {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn content_hash(&self, progress: &Progress) -> Result<[u8; 32]> {
         // Not `get_or_init`: a process that is forked while another thread hashes would wait for that thread for ever.
         let kept = &self.inner.content_hash;
-        kept.get().copied().unwrap_or_else(|| {
-            let hash = self.hashed();
-            let _ = kept.set(hash); // by another thread it is the same
-            hash
-        })
+        if let Some(hash) = kept.get() {
+            return Ok(*hash);
+        }
+        let hash = self.hashed(progress)?;
+        let _ = kept.set(hash); // by another thread it is the same
+        Ok(hash)
     }
-    fn hashed(&self) -> [u8; 32] {
+    /// The hash, where it has been found.
+    pub fn known_hash(&self) -> Option<[u8; 32]> {
+        self.inner.content_hash.get().copied()
+    }
+    fn hashed(&self, progress: &Progress) -> Result<[u8; 32]> {
         let mut digest = Digest::new(CONTENT, Numbers::Equal);
         digest.count(self.meshes().len());
         for mesh in self.meshes() {
-            digest.list(&mesh.content_hash());
+            digest.list(&mesh.content_hash(progress)?);
         }
-        digest.list(&self.instances().iter().map(|i| i.mesh).collect::<Vec<_>>());
-        digest.list(&self.instances().iter().flat_map(|i| i.world_from_mesh.to_cols_array()).collect::<Vec<_>>());
-        digest.finish()
+        let columns: Vec<_> = self.instances().iter().flat_map(|i| i.world_from_mesh.to_cols_array()).collect();
+        digest.watched_list(&self.instances().iter().map(|i| i.mesh).collect::<Vec<_>>(), || progress.check())?;
+        digest.watched_list(&columns, || progress.check())?;
+        Ok(digest.finish())
     }
     /// Whether both are one object.
     pub fn is(&self, other: &Self) -> bool {
@@ -203,10 +228,13 @@ mod tests {
     fn equal_content_has_one_hash() {
         let (a, b) = (mesh(&POINTS, &FACES), mesh(&POINTS, &FACES));
         assert_ne!(a.id(), b.id());
-        assert_eq!(a.content_hash(), b.content_hash());
+        assert_eq!(a.content_hash(&Progress::new()).unwrap(), b.content_hash(&Progress::new()).unwrap());
         let one = scene(&[&a], &[(0, 0.0), (0, 1.0)]);
-        assert_eq!(one.content_hash(), scene(&[&b], &[(0, -0.0), (0, 1.0)]).content_hash());
-        assert_eq!(one.content_hash(), one.clone().content_hash());
+        assert_eq!(
+            one.content_hash(&Progress::new()).unwrap(),
+            scene(&[&b], &[(0, -0.0), (0, 1.0)]).content_hash(&Progress::new()).unwrap()
+        );
+        assert_eq!(one.content_hash(&Progress::new()).unwrap(), one.clone().content_hash(&Progress::new()).unwrap());
     }
 
     #[test]
@@ -235,7 +263,11 @@ mod tests {
         ];
         for (i, one) in variants.iter().enumerate() {
             for other in &variants[..i] {
-                assert_ne!(one.content_hash(), other.content_hash(), "{i}");
+                assert_ne!(
+                    one.content_hash(&Progress::new()).unwrap(),
+                    other.content_hash(&Progress::new()).unwrap(),
+                    "{i}"
+                );
             }
         }
     }

@@ -6,6 +6,10 @@ use crate::aliasing::texel::{Eye, TexelMap, warped_texel};
 use crate::error::{Error, Result};
 use crate::focus::{Picture, Samples, Shadows};
 use crate::parameterization::{Parameterization, Region};
+use crate::progress::Progress;
+
+/// Samples between two looks at whether to go on: some milliseconds of work.
+const AT_ONCE: usize = 1 << 16;
 
 /// Samples with the maps that they ask.
 pub(super) struct AskedMaps<'a> {
@@ -47,6 +51,22 @@ impl<'a> AskedMaps<'a> {
     /// Whether a sample counts and no map holds it.
     pub fn is_lost(&self, i: usize) -> bool {
         self.counts(i) && self.asked(i).is_none()
+    }
+    /// Those of some samples that are lost.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn lost(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
+        let mut found = Vec::new();
+        for (n, i) in samples.enumerate() {
+            if n.is_multiple_of(AT_ONCE) {
+                progress.check()?;
+            }
+            if self.is_lost(i) {
+                found.push(i);
+            }
+        }
+        Ok(found)
     }
     fn asked(&self, i: usize) -> Option<usize> {
         let (point, _) = self.samples.sample(i);

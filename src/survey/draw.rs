@@ -58,12 +58,12 @@ pub fn samples_of_surfaces(
     needs: Needs,
     progress: &Progress,
 ) -> Result<Samples> {
-    let samples = Samples::of_surfaces(&surfaces, camera);
+    let samples = Samples::of_surfaces_watched(&surfaces, camera, || progress.check())?;
     if needs < Needs::Shadows {
         return Ok(samples);
     }
     let states = mapped_states(scene, camera, light, surfaces, progress)?;
-    Ok(samples.with_shadows(light, states, &surfaces, SURVEY_COUNT))
+    samples.with_shadows_watched(light, states, &surfaces, SURVEY_COUNT, || progress.check())
 }
 
 /// What of a picture is in shadow by one uniform map of [`SURVEY_MAP`]² texels over the body: a state per pixel.

@@ -9,6 +9,7 @@ use super::asked_maps::AskedMaps;
 use crate::error::Result;
 use crate::focus::Samples;
 use crate::parameterization::Parameterization;
+use crate::progress::Progress;
 use crate::techniques::Holds;
 use crate::techniques::kit::{CAP_PX, capped_px};
 
@@ -35,10 +36,11 @@ pub fn edge_width(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Re
 ///
 /// # Errors
 /// As [`edge_width`].
-pub fn missed(samples: &Samples, p: &Parameterization, holds: Holds) -> Result<usize> {
+pub fn missed(samples: &Samples, p: &Parameterization, holds: Holds, progress: &Progress) -> Result<usize> {
     let asked = AskedMaps::new(samples, p, p.resolution)?;
-    Ok(match holds {
-        Holds::Shadow => asked.shadows.shaded.iter().filter(|&&i| asked.is_lost(i as usize)).count(),
-        Holds::Seen | Holds::Body => (0..samples.len()).filter(|&i| asked.is_lost(i)).count(),
-    })
+    let lost = match holds {
+        Holds::Shadow => asked.lost(asked.shadows.shaded.iter().map(|&i| i as usize), progress)?,
+        Holds::Seen | Holds::Body => asked.lost(0..samples.len(), progress)?,
+    };
+    Ok(lost.len())
 }

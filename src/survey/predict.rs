@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::focus::Samples;
 use crate::image::TruthMask;
 use crate::parameterization::Parameterization;
+use crate::progress::Progress;
 
 /// Receivers near shadows' edges that are asked (theory.md 10.5).
 const RECEIVERS: usize = 8192;
@@ -16,16 +17,17 @@ const RECEIVERS: usize = 8192;
 ///
 /// # Errors
 /// [`Error::InvalidArgument`](crate::Error::InvalidArgument) for samples that do not say, pixel by pixel, what is in shadow; or a
-/// matrix that is not finite.
-pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Result<f64> {
+/// matrix that is not finite; [`Error::Interrupted`](crate::error::Error::Interrupted).
+pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2], progress: &Progress) -> Result<f64> {
     let asked = AskedMaps::new(samples, p, size)?;
     let (picture, shadows) = (asked.picture, asked.shadows);
     if shadows.image.is_empty() {
         return Err(no_shadows());
     }
     let eye = picture.camera.eye();
-    let (near, each) = samples.near_edges(RECEIVERS);
-    let at_pixel = samples.at_pixels(picture);
+    let (near, each) = samples.near_edges_watched(RECEIVERS, || progress.check())?;
+    let at_pixel = samples.at_pixels(picture, || progress.check())?;
+    progress.check()?;
     let (mut flips, mut lost_near) = (0.0, 0);
     for receiver in &near {
         let i = receiver.sample as usize;
@@ -42,7 +44,7 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Resul
     }
     // What lies far from every edge is wrong where it is in shadow outside of the maps.
     let dark = (0..samples.len()).filter(|&i| shadows.states[i] == TruthMask::SHADOW);
-    let lost = dark.filter(|&i| asked.is_lost(i)).count();
+    let lost = asked.lost(dark, progress)?.len();
     Ok((flips + lost_near as f64) * each + lost.saturating_sub(lost_near) as f64)
 }
 
@@ -50,10 +52,10 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2]) -> Resul
 ///
 /// # Errors
 /// As [`predict`].
-pub fn outside(samples: &Samples, p: &Parameterization) -> Result<[usize; 2]> {
+pub fn outside(samples: &Samples, p: &Parameterization, progress: &Progress) -> Result<[usize; 2]> {
     let asked = AskedMaps::new(samples, p, p.resolution)?;
     let states = &asked.shadows.states;
-    let lost = (0..samples.len()).filter(|&i| asked.is_lost(i));
+    let lost = asked.lost(0..samples.len(), progress)?.into_iter();
     let count = |[all, dark]: [usize; 2], i: usize| [all + 1, dark + usize::from(states[i] == TruthMask::SHADOW)];
     Ok(lost.fold([0; 2], count))
 }

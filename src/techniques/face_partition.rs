@@ -88,6 +88,9 @@ impl Technique for FacePartition {
     fn serves(&self, light: &Light) -> Result<()> {
         self.inner().try_for_each(|t| t.serves(light))
     }
+    fn most_maps(&self) -> usize {
+        (0..FACES.len()).map(|face| self.technique_of(face).most_maps()).fold(0, usize::saturating_add)
+    }
     fn maps(&self, part: &Part) -> Result<Maps> {
         let view = FocusedView::new(part.scene, &part.camera, &part.light, Focus::SceneFit);
         if view.restricted(part.scene, &part.region).coverage == Coverage::NothingSeen {

@@ -1,5 +1,7 @@
 //! Techniques by name.
 
+use std::cell::Cell;
+
 use super::TECHNIQUES;
 use super::kit::focused::Focused;
 use super::kit::{Settings, Spec, Technique, Warp};
@@ -73,7 +75,49 @@ fn renamed(name: &str, params: &[(String, Value)]) -> Vec<(String, Value)> {
 /// # Ok::<(), shadowlab::Error>(())
 /// ```
 pub fn technique(name: &str, params: &[(String, Value)]) -> Result<Box<dyn Technique>> {
+    let _level = Level::enter()?;
     let (entry, settings) = resolved(name, params)?;
+    let made = made(entry, settings)?;
+    let most = made.most_maps();
+    if most > MOST_MAPS {
+        let expected = format!("techniques that make at most {MOST_MAPS} maps of a view");
+        let fix = "divide the view into fewer parts, or put fewer schemes within one another";
+        return Err(Error::argument("technique", expected, format!("{} with up to {most}", made.spec().name), fix));
+    }
+    Ok(made)
+}
+
+/// Techniques within techniques, outermost counted: a scheme for the light, for the depths and for the faces, a warp, and as
+/// many again.
+const MOST_NESTED: usize = 8;
+
+/// Maps of a view, those of a point light's faces not counted. Chosen because an engine has tens, and a thousand take seconds.
+const MOST_MAPS: usize = 1024;
+
+/// A level of techniques within techniques, as long as one is being made.
+struct Level;
+
+thread_local!(static LEVELS: Cell<usize> = const { Cell::new(0) });
+
+impl Level {
+    fn enter() -> Result<Self> {
+        let levels = LEVELS.get() + 1;
+        if levels > MOST_NESTED {
+            let expected = format!("at most {MOST_NESTED} techniques within one another");
+            return Err(Error::argument("technique", expected, "more", "put fewer schemes within one another"));
+        }
+        LEVELS.set(levels);
+        Ok(Self)
+    }
+}
+
+impl Drop for Level {
+    fn drop(&mut self) {
+        LEVELS.set(LEVELS.get() - 1);
+    }
+}
+
+fn made(entry: &Entry, settings: Settings) -> Result<Box<dyn Technique>> {
     match entry.make {
         Make::Warp(make) => {
             let warp = make(&settings)?;

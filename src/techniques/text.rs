@@ -46,15 +46,20 @@ pub fn techniques_of(text: &str) -> Result<Vec<Box<dyn Technique>>> {
     pieces(text, '/')?.into_iter().map(technique_of).collect()
 }
 
+/// Parentheses within parentheses: far more than techniques within techniques have ([`MOST_NESTED`](super::registry)), so that
+/// what reads them needs little of the stack and of time.
+const MOST_PARENTHESES: i32 = 64;
+
 /// A text without the parentheses around all of it.
 fn bare(text: &str) -> &str {
-    let text = text.trim();
-    let inner = text.strip_prefix('(').and_then(|t| t.strip_suffix(')'));
-    match inner {
+    let mut text = text.trim();
+    while let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')'))
         // "(a)/(b)" begins and ends with one, too.
-        Some(inner) if pieces(inner, '/').is_ok() => bare(inner),
-        _ => text,
+        && pieces(inner, '/').is_ok()
+    {
+        text = inner.trim();
     }
+    text
 }
 
 /// The pieces between separators outside of parentheses.
@@ -70,7 +75,7 @@ fn pieces(text: &str, separator: char) -> Result<Vec<&str>> {
             }
             _ => {}
         }
-        if depth < 0 {
+        if !(0..=MOST_PARENTHESES).contains(&depth) {
             return Err(unreadable(text));
         }
     }

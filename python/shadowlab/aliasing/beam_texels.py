@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..text.arrays import checked_array
 from ..travel import Value
 from .footprint import as_maps, footprint_at, halfway_normals, sides_of
 
@@ -133,7 +134,7 @@ def beam_texels(
     85.7
     """
     normals = halfway_normals(points, camera, light)
-    points = np.asarray(points, np.float64)
+    points = checked_array("points", points)
     e = footprint_at(points, normals, camera, light, parameterization, size=size, resolution=resolution)
     held = e.map >= 0
     found = np.full((3, len(points)), np.nan)
@@ -142,7 +143,7 @@ def beam_texels(
     found[:, held] = along, across, np.abs(np.linalg.det(beam)) / across
     # The border is a share of the side for which the matrix was made, whatever the resolution asked for.
     p, texels = as_maps(parameterization, resolution)
-    used = math.sqrt(math.prod(1 - 2 * p.border_texels / side for side in sides_of(p.resolution)))
+    used = math.sqrt(math.prod(1 - 2 * p.border_texels / side for side in sides_of("resolution", p.resolution)))
     return BeamTexels(
         along=found[0],
         across=found[1],

@@ -7,7 +7,7 @@ Source: theory.md E.2, (E.5) and (E.6); after the error m of Lloyd, Govindaraju,
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from .. import _core
 from ..conventions.doubts import doubt_about
 from ..errors import ArgumentError, ShadowlabWarning
-from ..text import shown
-from ..text.checks import check_camera, check_light
+from ..text import reason_of, shown
+from ..text.arrays import checked_array
+from ..text.checked import A_PARAMETERIZATION, checked
+from ..text.checks import check_camera, check_light, pair, whole
 from ..travel import Value
 from .codes import NoTexel
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
@@ -92,6 +94,7 @@ class Footprint(Value):
     maps: int
 
     @classmethod
+    @checked(parameterization=A_PARAMETERIZATION)
     def of_arrays(
         cls,
         arrays: Mapping[str, NDArray[Any]],
@@ -101,7 +104,15 @@ class Footprint(Value):
         size: tuple[int, int] | None = None,
     ) -> Footprint:
         """One of the core's arrays; the depth comes with those of images."""
-        planes, which = arrays["planes"], arrays["map"]
+        try:
+            planes, which = (np.asarray(arrays[name]) for name in ("planes", "map"))
+            if planes.shape[1:] != which.shape or len(planes) < (9 if depth is not None else 10):
+                raise ValueError(f"shapes {planes.shape} and {which.shape}")
+        except Exception as error:  # noqa: BLE001 - what callers give may raise whatever it likes
+            raise ArgumentError(
+                f"arrays: expected planes and map of the core, got {shown(arrays)} ({reason_of(error)}); "
+                "sl.aliasing.footprint(...) makes a Footprint"
+            ) from None
         jacobian = np.moveaxis(planes[:4].reshape(2, 2, *which.shape), (0, 1), (-2, -1))
         return cls(
             jacobian,
@@ -111,8 +122,8 @@ class Footprint(Value):
             planes[8],
             which,
             depth=planes[9] if depth is None else depth,
-            resolution=(int(resolution[0]), int(resolution[1])),
-            size=which.shape[::-1] if size is None else size,
+            resolution=sides_of("resolution", resolution),
+            size=cast("tuple[int, int]", which.shape[::-1]) if size is None else sides_of("size", size),
             maps=len(parameterization.partitions),
         )
 
@@ -319,8 +330,8 @@ def footprint_at(
     """
     arrays = _core.footprint_at(points, normals, camera, light, parameterization, size=size, resolution=resolution)
     p, texels = as_maps(parameterization, resolution)
-    depth = (np.asarray(points, np.float64) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
-    return Footprint.of_arrays(arrays, p, texels, depth, sides_of(size))
+    depth = (checked_array("points", points) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
+    return Footprint.of_arrays(arrays, p, texels, depth, sides_of("size", size))
 
 
 def halfway_normals(points: npt.ArrayLike, camera: _core.Camera, light: Light) -> NDArray[np.float64]:
@@ -340,12 +351,7 @@ def halfway_normals(points: npt.ArrayLike, camera: _core.Camera, light: Light) -
     """
     check_camera(camera)
     check_light(light)
-    try:
-        points = np.asarray(points, np.float64)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"points: expected numbers of shape (N, 3), got {shown(points)}; reshape them") from None
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ArgumentError(f"points: expected shape (N, 3), got {points.shape}; reshape them")
+    points = checked_array("points", points, shape=(None, 3))
     light_point = np.asarray(light.point)
     ways = (np.asarray(camera.eye) - points, light_point[:3] - light_point[3] * points)
     lengths = [np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
@@ -365,11 +371,11 @@ def as_maps(parameterization: Maps, resolution: Size | None) -> tuple[_core.Para
     """The parameterization that is meant, and width and height of its maps."""
     p = parameterization
     if not isinstance(p, _core.Parameterization):
-        p = _core.Parameterization.from_matrix(p)
-    return p, sides_of(p.resolution if resolution is None else resolution)
+        p = _core.Parameterization.from_matrix(checked_array("parameterization", p))
+    return p, sides_of("resolution", p.resolution if resolution is None else resolution)
 
 
-def sides_of(sides: Size) -> tuple[int, int]:
-    """Width and height of what the core has taken for a side or a pair."""
-    width, height = cast("Sequence[int]", sides if np.ndim(sides) else (sides, sides))
-    return int(width), int(height)
+def sides_of(name: str, sides: Size) -> tuple[int, int]:
+    """Width and height of a side or a pair, checked."""
+    width, height = (sides, sides) if isinstance(sides, (int, np.integer)) else pair(name, sides)
+    return whole(name, width), whole(name, height)

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
-from ..text.checks import check_camera, whole
+from ..text.checked import A_CAMERA, a_length, checked, optional
+from ..text.checks import whole
 
 if TYPE_CHECKING:
     from .._core import Camera
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 MOST_STEPS = 1_000_000
 
 
+@checked(camera=A_CAMERA, near=optional(a_length), far=optional(a_length))
 def outline(
     camera: Camera, *, near: float | None = None, far: float | None = None, steps: int = 16
 ) -> NDArray[np.float64]:
@@ -60,7 +62,6 @@ def outline(
     >>> sl.aliasing.outline(sl.Camera.look_at((0, 0, 0), (0, 0, -1), near=1, far=100), steps=1).shape
     (8, 3)
     """
-    check_camera(camera)
     steps = whole("steps", steps)
     if steps > MOST_STEPS:
         raise ArgumentError(f"steps: expected at most {MOST_STEPS:,}, got {steps:,}; 16 are a good start")

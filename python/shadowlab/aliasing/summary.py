@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.arrays import checked_array
+from ..text.checked import has_all
 from ..travel import Value
 from ..types import FootprintLike
 from .extent import UNDERSAMPLED_FROM_PX, largest_extent
@@ -88,6 +90,10 @@ class Summary(Value):
         ArgumentError
             For less than one band, or limits that do not rise.
         """
+        if not (has_all(footprint, "measured", "map", "major") and isinstance(footprint.map, np.ndarray)):
+            raise ArgumentError(
+                f"footprint: expected a Footprint, got {shown(footprint)}; sl.aliasing.footprint(...) makes one"
+            )
         chosen = footprint.measured
         measured = int(np.count_nonzero(chosen))
         pixels = int(footprint.map.size)
@@ -182,10 +188,7 @@ def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:
     """
     if isinstance(bands, (int, np.integer)) and not isinstance(bands, bool) and 1 <= bands <= MOST_BANDS:
         return None
-    try:
-        limits = np.asarray(bands, np.float64)
-    except (TypeError, ValueError):
-        limits = np.empty(0)
+    limits: NDArray[np.float64] = checked_array("bands", bands)
     rising = limits.ndim == 1 and limits.size >= 2 and np.isfinite(limits).all() and (np.diff(limits) > 0).all()
     if not rising or limits[0] < 0:
         raise ArgumentError(

@@ -45,7 +45,7 @@ def matrix_command(options: Namespace) -> int:
     from ..conventions.files import details, written
     from ..experiments.evaluate import fitted
     from ..scene.view import View
-    from ..techniques.labels import is_parameterization
+    from ..techniques.kinds import is_parameterization
     from ..techniques.registry import technique_of
 
     resolution = one_resolution(options)

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError, UnknownNameError
-from ..text import format_value, parse_spec
+from ..text import format_value, parse_spec, shown
 from ..text.checks import whole
 from ..travel import Value
 from .fields import AXES, LEFT_HANDED_AXES, Tile, Tiles, axes_of, check_word, matrices_of, range_of, tiles_of
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 NDC_RANGE = (-1.0, 1.0)
 TEXTURE_RANGE = (0.0, 1.0)
 WHOLE_TILE: Tile = (0.0, 0.0, 1.0, 1.0)
+
+# Tiles of an atlas: more than a renderer draws maps of.
+MOST_TILES = 32_767
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -111,7 +114,9 @@ class Convention(Value):
         check_word("x", self.x, ("right", "left"))
         check_word("y", self.y, ("up", "down"))
         if not isinstance(self.reversed_z, (bool, np.bool_)):
-            raise ArgumentError(f"reversed_z: expected True or False, got {self.reversed_z!r}; try reversed_z=True")
+            raise ArgumentError(
+                f"reversed_z: expected True or False, got {shown(self.reversed_z)}; try reversed_z=True"
+            )
         settle("reversed_z", bool(self.reversed_z))
         settle("z_range", range_of("z_range", self.z_range))
         settle("xy_range", range_of("xy_range", self.xy_range))
@@ -199,7 +204,7 @@ class Convention(Value):
         name, changes = parse_spec(value, "convention")
         known = name.replace("-", "_")
         if known not in cls.PRESETS:
-            raise UnknownNameError(f"convention: unknown name {name!r}; expected one of {', '.join(cls.PRESETS)}")
+            raise UnknownNameError(f"convention: unknown name {shown(name)}; expected one of {', '.join(cls.PRESETS)}")
         made: Convention = getattr(cls, "reversed_z_buffer" if known == "reversed_z" else known)()
         return made.changed(**changes) if changes else made
 
@@ -231,6 +236,8 @@ class Convention(Value):
             For anything but whole numbers above 0.
         """
         columns, rows = whole("columns", columns), whole("rows", rows)
+        if columns * rows > MOST_TILES:
+            raise ArgumentError(f"columns: expected at most {MOST_TILES} tiles, got {shown(columns)} x {shown(rows)}")
         tiles = [(i / columns, j / rows, 1 / columns, 1 / rows) for j in range(rows) for i in range(columns)]
         return self.changed(tile=tiles)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from .. import _core
 from ..errors import ArgumentError
 from ..text.checks import whole
 from ..travel import Value
@@ -148,7 +149,7 @@ def is_made_here(value: object) -> bool:
 
 def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """(K, 4, 4) matrices and the camera depths of each."""
-    if hasattr(value, "matrices") and hasattr(value, "partitions"):
+    if isinstance(value, _core.Parameterization):
         if any(part.post_warp != "none" for part in value.partitions):
             raise ArgumentError(
                 f"{name}: expected maps that are matrices alone, got one with a post-warp; "

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 
 from ..errors import ArgumentError
+from ..text.arrays import checked_array, checked_items, checked_number
+from ..text.words import shown
 
 Tile = tuple[float, float, float, float]
 #: One tile for all maps, or one for each.
@@ -21,51 +23,47 @@ LEFT_HANDED_AXES = ("x", "y", "-z")
 def check_word(name: str, value: object, words: Sequence[str]) -> None:
     """Raises unless the value is one of the words."""
     if not isinstance(value, str) or value not in words:
-        raise ArgumentError(f"{name}: expected {' or '.join(map(repr, words))}, got {value!r}; try {words[0]!r}")
+        raise ArgumentError(f"{name}: expected {' or '.join(map(repr, words))}, got {shown(value)}; try {words[0]!r}")
 
 
-def finite_numbers(name: str, value: object, count: int, example: str) -> tuple[float, ...]:
+def finite_tuple(name: str, value: object, count: int, example: str) -> tuple[float, ...]:
     """So many finite numbers."""
-    try:
-        found = tuple(float(v) for v in cast("Iterable[float]", value))
-    except (TypeError, ValueError):
-        found = ()
-    if len(found) != count or not np.all(np.isfinite(found)) or isinstance(value, str):
-        raise ArgumentError(f"{name}: expected {count} finite numbers, got {value!r}; try {example}")
+    expected = f"{count} finite numbers"
+    items = checked_items(name, value, expected, f"try {example}")
+    found = tuple(checked_number(name, item, f"try {example}", expected) for item in items[: count + 1])
+    if len(found) != count or not np.all(np.isfinite(found)):
+        raise ArgumentError(f"{name}: expected {expected}, got {shown(value)}; try {example}")
     return found
 
 
 def range_of(name: str, value: object) -> tuple[float, float]:
     """Two numbers, the lower first."""
-    low, high = finite_numbers(name, value, 2, "(-1, 1)")
+    low, high = finite_tuple(name, value, 2, "(-1, 1)")
     if not low < high:
         fix = "reversed_z=True" if name == "z_range" else "x='left' or y='down'"
-        raise ArgumentError(f"{name}: expected the lower number first, got {value!r}; {fix} turns the direction")
+        raise ArgumentError(f"{name}: expected the lower number first, got {shown(value)}; {fix} turns the direction")
     return low, high
 
 
 def axes_of(value: object) -> tuple[str, str, str]:
     """Three of our axes with their signs, each axis once."""
-    parts = value.strip("() ").split(",") if isinstance(value, str) else value
-    try:
-        found = tuple(str(part).strip().lower().removeprefix("+") for part in cast("Iterable[object]", parts))
-    except TypeError:
-        found = ()
+    fix = "a right-handed world with z up is ('x', '-z', 'y')"
+    expected = "our x, y and z once each, with signs"
+    parts = value.strip("() ").split(",") if isinstance(value, str) else checked_items("axes", value, expected, fix)
+    found = tuple(str(part).strip().lower().removeprefix("+") for part in parts[:4] if isinstance(part, str))
     if len(found) != 3 or sorted(name.removeprefix("-") for name in found) != list(AXES):
-        raise ArgumentError(
-            f"axes: expected our x, y and z once each, with signs, got {value!r}; "
-            "a right-handed world with z up is ('x', '-z', 'y')"
-        )
+        raise ArgumentError(f"axes: expected {expected}, got {shown(value)}; {fix}")
     return found
 
 
 def tiles_of(value: object) -> Tiles:
     """One tile, or several, each with a positive size and a place inside the atlas."""
-    several = isinstance(value, (Sequence, np.ndarray)) and len(value) > 0 and np.ndim(value[0]) > 0
     example = "(0, 0.5, 0.5, 0.5)"
-    made = [
-        finite_numbers("tile", tile, 4, example) for tile in (cast("Iterable[object]", value) if several else [value])
-    ]
+    items = checked_items("tile", value, "(u, v, width, height), or several", f"try {example}")
+    several = bool(items) and (
+        isinstance(items[0], (tuple, list)) or (isinstance(items[0], np.ndarray) and items[0].ndim)
+    )
+    made = [finite_tuple("tile", tile, 4, example) for tile in (items if several else [items])]
     # Thirds and the like do not add up exactly.
     most = 1.0 + 4.0 * np.finfo(np.float64).eps
     for tile in made:
@@ -80,15 +78,7 @@ def tiles_of(value: object) -> Tiles:
 
 def matrices_of(name: str, value: object) -> np.ndarray:
     """A (4, 4) or (K, 4, 4) array of finite float64, K at least 1."""
-    try:
-        found = np.asarray(value)
-        if found.dtype.kind not in "iuf":
-            raise TypeError
-        found = found.astype(np.float64)
-    except (TypeError, ValueError):
-        raise ArgumentError(
-            f"{name}: expected an array of shape (4, 4) or (K, 4, 4), got {type(value).__name__}; give real numbers"
-        ) from None
+    found: np.ndarray = checked_array(name, value)
     if found.ndim not in (2, 3) or found.shape[-2:] != (4, 4) or not found.size:
         raise ArgumentError(
             f"{name}: expected an array of shape (4, 4) or (K, 4, 4), got shape {found.shape}; reshape it"

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ArgumentError, UnknownNameError, UnsupportedError
+from ..errors import UnknownNameError, UnsupportedError
 from ..scene.source import Source
 from ..text import shown
+from ..text.checked import a_path, a_text
 from ..text.checks import renderer_of
 from ..travel import Value
 from .candidates import Candidate, Outcome
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .._core import Bias, GBuffer, Scene
+    from ..scene.view import View
     from ..types import Filter, RendererLike
 
 
@@ -152,8 +153,8 @@ class Advice(Value):
         UnsupportedError
             Where no candidate gave a number.
         """
-        if view is not None and view not in (names := [one.label for one in self.views]):
-            raise UnknownNameError(f"view: unknown view {shown(view)}; expected one of {', '.join(map(repr, names))}")
+        if view is not None:
+            self._view(view)
         budgets = self.budgets
         if memory is not None:
             if (wanted := bytes_of(memory)) not in budgets:
@@ -174,8 +175,21 @@ class Advice(Value):
 
     def gbuffer(self, view: str) -> GBuffer:
         """What the camera of the view of this label sees."""
-        (found,) = (one.view for one in self.views if one.label == view)
-        return found.gbuffer(renderer_of(self.backend if self.renderer is None else self.renderer))
+        return self._view(view).gbuffer(renderer_of(self.backend if self.renderer is None else self.renderer))
+
+    def _view(self, label: str) -> View:
+        """The view of a label.
+
+        Raises
+        ------
+        ArgumentError, UnknownNameError
+            For what is no text, and a label that no view has.
+        """
+        found = [one.view for one in self.views if one.label == a_text("view", label)]
+        if not found:
+            names = ", ".join(repr(one.label) for one in self.views)
+            raise UnknownNameError(f"view: unknown view {shown(label)}; expected one of {names}")
+        return found[0]
 
     def reproduce(self, row: int | pd.Series[Any] | Mapping[str, Any] | Choice) -> str:
         """The Python that computes a row again.
@@ -215,9 +229,7 @@ class Advice(Value):
         """
         from ..reports.html.advice import save_advice
 
-        if not isinstance(directory, (str, os.PathLike)):
-            raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "advice"')
-        return save_advice(self, Path(directory))
+        return save_advice(self, a_path("directory", directory))
 
     def _repr_html_(self) -> str:
         from ..reports.advice_record import advice_html

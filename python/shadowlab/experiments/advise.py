@@ -11,9 +11,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
 from ..scene.source import Source
+from ..text.checked import a_flag
 from ..text.checks import renderer_of
 from .advice import Advice
-from .arguments import check_types, size_of
+from .arguments import check_types, checked_source, size_of
 from .candidates import Draw, candidates_of, outcomes_of, planned
 from .measures import ErrorName, Over, measure_of, over_of
 from .memory import DEFAULT_MEMORY, budgets_of
@@ -119,6 +120,7 @@ def advise(
 
     # Cameras and lights are checked one by one, with the names that they have here.
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
+    a_flag("progress", progress), checked_source(source)
     measure, over = measure_of(error), over_of(over)
     checked_phases(phases)
     named = techniques is not None

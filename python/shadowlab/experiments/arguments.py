@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..errors import ArgumentError, ShadowlabWarning
-from ..text import shown
+from ..scene.source import Source
+from ..text.arrays import checked_items
 from ..text.checks import (
     check_bias,
     check_camera,
@@ -28,9 +30,9 @@ LARGEST_STRETCH = 0.01
 
 def resolutions_of(value: object) -> list[int]:
     """The resolutions of a study, in order, none twice."""
-    if isinstance(value, str):
-        raise ArgumentError(f"resolution: expected a whole number or several, got {shown(value)}; try 1024")
-    found = [whole("resolution", r) for r in (value if isinstance(value, Iterable) else [value])]
+    single = isinstance(value, (int, float, np.generic))
+    given = [value] if single else checked_items("resolution", value, "a whole number or several", "try 1024")
+    found = [whole("resolution", r) for r in given]
     if not found:
         raise ArgumentError("resolution: expected at least one number of texels, got none; 1024 is a good start")
     for texels in found:
@@ -53,6 +55,21 @@ def size_of(value: object, camera: Camera) -> tuple[int, int]:
             stacklevel=3,
         )
     return width, height
+
+
+def checked_source(source: object) -> Source | None:
+    """Where a scene came from, or None.
+
+    Raises
+    ------
+    ArgumentError
+        For something else.
+    """
+    if source is not None and not isinstance(source, Source):
+        raise ArgumentError(
+            f"source: expected a Source or None, got {type(source).__name__}; sl.Source(name) makes one"
+        )
+    return source
 
 
 def check_types(scene: object, camera: object, light: object, bias: object, filter: object) -> None:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from .. import _core
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
-from ..techniques.labels import is_parameterization, labelled, name_of, spec_of
+from ..techniques.kinds import is_parameterization
+from ..techniques.labels import labelled, name_of, spec_of
 from .evaluate import evaluate, fitted
 from .measures import Measure
 from .memory import side_of, taken, too_small

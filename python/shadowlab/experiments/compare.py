@@ -18,8 +18,9 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..text.checked import a_flag
 from ..text.checks import renderer_of
-from .arguments import check_types, resolutions_of, size_of
+from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
 from .noise import with_noise
@@ -98,6 +99,7 @@ def compare(
         light is the `failure` of its row.
     """
     check_types(scene, camera, light, bias, filter)
+    a_flag("timing", timing), a_flag("progress", progress), checked_source(source)
     checked_phases(phases)
     resolutions = resolutions_of(resolution)
     width, height = size_of(size, camera)
@@ -105,7 +107,8 @@ def compare(
         raise ArgumentError(f"truth: expected True or False, got {shown(truth)}; without it no errors are counted")
     # Without truth the maps are drawn and looked up all the same, for their times and pictures.
     needs_truth = ("misclassified", "causes")
-    measured = checked_metrics([name for name in ("mask", *metrics) if truth or name not in needs_truth])
+    asked = checked_metrics(metrics)
+    measured = checked_metrics([name for name in ("mask", *asked) if truth or name not in needs_truth])
     entries = labelled(techniques, light)
     draw = renderer_of(renderer)
     view = View(scene, camera, light, (width, height))

@@ -19,7 +19,9 @@ from .. import _core
 from ..conventions.doubts import doubt_about
 from ..errors import ShadowlabError, UnsupportedError
 from ..scene.view import View, checked_view, light_of
-from ..techniques.labels import is_parameterization, name_of, resolved
+from ..techniques.kinds import is_parameterization
+from ..techniques.labels import name_of, resolved
+from ..text.checked import a_flag, a_text, has_all
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from .columns import COLUMNS
 from .drawing import Drawing
@@ -97,8 +99,10 @@ def evaluate(
     >>> run.row()["misclassified"] == run.errors.count
     True
     """
-    checked_view(view)
-    item = resolved(technique)
+    checked_view(view), a_flag("timing", timing)
+    if label is not None:
+        a_text("label", label)
+    item = resolved(technique, "technique")
     check_filter(filter)
     check_bias(bias)
     made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
@@ -126,7 +130,8 @@ def _fitted(item: Item, view: View, resolution: int, samples: _core.Samples | No
     if is_parameterization(item):
         return item
     # What holds maps carries none from view to view.
-    fresh = cast("TechniqueLike", item.fresh() if hasattr(item, "fresh") else item)
+    holder: Any = item
+    fresh = cast("TechniqueLike", holder.fresh() if has_all(item, "fresh") else item)
     seen = {} if samples is None else {"samples": samples}
     return fresh.parameterize(view.scene, view.camera, light_of(view), resolution=resolution, **seen)
 

@@ -18,7 +18,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
+from ..text.arrays import checked_items, checked_number
+from ..text.checked import a_flag, a_text
 from ..text.checks import renderer_of, whole
 from ..travel import Value
 from .arguments import check_types, size_of
@@ -46,6 +48,10 @@ if TYPE_CHECKING:
 
 # Two numbers that are this close are one: a map that fell back to the uniform one differs from it by rounding.
 SAME = 1e-6
+
+
+# Lights that a table is made for: a hundredth of a degree apart.
+MOST_ANGLES = 36_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,6 +86,7 @@ class LightAngles(Value):
         -----
         1 where neither has any, as of two without a wrong pixel; NaN where either has no number.
         """
+        a_text("y", y), a_text("baseline", baseline)
         y = y if y in self.table.columns else current(y)
         if y not in self.table.columns or not np.issubdtype(self.table[y].to_numpy().dtype, np.number):
             numbers = ", ".join(
@@ -218,6 +225,7 @@ def over_light_angle(
     UnknownNameError
         For a technique, filter or renderer that does not exist.
     """
+    a_flag("truth", truth), a_flag("progress", progress)
     lights = lights_at(camera, angles_deg, azimuth_deg)
     check_types(scene, camera, next(iter(lights.values())), bias, filter)
     side, picture = whole("resolution", resolution), size_of(size, camera)
@@ -276,8 +284,13 @@ def lights_at(
     camera: _core.Camera, angles_deg: npt.ArrayLike | Iterable[float], azimuth_deg: float
 ) -> dict[float, _core.DirectionalLight]:
     """The light of each angle, in order."""
-    given = angles_deg if isinstance(angles_deg, Iterable) and not isinstance(angles_deg, str) else [angles_deg]
+    single = isinstance(angles_deg, (int, float, np.generic))
+    given = [angles_deg] if single else checked_items("angles_deg", angles_deg, "angles, degrees", "try [30, 60]")
+    if len(given) > MOST_ANGLES:
+        raise ArgumentError(f"angles_deg: expected at most {MOST_ANGLES:,} angles, got {len(given):,}; try [30, 60]")
     angles = [finite_degrees("angles_deg", angle) for angle in given]
+    if any(not 0 <= angle <= 180 for angle in angles):
+        raise ArgumentError(f"angles_deg: expected 0 to 180 degrees, got {shown(angles_deg)}; turn the azimuth instead")
     if not angles or len(set(angles)) < len(angles):
         raise ArgumentError(f"angles_deg: expected angles, none twice, got {shown(angles_deg)}; try range(90, 0, -5)")
     return {angle: light_at_angle(camera, angle, azimuth_deg=azimuth_deg) for angle in angles}
@@ -285,10 +298,7 @@ def lights_at(
 
 def finite_degrees(name: str, value: object) -> float:
     """The value as a finite number."""
-    try:
-        number = float("nan") if isinstance(value, str) else float(cast("float", value))
-    except (TypeError, ValueError):
-        number = float("nan")
+    number = checked_number(name, value, "try 45", "a finite number of degrees")
     if not np.isfinite(number):
         raise ArgumentError(f"{name}: expected a finite number of degrees, got {shown(value)}; try 45")
     return number

@@ -18,7 +18,8 @@ from ..aliasing.beam_texels import BeamTexels, beam_texels
 from ..aliasing.footprint import footprint_at, halfway_normals, sides_of
 from ..aliasing.frustum_body import outline
 from ..errors import ShadowlabError
-from ..techniques.labels import is_parameterization, labelled
+from ..techniques.kinds import is_parameterization
+from ..techniques.labels import labelled
 from ..text.checks import whole
 from .columns import table
 from .frustum_scene import frustum_scene
@@ -85,7 +86,7 @@ def frustum_over_light_angle(
     [0.001, 4.396]
     """
     lights = lights_at(camera, angles_deg, azimuth_deg)
-    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), sides_of(size)
+    scene, side, picture = frustum_scene(camera), whole("resolution", resolution), sides_of("size", size)
     entries = labelled(techniques, next(iter(lights.values())))
     rows = []
     for angle, light in lights.items():

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
-from typing import cast
 
 import numpy as np
 
 from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
+from ..text.arrays import checked_items, checked_number
 
 # A depth texel of 32 bits, as every renderer here has.
 BYTES_PER_TEXEL = 4
@@ -22,6 +21,9 @@ LEAST_TEXELS, MOST_TEXELS = 8, 16384
 # The budget where nobody says: one map of 1024 x 1024 texels, the default resolution of everything else here.
 DEFAULT_MEMORY = "4 MiB"
 LEAST_BYTES = BYTES_PER_TEXEL * LEAST_TEXELS**2
+
+# More than any device has.
+MOST_BYTES = 1 << 50
 
 UNITS = {
     "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30,
@@ -53,7 +55,9 @@ def bytes_of(value: object) -> int:
     elif isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentError(f'memory: expected bytes such as 4194304 or "4 MiB", got {shown(value)}')
     else:
-        exact = float(value)
+        exact = checked_number("memory", value, 'try "4 MiB"', "bytes")
+    if exact > MOST_BYTES:
+        raise ArgumentError(f'memory: expected at most {memory_text(MOST_BYTES)}, got {shown(value)}; try "4 MiB"')
     if not math.isfinite(exact) or exact < LEAST_BYTES:
         raise ArgumentError(
             f"memory: expected at least {LEAST_BYTES} bytes, one map of {LEAST_TEXELS} x {LEAST_TEXELS} texels of "
@@ -70,8 +74,9 @@ def budgets_of(value: object) -> list[int]:
     ArgumentError, UnknownNameError
         As `bytes_of`, and for none or the same one twice.
     """
-    several = isinstance(value, Iterable) and not isinstance(value, (str, bytes))
-    found = sorted(bytes_of(one) for one in (cast("Iterable[object]", value) if several else [value]))
+    single = isinstance(value, (str, int, float, np.generic))
+    given = [value] if single else checked_items("memory", value, "bytes, or several", 'try "4 MiB"')
+    found = sorted(bytes_of(one) for one in given)
     if not found:
         raise ArgumentError('memory: expected at least one budget, got none; try "4 MiB"')
     for one in found:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal, get_args
 
 from ..aliasing.causes import CAUSES
 from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
+from ..text.arrays import checked_items
 
 Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
 #: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
@@ -35,9 +35,10 @@ def checked_metrics(metrics: object) -> tuple[Metric, ...]:
         For a metric that does not exist.
     """
     listed = ", ".join(KNOWN_METRICS)
-    if isinstance(metrics, str) or not isinstance(metrics, Sequence):
-        raise ArgumentError(f"metrics: expected several of {listed}, got {shown(metrics)}; try ['misclassified']")
-    for name in metrics:
+    given = checked_items("metrics", metrics, f"several of {listed}", "try ['misclassified']")
+    for name in given:
+        if not isinstance(name, str):
+            raise ArgumentError(f"metrics: expected names, got {shown(name)}; try ['misclassified']")
         if name not in KNOWN_METRICS:
             raise UnknownNameError(f"metrics: unknown metric {shown(name)}; expected some of {listed}")
-    return tuple(name for name in KNOWN_METRICS if name in metrics)
+    return tuple(name for name in KNOWN_METRICS if name in given)

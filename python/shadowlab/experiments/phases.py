@@ -24,6 +24,8 @@ from ..types import PostWarp
 # Shifts by which a count is averaged. Chosen because three standard errors of a difference of two means over eight are
 # then one standard deviation of a difference of two counts (3 / sqrt(8) = 1.06).
 PHASES = 8
+# More tell nothing that these do not.
+MOST_PHASES = 4096
 # The root of x^3 = x + 1; the steps are its first two negative powers.
 PLASTIC = 1.3247179572447460
 SHIFT_STEPS = (1.0 / PLASTIC, 1.0 / PLASTIC**2)
@@ -70,6 +72,8 @@ def checked_phases(value: object, least: int = 1) -> int:
             f"phases: expected a whole number of shifts from {least} on, got {shown(value)}; {PHASES} give a "
             "mean and a standard deviation, 1 counts the map as fitted alone"
         )
+    if value > MOST_PHASES:
+        raise ArgumentError(f"phases: expected at most {MOST_PHASES} shifts, got {shown(value)}; {PHASES} are enough")
     return int(value)
 
 

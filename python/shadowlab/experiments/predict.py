@@ -10,6 +10,7 @@ from ..errors import ArgumentError
 from ..scene.view import View, checked_view
 from ..techniques.labels import resolved
 from ..text import shown
+from ..text.checked import a_number
 from ..text.checks import renderer_of, whole
 from ..travel import Value
 from .evaluate import fitted
@@ -44,6 +45,7 @@ class Prediction(Value):
     @staticmethod
     def of(wrong: float) -> Prediction:
         """With the doubt that was measured."""
+        wrong = a_number("wrong", wrong)
         return Prediction(wrong, max(LEAST * wrong - PIXELS, 0.0), MOST * wrong + PIXELS)
 
     def __float__(self) -> float:
@@ -107,7 +109,7 @@ def predict(
     checked_view(view)
     if not isinstance(shadows, str) or shadows not in ("mapped", "traced"):
         raise ArgumentError(f'shadows: expected "mapped" or "traced", got {shown(shadows)}')
-    item, side, draw = resolved(technique), whole("resolution", resolution), renderer_of(renderer)
+    item, side, draw = resolved(technique, "technique"), whole("resolution", resolution), renderer_of(renderer)
     wrong = 0.0
     for one in view.views:
         p = fitted(item, one, side, draw)

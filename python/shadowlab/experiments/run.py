@@ -10,7 +10,8 @@ from .. import _core
 from ..errors import ArgumentError
 from ..scene.source import Source
 from ..scene.view import View
-from ..techniques.labels import full_name_of, is_parameterization, spec_of
+from ..techniques.kinds import is_parameterization
+from ..techniques.labels import full_name_of, spec_of
 from ..text import settings_text
 from ..text.checks import renderer_of
 from ..travel import Value

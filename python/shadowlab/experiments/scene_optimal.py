@@ -13,7 +13,6 @@ stands beside it; more techniques are counted, and techniques with K maps have m
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,8 +22,11 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError, ShadowlabError, UnknownNameError
-from ..techniques.labels import full_name_of, is_parameterization, labelled
-from ..text import format_spec, shown
+from ..techniques.kinds import is_parameterization
+from ..techniques.labels import full_name_of, labelled
+from ..text import format_spec, reason_of, shown
+from ..text.arrays import checked_items
+from ..text.checked import a_flag, a_path
 from ..text.checks import check_bias, renderer_of, whole
 from ..trace import Truth
 from .columns import TABLES
@@ -123,8 +125,13 @@ def scene_optimal_experiment(
     sides = checked_sizes(sizes)
     seen = checked_views(configurations() if views is None else views)
     entries = with_normal(techniques)
-    if out is not None and not isinstance(out, (str, os.PathLike)):
-        raise ArgumentError(f"out: expected a directory as a path, got {shown(out)}")
+    a_flag("progress", progress)
+    out = None if out is None else a_path("out", out)
+    if out is not None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ArgumentError(f"out: expected a directory, cannot make {str(out)!r} ({reason_of(error)})") from None
     rows = KeptRows(TABLES["scene_optimal"], None if out is None else Path(out) / ROWS_FILE)
     keys = []
     with Steps(len(seen) * len(entries) * len(sides), progress) as step:
@@ -180,9 +187,8 @@ def checked_sizes(sizes: object) -> list[int]:
     ------
     ArgumentError
     """
-    if isinstance(sizes, (str, bytes)) or not isinstance(sizes, Iterable):
-        raise ArgumentError(f"sizes: expected several whole numbers of texels, got {shown(sizes)}; try [750, 2000]")
-    found = [whole("sizes", one) for one in sizes]
+    given = checked_items("sizes", sizes, "several whole numbers of texels", "try [750, 2000]")
+    found = [whole("sizes", one) for one in given]
     if not found or len(set(found)) < len(found):
         raise ArgumentError(f"sizes: expected at least one, each once, got {shown(found)}; try [750, 2000]")
     return found
@@ -195,11 +201,7 @@ def checked_views(views: Sequence[LabelledView]) -> list[LabelledView]:
     ------
     ArgumentError
     """
-    if not isinstance(views, Iterable):
-        raise ArgumentError(
-            f"views: expected several LabelledView objects, got {shown(views)}; try scene_optimal_views"
-        )
-    found = list(views)
+    found = checked_items("views", views, "several LabelledView objects", "try scene_optimal_views")
     for one in found:
         if not isinstance(one, LabelledView):
             raise ArgumentError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,11 +10,11 @@ import numpy as np
 
 from .. import _core
 from ..conventions.doubts import doubts_in
-from ..errors import ArgumentError
+from ..errors import UnknownNameError
 from ..scene.source import Source
 from ..scene.view import View, light_of
-from ..text import shown
-from ..text.checks import renderer_of
+from ..text.checked import a_flag, a_path, a_text
+from ..text.checks import renderer_of, whole
 from ..travel import Value
 from .by_run import ByRun
 from .columns import table
@@ -150,8 +149,10 @@ class Study(Value):
 
         Raises
         ------
-        KeyError
+        UnknownNameError
             For a run that is not there or has failed; the message lists those that are.
+        ArgumentError
+            For a label that is no text, and a resolution that is no whole number above 0.
         """
         found: Footprint = self._run(label, resolution).footprint  # type: ignore[assignment]
         return found
@@ -173,7 +174,13 @@ class Study(Value):
         return ByRun(self._done, what)
 
     def _run(self, label: str, resolution: int | None) -> Run:
-        run: Run = self._by_run("run")[label if resolution is None else (label, resolution)]
+        a_text("label", label)
+        if resolution is not None:
+            whole("resolution", resolution)
+        try:
+            run: Run = self._by_run("run")[label if resolution is None else (label, resolution)]
+        except KeyError as error:
+            raise UnknownNameError(f"label, resolution: no run of {error.args[0]}") from None
         return run
 
     @property
@@ -235,9 +242,7 @@ class Study(Value):
         """
         from ..reports.html.page import save_study
 
-        if not isinstance(directory, (str, os.PathLike)):
-            raise ArgumentError(f'directory: expected a path, got {shown(directory)}; try "report"')
-        return save_study(self, Path(directory), progress)
+        return save_study(self, a_path("directory", directory), a_flag("progress", progress))
 
     def save_arrays(self, path: str | Path) -> Path:
         """Writes the G-buffer, the truth, and the matrices, maps and masks of every run into one .npz file.
@@ -262,9 +267,7 @@ class Study(Value):
         """
         from ..reports.study_arrays import save_study_arrays
 
-        if not isinstance(path, (str, os.PathLike)):
-            raise ArgumentError(f'path: expected a path, got {shown(path)}; try "study.npz"')
-        return save_study_arrays(self, Path(path))
+        return save_study_arrays(self, a_path("path", path))
 
     def _repr_html_(self) -> str:
         from ..reports.html.page import study_html

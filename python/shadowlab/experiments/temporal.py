@@ -26,10 +26,12 @@ from ..aliasing.footprint import NO_MAP
 from ..aliasing.usage import look_up, texel_coordinates
 from ..errors import ArgumentError, ShadowlabError
 from ..scene.source import Source
-from ..scene.view import View, light_of
+from ..scene.view import LIGHTS, View, light_of
 from ..techniques.labels import labelled
 from ..techniques.temporal_fit import TemporalFit
 from ..text import shown
+from ..text.arrays import checked_items
+from ..text.checked import a_flag
 from ..text.checks import renderer_of, whole
 from ..trace import Truth
 from ..travel import Value
@@ -162,6 +164,7 @@ def temporal(
     >>> found.summary.set_index("technique")["refits"].to_dict()
     {'each frame': 3, 'held': 1}
     """
+    a_flag("progress", progress)
     path = checked_path(cameras)
     lights = checked_lights(light, len(path))
     for camera, of in zip(path, lights, strict=True):
@@ -320,7 +323,8 @@ def seen_by(camera: Camera, points: npt.ArrayLike) -> NDArray[np.bool_]:
 
 def checked_path(cameras: object) -> list[Camera]:
     """The cameras of a path, at least two."""
-    path = list(cameras) if isinstance(cameras, Iterable) and not isinstance(cameras, (str, Mapping)) else []
+    fix = "make some with sl.Camera.look_at(eye, target)"
+    path = [] if isinstance(cameras, Mapping) else checked_items("cameras", cameras, "at least two cameras", fix)
     if len(path) < 2:
         raise ArgumentError(
             f"cameras: expected at least two cameras, got {shown(cameras)}; make some with "
@@ -331,9 +335,9 @@ def checked_path(cameras: object) -> list[Camera]:
 
 def checked_lights(light: Light | Iterable[Light], count: int) -> list[Light]:
     """One light a camera."""
-    if not isinstance(light, Iterable):
+    if isinstance(light, LIGHTS):
         return [light] * count
-    lights = list(light)
+    lights = checked_items("light", light, f"one light, or {count}, one a camera", "sl.DirectionalLight makes one")
     if len(lights) != count:
         raise ArgumentError(
             f"light: expected one light, or {count}, one a camera, got {len(lights)}; give as many as cameras"

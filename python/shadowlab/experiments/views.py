@@ -9,7 +9,7 @@ r"""The views of an advice: every camera with every light, with names that tell 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
@@ -18,7 +18,8 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError
 from ..scene.view import LIGHTS, View, angle_to, elevation_of, light_of, light_way
-from ..text import shown
+from ..text.arrays import checked_items
+from ..text.checked import a_text
 
 T = TypeVar("T")
 
@@ -116,13 +117,12 @@ def named(
 ) -> list[tuple[str | None, T]]:
     """(label or None, thing) of one thing, several, or a dict of them."""
     if isinstance(value, Mapping):
-        entries: list[tuple[str | None, T]] = [(str(label), one) for label, one in value.items()]
+        entries: list[tuple[str | None, T]] = [(a_text(name, label), one) for label, one in value.items()]
     elif isinstance(value, kind):
         entries = [(None, value)]
-    elif isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
-        entries = [(None, one) for one in cast("Iterable[T]", value)]
     else:
-        raise ArgumentError(f"{name}: expected {what}, several, or a dict of them, got {shown(value)}; {hint}")
+        items = checked_items(name, value, f"{what}, several, or a dict of them", hint)
+        entries = [(None, cast("T", one)) for one in items]
     if not entries:
         raise ArgumentError(f"{name}: expected at least one, got none; {hint}")
     for label, one in entries:

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.checked import A_GBUFFER, A_LIGHT, a_count, checked, numbers_in
 from ..types import RGB
-from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, shade, truth_mask, widened
+from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, same_size, shade, truth_mask, widened
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -37,10 +38,15 @@ NOT_COMPARED = -1
 # Greys of the eye view beneath: all colours are darker. What is not compared is white, hatched.
 DARKEST, LIGHTEST, HATCH = 205, 245, 215
 STRIPE_PX = 6
-# Pixels that a wrong pixel may be drawn wide: more hides the picture.
-WIDEST_MARK_PX = 64
 
 
+@checked(
+    gbuffer=A_GBUFFER,
+    light=A_LIGHT,
+    truth=numbers_in(np.int8, None, None),
+    cause_image=numbers_in(np.int64, None, None),
+    width=a_count(1, WIDEST_MARK_PX),
+)
 def cause_picture(
     gbuffer: GBuffer, light: Light, truth: npt.ArrayLike, cause_image: npt.ArrayLike, *, width: int = 1
 ) -> NDArray[np.uint8]:
@@ -64,20 +70,14 @@ def cause_picture(
         For images of another shape than the G-buffer's, unknown codes, and a width below 1.
     """
     shape = np.shape(gbuffer.triangle)
-    codes, truth = np.asarray(cause_image), np.asarray(truth)
-    for name, image in (("truth", truth), ("cause_image", codes)):
-        if image.shape != shape:
-            raise ArgumentError(
-                f"{name}: expected shape {shape}, the G-buffer's, got {image.shape}; use one size for all"
-            )
+    codes = np.asarray(cause_image)
+    same_size(gbuffer, truth=np.asarray(truth), cause_image=codes)
     unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSE_RGB])
     if unknown.size:
         raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
-    if isinstance(width, bool) or not isinstance(width, (int, np.integer)) or not 1 <= width <= WIDEST_MARK_PX:
-        raise ArgumentError(
-            f"width: expected a whole number of pixels, 1 to {WIDEST_MARK_PX}, got {shown(width)}; try 3"
-        )
-    grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    grey = shade(gbuffer, light, truth_mask(np.asarray(truth))).astype(np.float32) @ np.array(
+        [0.2126, 0.7152, 0.0722], np.float32
+    )
     grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey / 255.0)
     rows, columns = np.ogrid[: shape[0], : shape[1]]
     grey = np.where(codes == NOT_COMPARED, np.where((rows + columns) % STRIPE_PX < 1, HATCH, 255), grey)

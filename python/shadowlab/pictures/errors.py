@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from ..aliasing.footprint import AVERTED, NO_MAP, NOTHING, Footprint
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.arrays import checked_array
+from ..text.checked import A_GBUFFER, A_LIGHT, checked, optional
 from .eye import shade
 
 if TYPE_CHECKING:
@@ -93,6 +95,7 @@ def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
     return colours
 
 
+@checked(gbuffer=optional(A_GBUFFER), light=optional(A_LIGHT))
 def error_picture(
     footprint: Footprint,
     *,
@@ -146,10 +149,7 @@ def image_codes(footprint: object) -> NDArray[np.int16]:
 
 def values_of(values: npt.ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The values as numbers of this shape."""
-    try:
-        v = np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        v = np.empty(())
+    v: NDArray[np.float64] = checked_array("values", values)
     if v.shape != shape:
         raise ArgumentError(
             f"values: expected numbers of shape {shape}, the footprint's, got {shown(values)}; crop both"

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..aliasing.codes import Difference
+from ..errors import ArgumentError
+from ..text.checked import A_GBUFFER, A_LIGHT, a_count, checked, items_of, numbers_in
 from ..trace import Truth
 
 if TYPE_CHECKING:
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 FALSE_SHADOW_RGB = (213, 94, 0)
 FALSE_LIGHT_RGB = (0, 114, 178)
 
+# Pixels that a wrong pixel may be drawn wide: more hides the picture.
+WIDEST_MARK_PX = 64
 # Linear-light colours, chosen so that a lit, a shadowed and an averted face of one neutral material stay apart.
 ALBEDO = np.array([0.60, 0.59, 0.57])
 SUN = np.array([1.32, 1.22, 1.05])
@@ -27,6 +31,7 @@ BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
 
 
+@checked(gbuffer=A_GBUFFER, light=A_LIGHT, mask=numbers_in(np.float32, None, None))
 def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
 
@@ -39,6 +44,7 @@ def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     mask : (H, W) float
         Share of the light that arrives. Not read where nothing is seen.
     """
+    same_size(gbuffer, mask=mask)
     normal = np.asarray(gbuffer.normal, dtype=np.float32)
     seen = np.asarray(gbuffer.triangle) >= 0
     cosine = np.clip(-np.einsum("hwc,hwc->hw", normal, light_directions(gbuffer, light)), 0.0, 1.0)
@@ -75,6 +81,22 @@ def srgb_bytes(linear: np.ndarray) -> np.ndarray:
     return coded
 
 
+def same_size(gbuffer: GBuffer, **images: np.ndarray) -> None:
+    """Raises unless images (H, W) are of the G-buffer's size.
+
+    Raises
+    ------
+    ArgumentError
+        For another shape.
+    """
+    shape = np.shape(gbuffer.triangle)
+    for name, image in images.items():
+        if np.shape(image) != shape:
+            raise ArgumentError(
+                f"{name}: expected shape {shape}, the G-buffer's, got {np.shape(image)}; use one size for all"
+            )
+
+
 def srgb_table() -> np.ndarray:
     """The bytes of 65536 shades from 0 to 1: a step is a twentieth of a byte where they rise fastest."""
     x = np.linspace(0.0, 1.0, 1 << 16)
@@ -86,13 +108,27 @@ def srgb_table() -> np.ndarray:
 SRGB = srgb_table()
 
 
+@checked(truth=numbers_in(np.int8, None, None))
 def truth_mask(truth: np.ndarray) -> np.ndarray:
     """The traced truth (H, W) int8 as light that arrives: undecided is half, nothing is NaN."""
     arrives = {Truth.NOTHING: np.nan, Truth.UNDECIDED: 0.5, Truth.SHADOW: 0.0, Truth.LIT: 1.0}
     table = np.array([arrives[code] for code in sorted(arrives)], dtype=np.float32)
-    return table[np.asarray(truth, dtype=np.int8) - min(arrives)]
+    if truth.min() < min(arrives) or truth.max() > max(arrives):
+        raise ArgumentError(
+            f"truth: expected states -2 to 1, as sl.trace.Truth has them, got {truth.min()} to {truth.max()}; "
+            "sl.trace.shadow_mask makes them"
+        )
+    found: np.ndarray = table[truth - min(arrives)]
+    return found
 
 
+@checked(
+    gbuffer=A_GBUFFER,
+    light=A_LIGHT,
+    truth=numbers_in(np.int8, None, None),
+    image=numbers_in(np.int8, None, None),
+    width=a_count(1, WIDEST_MARK_PX),
+)
 def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndarray, *, width: int = 1) -> np.ndarray:
     """The wrong pixels over a pale grey eye view.
 
@@ -107,6 +143,7 @@ def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndar
     width : int
         Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
     """
+    same_size(gbuffer, truth=truth, image=image)
     grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     # Lifted into the upper third, so that both colours are darker than anything beside them.
     picture = np.repeat(np.rint(158.0 + 0.36 * grey)[..., None], 3, axis=-1).astype(np.uint8)
@@ -129,8 +166,15 @@ def widened(marked: np.ndarray, width: int) -> np.ndarray:
     return grown
 
 
+@checked(
+    images=items_of(numbers_in(np.int64, None, None), "difference images (H, W)", "give a list of them", 1),
+    side=a_count(1, 1 << 30),
+)
 def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
     """Row and column of the window of `side` pixels with the most wrong pixels, all difference images together."""
+    if len({image.shape for image in images}) > 1:
+        shapes = ", ".join(str(image.shape) for image in images[:4])
+        raise ArgumentError(f"images: expected difference images of one shape, got {shapes}; use one size for all")
     wrong = np.sum([np.asarray(image) > Difference.AGREE for image in images], axis=0, dtype=np.int64)
     height, width = wrong.shape
     rows, columns = min(side, height), min(side, width)

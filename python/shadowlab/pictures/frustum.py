@@ -7,14 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..text.checked import A_CAMERA, a_number, a_picture, any_numbers, checked, finite_numbers, items_of, optional
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from .._core import Camera
 
 FRUSTUM_RGB = (255, 149, 0)
+# Ends of lines; there may be none.
+SEGMENTS = any_numbers(None, 2, 2)
+DEPTHS = optional(items_of(a_number, "camera depths", "give a list of numbers"))
 
 
+@checked(shadow_clip_from_world=finite_numbers(4, 4), camera=A_CAMERA, depths=DEPTHS)
 def frustum_segments(
     shadow_clip_from_world: np.ndarray, camera: Camera, depths: Iterable[float] | None = None
 ) -> np.ndarray:
@@ -35,6 +41,7 @@ def frustum_segments(
     return np.array([s for s in clipped if s is not None]).reshape(-1, 2, 2)
 
 
+@checked(camera=A_CAMERA, depths=DEPTHS)
 def frustum_edges(camera: Camera, depths: Iterable[float] | None = None) -> list[tuple[np.ndarray, np.ndarray]]:
     """Both ends of each edge of a camera's frustum as homogeneous world points, with cross-sections at some depths."""
     depths = (camera.near, camera.far) if depths is None else tuple(depths)
@@ -72,6 +79,7 @@ def clip_segment(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     return inside
 
 
+@checked(picture=a_picture, segments=SEGMENTS)
 def with_frustum(picture: np.ndarray, segments: np.ndarray) -> np.ndarray:
     """The picture with NDC segments drawn into it, dark casing under an orange line."""
     from PIL import Image, ImageDraw

@@ -12,7 +12,6 @@ No plotting library here; `plot.lattice` puts the picture on axes.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +21,7 @@ from .. import aliasing
 from ..aliasing.footprint import Footprint
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.checked import a_length, checked, numbers_in, optional
 from .eye import shade
 from .maps import MAP_RGB
 
@@ -41,6 +41,7 @@ DARKER = 0.72
 PALE = 0.45
 
 
+@checked(width_px=a_length, mask=optional(numbers_in(np.float32, None, None)))
 def lattice_picture(
     gbuffer: GBuffer,
     camera: Camera,
@@ -78,8 +79,6 @@ def lattice_picture(
     """
     if isinstance(every, bool) or not isinstance(every, (int, np.integer)) or every < 1:
         raise ArgumentError(f"every: expected a whole number of texels, at least 1, got {shown(every)}; try 16")
-    if not isinstance(width_px, (int, float)) or not 0 < width_px < math.inf:
-        raise ArgumentError(f"width_px: expected a positive width, got {shown(width_px)}; try 1.3")
     lengths = aliasing.footprint(gbuffer, camera, light, parameterization, resolution=resolution)
     texel, which = aliasing.texel_coordinates(gbuffer, camera, light, parameterization, resolution=resolution)
     arrives = np.ones(which.shape, np.float32) if mask is None else np.asarray(mask, np.float32)

@@ -22,6 +22,17 @@ from numpy.typing import NDArray
 
 from .._core import DirectionalLight, PointLight
 from ..errors import ArgumentError
+from ..text.checked import (
+    A_CAMERA,
+    A_PARTITION,
+    a_length,
+    a_number,
+    any_numbers,
+    checked,
+    finite_numbers,
+    items_of,
+    optional,
+)
 from ..text.checks import check_light
 from ..travel import Value
 from .frustum import frustum_edges
@@ -37,6 +48,9 @@ if TYPE_CHECKING:
 # A ray counts as ahead of the projection where its w is no less than this share of the largest on the line: lines end
 # this side of the horizon, at a thousand times the distance of their near end.
 HORIZON = 1e-3
+POINTS = any_numbers(None, 3)
+PLACES = items_of(a_number, "places in the map, NDC", "give a list of numbers")
+LIMITS = finite_numbers(2)
 # Share of the light's range at which its own view begins; derived from what float32 depths tell apart beyond.
 NEAR_SHARE = 1e-3
 
@@ -63,6 +77,7 @@ class LightPlane(Value):
     directional: bool
 
     @classmethod
+    @checked(camera=A_CAMERA, partition=optional(A_PARTITION))
     def of(cls, light: Light, camera: Camera, partition: Partition | None = None) -> LightPlane:
         """The plane of a light; of a point light, the one ahead of a map's middle.
 
@@ -98,11 +113,13 @@ class LightPlane(Value):
         columns[3, 2] = 1.0
         return cls(rows, columns, forward, sun)
 
+    @checked(points=POINTS)
     def project(self, points: npt.ArrayLike) -> NDArray[np.float64]:
         """Homogeneous x, y, w (N, 3) of world points (N, 3)."""
-        p = np.atleast_2d(np.asarray(points, np.float64))
+        p = np.asarray(points, np.float64)
         return p @ self.from_world[:, :3].T + self.from_world[:, 3]
 
+    @checked(partition=A_PARTITION, xs=PLACES, ys=PLACES)
     def lattice(self, partition: Partition, xs: Iterable[float], ys: Iterable[float]) -> NDArray[np.float64]:
         """Lines of a map on the plane: (N, 2, 2) x, y of both ends, straight between.
 
@@ -146,6 +163,7 @@ class LightPlane(Value):
             ) from None
         return back
 
+    @checked(x=LIMITS, y=LIMITS, bounds=finite_numbers(2, 3), reach=a_length)
     def clip_from_world(
         self, x: tuple[float, float], y: tuple[float, float], bounds: npt.ArrayLike, reach: float
     ) -> NDArray[np.float64]:
@@ -167,16 +185,19 @@ class LightPlane(Value):
             matrix[2, 3] -= reach * near / (reach - near)
         return matrix
 
+    @checked(bounds=finite_numbers(2, 3))
     def box(self, bounds: npt.ArrayLike) -> NDArray[np.float64]:
         """The edges (N, 2, 2) of a box on the plane."""
         c = corners(bounds)
         edges = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
         return self.segments((c[i], c[j]) for i, j in edges)
 
+    @checked(camera=A_CAMERA)
     def frustum(self, camera: Camera, depths: Iterable[float] | None = None) -> NDArray[np.float64]:
         """The edges (N, 2, 2) of a camera's frustum on the plane."""
         return self.segments((a[:3], b[:3]) for a, b in frustum_edges(camera, depths))
 
+    @checked(ends=items_of(finite_numbers(2, 3), "pairs of points", "give a list of pairs"))
     def segments(self, ends: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> NDArray[np.float64]:
         """World segments on the plane (N, 2, 2), cut where they pass behind the light."""
         found = [visible(*self.project(np.stack(pair))) for pair in ends]

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .eye import shade
+from ..text.checked import a_count, checked, numbers_in
+from .eye import same_size, shade
 from .frustum import frustum_edges, frustum_segments, with_frustum
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def map_colour(index: int) -> tuple[int, int, int]:
     return MAP_RGB[index % len(MAP_RGB)]
 
 
+@checked(depth=numbers_in(np.float32, None, None))
 def relief(depth: np.ndarray) -> np.ndarray:
     """A shadow map (H, W) as the light sees it: near is light, slopes are modelled, empty is flat and dark."""
     depth = np.asarray(depth, dtype=np.float32)
@@ -59,6 +61,7 @@ def relief(depth: np.ndarray) -> np.ndarray:
     return picture
 
 
+@checked(depth=numbers_in(np.float32, None, None), side=a_count(1, 1 << 30))
 def reduced(depth: np.ndarray, side: int) -> np.ndarray:
     """The map with at most `side` texels along each edge: the nearest depth of each block, so thin casters stay."""
     height, width = depth.shape
@@ -160,6 +163,7 @@ def chosen_picture(gbuffer: GBuffer, light: Light, mask: np.ndarray, chosen: np.
         From `Renderer.chosen_map`; -1 for none.
     """
     chosen = np.asarray(chosen)
+    same_size(gbuffer, chosen=chosen)
     picture = shade(gbuffer, light, mask)
     grey = picture.astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     colours = np.array([*MAP_RGB, (200, 200, 200)], np.float32)

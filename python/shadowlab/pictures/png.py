@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..text.checked import a_picture, checked
 
+
+@checked(picture=a_picture)
 def png(picture: np.ndarray) -> bytes:
     """The picture as the bytes of a PNG file; a higher level takes twice as long and saves little."""
     import io

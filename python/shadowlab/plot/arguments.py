@@ -13,11 +13,15 @@ from ..aliasing.summary import Summary
 from ..errors import ArgumentError
 from ..experiments.columns import with_current
 from ..text import shown
+from ..text.arrays import checked_array, checked_items
+from ..text.checked import a_length, has_all, optional
 
 T = TypeVar("T")
 
+#: Of a camera, for pictures whose pixels are not square.
+an_aspect = optional(a_length)
+
 if TYPE_CHECKING:
-    import numpy.typing as npt
     import pandas as pd
 
 # What columns of tables are, and their units, where that is more than their name.
@@ -47,7 +51,7 @@ COLUMN_UNITS = {
 
 def current_columns(table: T, wanted: list[str]) -> T:
     """The table with the wanted columns under the names that they have now; something else as it is."""
-    return cast("T", with_current(cast("pd.DataFrame", table), wanted)) if hasattr(table, "columns") else table
+    return cast("T", with_current(cast("pd.DataFrame", table), wanted)) if has_all(table, "columns", "iloc") else table
 
 
 def title_and_unit(column: object) -> tuple[str, str]:
@@ -88,11 +92,10 @@ def footprints_of(given: object) -> dict[str, Footprint | Summary]:
 
 def pair_of(given: object, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Depths and values (N,) of a curve, checked: positive where they are numbers; values may have gaps."""
-    try:
-        first, second = cast("Iterable[npt.ArrayLike]", given)
-        z, values = (np.atleast_1d(np.asarray(numbers, np.float64)) for numbers in (first, second))
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name}: expected depths and values, two arrays (N,), got {shown(given)}") from None
+    both = checked_items(name, given, "depths and values, two arrays (N,)", "give (z, values)")
+    if len(both) != 2:
+        raise ArgumentError(f"{name}: expected depths and values, two arrays (N,), got {shown(given)}")
+    z, values = (np.atleast_1d(checked_array(name, numbers)) for numbers in both)
     if z.ndim != 1 or z.shape != values.shape:
         raise ArgumentError(
             f"{name}: expected as many depths as values, both (N,), got shapes {z.shape} and {values.shape}; "
@@ -111,6 +114,9 @@ def columns_of(table: object, needed: Iterable[str], name: str = "table") -> pd.
     import pandas as pd
 
     needed = list(needed)
+    for one in needed:
+        if not isinstance(one, str) or not one:
+            raise ArgumentError(f"{name}: expected names of columns, got {shown(one)}; name one of the table")
     if not isinstance(table, pd.DataFrame):
         raise ArgumentError(
             f"{name}: expected a pandas table with columns {', '.join(map(str, needed))}, got {shown(table)}"
@@ -137,7 +143,7 @@ def numbers_of(table: pd.DataFrame, column: object) -> NDArray[np.float64]:
 
 def image_of(given: object, shape: tuple[int, ...], name: str) -> NDArray[Any]:
     """The image, checked to have this shape."""
-    image = np.asarray(given)
+    image = checked_array(name, given)
     if image.shape != shape:
         raise ArgumentError(
             f"{name}: expected shape {shape}, the G-buffer's, got {image.shape}; render both at one size"

@@ -35,7 +35,9 @@ GRID, SOFT = "#B0B0B0", "#555555"
 
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
-        if not all(hasattr(ax, name) for name in ("transAxes", "add_collection", "set_xlim")):
+        from matplotlib.axes import Axes
+
+        if not isinstance(ax, Axes):
             raise ArgumentError(f"ax: expected matplotlib axes, got {shown(ax)}; give title= and other words by name")
         return ax
     import matplotlib.pyplot as plt

@@ -9,9 +9,11 @@ import numpy as np
 
 from ..aliasing.causes import CAUSES, Causes
 from ..errors import ArgumentError
+from ..experiments.study import Study
 from ..pictures.causes import CAUSE_RGB, HATCH, NOT_COMPARED, cause_picture
 from ..pictures.errors import rgb
-from .arguments import columns_of, numbers_of
+from ..text.checked import a_text, checked
+from .arguments import an_aspect, columns_of, numbers_of
 from .axes import _axes, _picture, curve_look, legend_below, say, short_label
 
 if TYPE_CHECKING:
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .._core import GBuffer
-    from ..aliasing.causes import Causes
-    from ..experiments.study import Study
     from ..types import Light
 
 # The causes in the words of a legend.
@@ -37,6 +37,7 @@ CAUSE_HATCHES = {"acne": "", "edge": "///", "leak": "...", "missing": "xxx", "ot
 HATCH_COLOURS = {"acne": "white", "edge": "#7A3560", "leak": "#CFE6F5", "missing": "#BBBBBB", "other": "white"}
 
 
+@checked(title=a_text)
 def causes(table: pd.DataFrame | Study | Mapping[str, Causes], ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the wrong pixels of each technique as a bar, divided by cause.
 
@@ -111,11 +112,11 @@ def causes(table: pd.DataFrame | Study | Mapping[str, Causes], ax: Axes | None =
 
 def cause_table(given: pd.DataFrame | Study | Mapping[str, Causes]) -> pd.DataFrame:
     """The table of what has one, or of causes by label."""
-    if isinstance(given, Mapping) and given and all(hasattr(of, "counts") for of in given.values()):
+    if isinstance(given, Mapping) and given and all(isinstance(of, Causes) for of in given.values()):
         import pandas as pd
 
         return pd.DataFrame([{"technique": label, **of.counts} for label, of in given.items()])
-    return cast("pd.DataFrame", given.table if hasattr(given, "runs") and hasattr(given, "table") else given)
+    return cast("pd.DataFrame", given.table if isinstance(given, Study) else given)
 
 
 def row_labels(table: pd.DataFrame) -> list[str]:
@@ -134,6 +135,7 @@ def _thousands(ax: Axes) -> None:
     ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:,.0f}"))
 
 
+@checked(title=a_text, aspect=an_aspect)
 def cause_map(
     gbuffer: GBuffer,
     light: Light,

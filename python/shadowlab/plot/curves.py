@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.light_angles import LightAngles
 from ..text import shown
+from ..text.checked import a_length, a_text, checked, optional
 from .arguments import column_label, columns_of, current_columns, dictionary_of, numbers_of, pair_of, title_and_unit
 from .axes import (
     _axes,
@@ -40,6 +41,7 @@ DP_DS_LABEL = "dp/ds, world units on the near plane per map"
 Curve: TypeAlias = "tuple[npt.ArrayLike, npt.ArrayLike]"
 
 
+@checked(near=a_length, far=a_length, ylabel=a_text, title=a_text)
 def error_along_view(
     curves: Mapping[str, Curve],
     ax: Axes | None = None,
@@ -87,8 +89,7 @@ def error_along_view(
     >>> forms = {t: (z, sl.aliasing.closed_form.dp_ds(z, technique=t, **view)) for t in ("uniform", "psm", "lispsm")}
     >>> ax = sl.plot.error_along_view(forms, **view)
     """
-    ends = [np.asarray(end) for end in (near, far)]
-    if any(end.ndim or end.dtype.kind not in "iuf" for end in ends) or not 0 < near < far < np.inf:
+    if not near < far:
         raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; take the camera's")
     lines = {k: pair_of(v, f"curves[{k!r}]") for k, v in dictionary_of(curves, "curves", "(z, values)").items()}
     dots = {} if measured is None else dictionary_of(measured, "measured", "(z, values)")
@@ -112,6 +113,7 @@ def error_along_view(
     return ax
 
 
+@checked(x=a_text, y=a_text, baseline=optional(a_text), xlabel=optional(a_text), ylabel=optional(a_text), title=a_text)
 def error_over_angle(
     table: pd.DataFrame | LightAngles,
     ax: Axes | None = None,
@@ -159,6 +161,8 @@ def error_over_angle(
     >>> table = pd.DataFrame(rows, columns=["technique", "angle_deg", "texel_p95"])
     >>> ax = sl.plot.error_over_angle(table, baseline="uniform")
     """
+    if not (x and y):
+        raise ArgumentError(f"x, y: expected names of columns, got {x!r} and {y!r}; angle_deg and texel_p95 are two")
     if isinstance(table, LightAngles):
         table = table.table
     table = current_columns(table, ["technique", x, y])

@@ -13,6 +13,7 @@ from ..aliasing.footprint import Footprint
 from ..aliasing.summary import HISTOGRAM_LIMITS_PX, Summary, checked_bands
 from ..errors import ArgumentError
 from ..text import shown
+from ..text.checked import a_text, checked
 from .arguments import count_of, footprints_of
 from .axes import _axes, curve_look, legend_beside, level, log_axis, padded, say, series_style, short_label
 from .curves import DEPTH_LABEL
@@ -47,6 +48,7 @@ BEYOND = "\n(the outer bins hold what is beyond)"
 NOTHING_MEASURED = "no pixel looks up a texel"
 
 
+@checked(title=a_text)
 def error_histogram(
     footprints: Footprint | Summary | Mapping[str, Footprint | Summary],
     ax: Axes | None = None,
@@ -90,10 +92,12 @@ def error_histogram(
     >>> ax = sl.plot.error_histogram(found)
     """
     given = footprints_of(footprints)
-    if quantity not in QUANTITIES:
+    if not isinstance(quantity, str) or quantity not in QUANTITIES:
         raise ArgumentError(
             f"quantity: expected one of {', '.join(QUANTITIES)}, got {shown(quantity)}; choose from these"
         )
+    if not isinstance(by_depth, (bool, np.bool_)):
+        by_depth = count_of(by_depth, "by_depth", most=100, least=0)
     summaries = [label for label, value in given.items() if isinstance(value, Summary)]
     if summaries and (quantity != "major" or by_depth):
         raise ArgumentError(
@@ -101,7 +105,7 @@ def error_histogram(
             f"{summaries[0]!r}, which counts major alone; give the footprint"
         )
     if by_depth:
-        bands = 3 if by_depth is True else count_of(by_depth, "by_depth", most=100)
+        bands = 3 if isinstance(by_depth, (bool, np.bool_)) else by_depth
         series: dict[str, Summary | NDArray[np.float64]] = dict(_by_band(given, quantity, bands))
     else:
         series = {k: v if isinstance(v, Summary) else _measured_values(v, quantity) for k, v in given.items()}
@@ -200,6 +204,7 @@ def _beyond(values: Summary | NDArray[np.float64], edges: NDArray[np.float64]) -
     return bool(((values < edges[0]) | (values >= edges[-1])).any())
 
 
+@checked(title=a_text)
 def error_by_depth(
     footprints: Footprint | Summary | Mapping[str, Footprint | Summary],
     ax: Axes | None = None,

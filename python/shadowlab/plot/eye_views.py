@@ -10,6 +10,8 @@ from ..aliasing.footprint import AVERTED, NO_MAP, Footprint
 from ..pictures.errors import BEST_PX, GREYS, SCALE, TICKS, WORDS, WORST_PX, error_picture, middle_grey, rgb
 from ..pictures.lattice import DARKER, lattice_picture
 from ..pictures.maps import map_colour
+from ..text.checked import a_flag, a_text, checked
+from .arguments import an_aspect
 from .axes import MOST_NAMED, _picture, legend_below
 
 if TYPE_CHECKING:
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 GREY_HATCHES: dict[int, str] = {NO_MAP: "\\\\\\\\", AVERTED: "/////"}
 
 
+@checked(title=a_text, aspect=an_aspect, colorbar=a_flag, label=a_text)
 def error_map(
     footprint: Footprint,
     ax: Axes | None = None,
@@ -115,6 +118,7 @@ def _explain_greys(ax: Axes, codes: npt.ArrayLike) -> None:
     legend_below(ax, patches, ncols=len(present), handlelength=1.6)
 
 
+@checked(title=a_text, aspect=an_aspect)
 def lattice(
     gbuffer: GBuffer,
     camera: Camera,

@@ -14,6 +14,8 @@ from ..pictures.errors import rgb
 from ..pictures.light_plane import LightPlane
 from ..pictures.maps import frustum_in, map_colour, served_depths
 from ..text import shown
+from ..text.arrays import checked_array
+from ..text.checked import A_CAMERA, A_LIGHT, a_text, checked, optional
 from ..text.checks import renderer_of
 from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
@@ -31,6 +33,7 @@ SIDE = 900
 FRUSTUM = np.array(pictures.FRUSTUM_RGB) / 255
 
 
+@checked(camera=A_CAMERA, title=a_text)
 def warped_view(
     parameterization: Maps,
     camera: _core.Camera,
@@ -79,7 +82,7 @@ def warped_view(
     part, _, given = _chosen(parameterization, map, resolution)
     picture = None if depth is None else _depth_of(depth, map)
     width, height = given if resolution is not None or picture is None else picture.shape[::-1]
-    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every")
+    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every", most=1 << 30)
     ax = _axes(ax)
     if picture is not None:
         relief = pictures.relief(pictures.reduced(picture, 1024))
@@ -99,10 +102,11 @@ def warped_view(
     return ax
 
 
+@checked(camera=A_CAMERA, light=optional(A_LIGHT), title=a_text)
 def light_view(
     parameterization: Maps,
     camera: _core.Camera,
-    scene: _core.Scene,
+    scene: _core.Scene | npt.ArrayLike,
     ax: Axes | None = None,
     *,
     light: Light | None = None,
@@ -156,7 +160,7 @@ def light_view(
     >>> p = sl.technique("lispsm").parameterize(s, s.camera, s.light)
     >>> ax = sl.plot.light_view(p, s.camera, s)
     """
-    light = getattr(scene, "light", None) if light is None else light
+    light = getattr(scene, "light", None) if light is None and isinstance(scene, _core.Scene) else light
     if light is None:
         raise ArgumentError("light: expected the light of the parameterization, got none; give light=")
     if map is None and getattr(light, "kind", None) == "point":
@@ -164,7 +168,7 @@ def light_view(
             "map: expected one map of a point light, whose maps look different ways, got None; choose one"
         )
     part, parts, (width, height) = _chosen(parameterization, 0 if map is None else map, resolution)
-    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every")
+    step = max(1, max(width, height) // LINES_ALONG) if every is None else count_of(every, "every", most=1 << 30)
     plane = LightPlane.of(light, camera, part)
     chosen = list(enumerate(parts)) if map is None else [(map, part)]
     bounds = _bounds(scene)
@@ -174,7 +178,7 @@ def light_view(
     ax = _axes(ax)
     # Limits first, so that nothing that is drawn moves them.
     ax.set(xlim=x, ylim=y, aspect="equal", autoscale_on=False)
-    if hasattr(scene, "bounds"):
+    if isinstance(scene, _core.Scene):
         _ground(ax, plane, scene, bounds, light, renderer)
     else:
         _segments(ax, plane.box(bounds), colors=["#9A9A9A"], linewidths=0.8)
@@ -208,7 +212,7 @@ def _chosen(
 
 def _depth_of(depth: npt.ArrayLike, index: int) -> NDArray[np.float32]:
     """The shadow map (H, W) that is meant."""
-    maps = np.asarray(depth, np.float32)
+    maps: NDArray[np.float32] = checked_array("depth", depth, np.float32)
     if maps.ndim == 3 and index < len(maps):
         maps = maps[index]
     if maps.ndim != 2 or maps.size == 0:
@@ -247,12 +251,9 @@ def _name_maps(ax: Axes, count: int) -> None:
         legend_beside(ax, handles, fontsize="small", handlelength=1.5)
 
 
-def _bounds(scene: _core.Scene) -> NDArray[np.float64]:
+def _bounds(scene: _core.Scene | npt.ArrayLike) -> NDArray[np.float64]:
     """The bounds (2, 3) of a scene, or those that are given."""
-    try:
-        bounds = np.asarray(getattr(scene, "bounds", scene), np.float64)
-    except (TypeError, ValueError):
-        bounds = np.empty(0)
+    bounds: NDArray[np.float64] = checked_array("scene", scene.bounds if isinstance(scene, _core.Scene) else scene)
     if bounds.shape != (2, 3) or not np.isfinite(bounds).all() or (bounds[0] > bounds[1]).any():
         raise ArgumentError(f"scene: expected a Scene, or finite bounds (2, 3), lowest first, got {shown(scene)}")
     return bounds
@@ -301,7 +302,7 @@ def _ground(
 
 def _mark_eye(ax: Axes, plane: LightPlane, camera: _core.Camera) -> None:
     """A dot where the eye is, if the light sees it within the axes."""
-    x, y, w = plane.project(camera.eye)[0]
+    x, y, w = plane.project(np.asarray(camera.eye)[None])[0]
     if not w > 0:
         return
     ax.plot([x / w], [y / w], "o", color="#202020", markersize=5, markeredgecolor="white", zorder=4, clip_on=True)

@@ -19,6 +19,8 @@ from ..experiments.scene_optimal_views import paper_views
 from ..pictures.samples import SAMPLE_STATES, pale_eye_view, pixels_of
 from ..scene.view import View, checked_view, light_of
 from ..text import share_text, shown
+from ..text.arrays import checked_items
+from ..text.checked import A_PARAMETERIZATION, a_count, a_flag, a_text, checked
 from ..text.checks import renderer_of
 from .axes import _axes, _picture, curve_look, legend_below, legend_beside, level, say, series_style
 from .light_views import warped_view
@@ -39,6 +41,7 @@ TITLE_INCHES = 0.85
 STEP_VALUE = "error_step_"
 
 
+@checked(title=a_text)
 def samples_view(
     view: View,
     ax: Axes | None = None,
@@ -97,6 +100,7 @@ def samples_view(
     return ax
 
 
+@checked(parameterization=A_PARAMETERIZATION, title=a_text)
 def search_history(parameterization: _core.Parameterization, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the objective of the published search before its first step and after each step that it accepts.
 
@@ -144,6 +148,7 @@ def search_history(parameterization: _core.Parameterization, ax: Axes | None = N
     return ax
 
 
+@checked(resolution=a_count(1, 16384))
 def samples_and_maps(
     view: View,
     techniques: str | Sequence[TechniqueArgument] = FIGURE_TECHNIQUES,
@@ -176,9 +181,10 @@ def samples_and_maps(
     import matplotlib.pyplot as plt
 
     checked_view(view)
-    entries = [techniques] if isinstance(techniques, str) else techniques
-    if not isinstance(entries, Sequence) or not entries:
-        raise ArgumentError(f"techniques: expected at least one, got {shown(techniques)}; try {FIGURE_TECHNIQUES}")
+    given = [techniques] if isinstance(techniques, str) else techniques
+    entries = checked_items("techniques", given, "techniques or their names", f"try {FIGURE_TECHNIQUES}")
+    if not entries:
+        raise ArgumentError(f"techniques: expected at least one, got none; try {FIGURE_TECHNIQUES}")
     shape = (len(view.views), 1 + len(entries))
     ratios = [view.camera.aspect, *[1.0] * len(entries)]
     height = 14.0 / sum(ratios) + TITLE_INCHES
@@ -204,6 +210,7 @@ def samples_and_maps(
     return figure
 
 
+@checked(by_map=a_flag)
 def percent_more(result: SceneOptimalTable, ax: Axes | None = None, *, by_map: bool = False) -> Axes:
     """Axes with how many percent more mistakes the normal map makes than each technique, over the size of the map.
 

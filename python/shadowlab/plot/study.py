@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import pictures
+from ..errors import ArgumentError
 from ..experiments.run import done
+from ..experiments.study import Study
 from ..pictures.eye import difference, shade
 from ..pictures.maps import chosen_picture, mosaic, pictures_of
-from ..text import share_text
+from ..text import reason_of, share_text
+from ..text.checked import A_CAMERA, A_GBUFFER, A_LIGHT, a_text, checked, instance, numbers_in
+from .arguments import an_aspect, columns_of
 from .axes import MARKERS, SERIES, _axes, _picture
 
 if TYPE_CHECKING:
@@ -21,13 +25,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .._core import Camera, GBuffer
-    from ..experiments.study import Study
     from ..types import Light
 
 # Letters of a label that fit over a picture of the figure.
 WIDEST_TITLE = 40
 
 
+@checked(gbuffer=A_GBUFFER, light=A_LIGHT, mask=numbers_in(np.float32, None, None), title=a_text, aspect=an_aspect)
 def eye_view(
     gbuffer: GBuffer,
     light: Light,
@@ -42,6 +46,7 @@ def eye_view(
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
+@checked(title=a_text, aspect=an_aspect)
 def difference_view(
     gbuffer: GBuffer,
     light: Light,
@@ -58,6 +63,7 @@ def difference_view(
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
+@checked(gbuffer=A_GBUFFER, light=A_LIGHT, chosen=numbers_in(np.int64, None, None), title=a_text, aspect=an_aspect)
 def chosen_view(
     gbuffer: GBuffer,
     light: Light,
@@ -73,6 +79,7 @@ def chosen_view(
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
+@checked(depth=numbers_in(np.float32, None, None), title=a_text)
 def shadow_map(depth: np.ndarray, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with a shadow map (H, W) as the light sees it, in NDC: x to the right and y up, both from -1 to 1."""
     ax = _axes(ax)
@@ -83,6 +90,7 @@ def shadow_map(depth: np.ndarray, ax: Axes | None = None, *, title: str = "") ->
     return ax
 
 
+@checked(camera=A_CAMERA)
 def frustum(
     shadow_clip_from_world: np.ndarray,
     camera: Camera,
@@ -94,14 +102,23 @@ def frustum(
     """Axes of a shadow map (NDC) with the camera frustum's edges added. `style` goes to matplotlib's LineCollection."""
     from matplotlib.collections import LineCollection
 
+    segments = list(pictures.frustum_segments(shadow_clip_from_world, camera, depths))
     ax = _axes(ax)
-    style = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5, **style}
-    ax.add_collection(LineCollection(list(pictures.frustum_segments(shadow_clip_from_world, camera, depths)), **style))
+    looks = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5, **style}
+    try:
+        lines = LineCollection(segments, **looks)
+        ax.add_collection(lines)
+    except Exception as error:  # noqa: BLE001 - matplotlib raises whatever a property of a line raises
+        raise ArgumentError(
+            f"style: expected what matplotlib's LineCollection takes, got {', '.join(style)} ({reason_of(error)}); "
+            'try color="red"'
+        ) from None
     return ax
 
 
 def error_curve(table: pd.DataFrame, ax: Axes | None = None) -> Axes:
     """Axes with the share of wrong pixels over the resolution of the map, both logarithmic, one line a technique."""
+    columns_of(table, ["technique", "resolution", "share", "failure"])
     ax = _axes(ax)
     measured = table[(table["failure"] == "") & table["share"].notna()]
     for i, (label, rows) in enumerate(measured.groupby("technique", sort=False)):
@@ -120,6 +137,7 @@ def error_curve(table: pd.DataFrame, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked(study=instance(Study, "a Study", "sl.compare makes one"))
 def study_figure(study: Study) -> Figure:
     """A figure with a row a run that succeeded: eye view, difference from the truth, map with the camera frustum."""
     import matplotlib.pyplot as plt

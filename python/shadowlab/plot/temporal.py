@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..experiments.temporal import Temporal
 from ..text import shown
+from ..text.checked import a_text, checked
 from .arguments import columns_of, current_columns, numbers_of
 from .axes import _axes, curve_look, legend_beside, say, series_style, short_label
 
@@ -27,6 +28,7 @@ RINGS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 11, "
 RANDOM_RMS = float(np.sqrt(1 / 6))
 
 
+@checked(title=a_text)
 def drift(table: pd.DataFrame | Temporal, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the drift of the texel lattice over the frames, a line a label: root mean square, and thin the largest.
 
@@ -93,6 +95,7 @@ def drift(table: pd.DataFrame | Temporal, ax: Axes | None = None, *, title: str 
     return ax
 
 
+@checked(title=a_text)
 def flips(temporal: Temporal, ax: Axes | None = None, *, title: str = "") -> Axes:
     """Axes with the flips of each frame, a line with marks per label, and its wrong pixels, a thin line.
 

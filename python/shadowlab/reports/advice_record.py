@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..techniques.labels import is_parameterization
+from ..techniques.kinds import is_parameterization
 from ..text import BIAS
 from .reproduce_advice import snippet_of, whole_advice
 from .study_record import camera_record, light_record, now, versions

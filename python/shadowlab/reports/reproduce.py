@@ -15,7 +15,7 @@ import numpy as np
 from .._core import Bias
 from ..errors import ShadowlabError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
-from ..techniques.labels import is_parameterization
+from ..techniques.kinds import is_parameterization
 from ..techniques.registry import technique_of
 from ..text import format_bias, format_spec, format_value
 

@@ -11,8 +11,9 @@ from ..errors import ArgumentError
 from ..experiments.candidates import Candidate, Outcome
 from ..experiments.memory import memory_text
 from ..experiments.views import LabelledView
-from ..techniques.labels import is_parameterization
+from ..techniques.kinds import is_parameterization
 from ..text import shown
+from ..text.checked import has_all
 from .reproduce import bias_python, camera_python, given_python, light_python
 
 if TYPE_CHECKING:
@@ -83,10 +84,13 @@ def row_key(advice: Advice, row: object) -> tuple[str, int, str | None]:
         if not 0 <= row < len(ranking):
             raise ArgumentError(f"row: expected a position from 0 to {len(ranking) - 1}, got {row}")
         return ranking[row].candidate, ranking[row].memory, None
-    get: Any = row.get if hasattr(row, "get") else lambda name: getattr(row, name, None)
+    of: Any = row
+    get: Any = of.get if has_all(row, "get") else lambda name: getattr(row, name, None)
     try:
         key = str(get("candidate") or get("technique")), int(get("memory")), get("view")
-    except (TypeError, ValueError):
+        if not (key[2] is None or isinstance(key[2], str)):
+            raise TypeError("view is no text")
+    except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
         raise ArgumentError(f"row: {hint}, got {shown(row)}") from None
     if key not in {(o.candidate, o.memory, v) for o in advice.outcomes for v in (None, o.view.label)}:
         raise ArgumentError(f"row: {hint}, got {key[0]!r} at {memory_text(key[1])}, which this advice does not have")

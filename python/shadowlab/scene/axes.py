@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError
+from ..text import shown
+from ..text.arrays import checked_array
 from ..text.checks import UP_AXES
 
 if TYPE_CHECKING:
@@ -28,8 +30,8 @@ def up_axis(up: str) -> int:
     ArgumentError
         For another word.
     """
-    if up not in UP_AXES:
-        raise ArgumentError(f"up: expected 'y' or 'z', got {up!r}; name the axis that points up")
+    if not isinstance(up, str) or up not in UP_AXES:
+        raise ArgumentError(f"up: expected 'y' or 'z', got {shown(up)}; name the axis that points up")
     return 1 if up == "y" else 2
 
 
@@ -47,5 +49,8 @@ def turned(vectors: npt.ArrayLike, *, up: Up) -> npt.NDArray[np.float64]:
     up : {"y", "z"}
         The file's up axis, as given to `load_scene`.
     """
-    v = np.array(vectors, dtype=np.float64)
+    v: npt.NDArray[np.float64] = checked_array("vectors", vectors)
+    if v.ndim < 1 or v.shape[-1] != 3:
+        raise ArgumentError(f"vectors: expected shape (..., 3), got {v.shape}; give x, y and z of each")
+    v = v.copy()
     return np.einsum("ij,...j->...i", Y_UP_FROM_Z_UP[:3, :3], v) if up_axis(up) == 2 else v

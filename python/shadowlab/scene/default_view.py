@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import Camera, DirectionalLight
-from ..errors import ArgumentError, UnknownNameError
+from ..errors import ArgumentError
 from ..text import shown
+from ..text.checked import A_SCENE, a_length, a_word
 from ..text.checks import VIEWS, check_scene, picture_size
 from .columns import Coordinates, Surfaces
 from .framing import (
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 
 #: Of pictures whose shape nobody chose.
 WIDE_ASPECT = 16 / 9
+# Of a picture as wide as renderers draw and one pixel high.
+WIDEST_ASPECT = 16384
 
 # How high eyes are that look at a thing or at a whole scene: from a little above, and from high above; each over things
 # at least half as high as wide and over flat ones, of which more of the ground is seen from higher up.
@@ -176,16 +179,17 @@ class Surroundings:
 
 def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view: ViewName) -> Viewpoint:
     """The numbers of a view; arguments and errors as of `default_view`."""
-    if view not in VIEWS:
-        raise UnknownNameError(f"view: unknown name {view!r}; expected one of {', '.join(VIEWS)}")
+    a_word(VIEWS, "along is at eye level")("view", view)
     return viewpoint_in(surroundings_of(scene, focus, aspect), view)
 
 
 def surroundings_of(scene: Scene, focus: Scene | None, aspect: float) -> Surroundings:
     """What all views of a scene share; errors as of `default_view`."""
     check_scene(scene)
-    if not (isinstance(aspect, (int, float)) and math.isfinite(aspect) and aspect > 0):
-        raise ArgumentError(f"aspect: expected a finite number above 0, got {shown(aspect)}; try 16 / 9")
+    if not 1 / WIDEST_ASPECT <= a_length("aspect", aspect) <= WIDEST_ASPECT:
+        raise ArgumentError(f"aspect: expected 1 / {WIDEST_ASPECT} to {WIDEST_ASPECT}, got {shown(aspect)}; try 16 / 9")
+    if focus is not None:
+        A_SCENE("focus", focus)
     part = scene if focus is None else focus
     surfaces = Surfaces(scene)
     place, above = place_in(surfaces if part is scene else Surfaces(part))

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError, SceneError, ShadowlabError, ShadowlabWarning
+from ..text.checked import has_all
 from .alpha_test import AlphaTest
 from .asked import asking, said
 from .foreign_alpha import alpha_of_primitive, alpha_of_trimesh
@@ -170,9 +171,9 @@ def _collected(source: Any) -> Gathered:
     elif is_pyrender_scene(source):
         for node, pose in _in_order(source, source.mesh_nodes):
             _of_pyrender_mesh(node.mesh, node.name or "a mesh", pose, found)
-    elif hasattr(source, "primitives"):
+    elif has_all(source, "primitives"):
         _of_pyrender_mesh(source, getattr(source, "name", None) or "the mesh", np.eye(4), found)
-    elif hasattr(source, "vertices") and hasattr(source, "faces"):
+    elif has_all(source, "vertices", "faces"):
         # A mesh alone: what is wrong with it is an error, and nothing to leave out.
         mesh = mesh_of(source, alpha_of_trimesh(source, found.notes, "the mesh"))
         found.meshes[0] = mesh
@@ -188,12 +189,12 @@ def _collected(source: Any) -> Gathered:
 
 def is_graph(source: Any) -> bool:
     """Whether it is a trimesh scene."""
-    return hasattr(source, "geometry") and hasattr(source, "graph")
+    return has_all(source, "geometry", "graph") and isinstance(source.geometry, Mapping)
 
 
 def is_pyrender_scene(source: Any) -> bool:
     """Whether it is a pyrender scene."""
-    return hasattr(source, "mesh_nodes") and hasattr(source, "get_pose")
+    return has_all(source, "mesh_nodes", "get_pose") and isinstance(source.mesh_nodes, (set, list, tuple))
 
 
 def mesh_of(geometry: Any, alpha: AlphaTest | None = None) -> _core.Mesh:

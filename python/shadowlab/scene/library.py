@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from ..errors import ArgumentError
+from ..text import shown
+from ..text.arrays import checked_number
 from .scenes import Scene
 
 if TYPE_CHECKING:
@@ -52,17 +54,12 @@ def scene(name: str, *, seed: int = 1, **params: float) -> LibraryScene:
         A value outside its range.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**64:
-        raise ArgumentError(f"seed: expected a whole number from 0 to 2**64 - 1, got {seed!r}; choose another one")
-    given = []
-    for key, value in params.items():
-        try:
-            given.append((key, float(value)))
-        except (TypeError, ValueError):
-            raise ArgumentError(f"{key}: expected a number, got {value!r}; see shadowlab.library.table()") from None
+        raise ArgumentError(f"seed: expected a whole number from 0 to 2**64 - 1, got {shown(seed)}; choose another one")
+    given = [(key, checked_number(key, value, "see shadowlab.library.table()")) for key, value in params.items()]
     meshes, mesh_index, transforms, camera, light = _core.library_build(name, seed, given)
     built = LibraryScene(meshes, mesh_index, transforms)
-    shown = [f"seed={seed}"] * (seed != 1) + [f"{k}={int(v) if v.is_integer() else v!r}" for k, v in given]
-    settings = ",".join(shown)
+    parts = [f"seed={seed}"] * (seed != 1) + [f"{k}={int(v) if v.is_integer() else v!r}" for k, v in given]
+    settings = ",".join(parts)
     built.source = f"@{name}" + (f":{settings}" if settings else "")
     keywords = "".join(f", {k}={v!r}" for k, v in [("seed", seed), *params.items()])
     built.recipe = f"sl.library.scene({name!r}{keywords})"

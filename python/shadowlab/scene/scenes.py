@@ -12,6 +12,9 @@ import numpy.typing as npt
 
 from .. import _core
 from ..errors import ArgumentError
+from ..text import shown
+from ..text.arrays import checked_array
+from ..text.checked import a_length, a_number
 from ..travel import check_version, checksum, damaged
 from .alpha_test import AlphaTest
 from .axes import up_axis, up_keyword
@@ -182,13 +185,9 @@ class Scene(_core.Scene):
         low, high = self.bounds
         axis = up_axis(up)
         extent = float((high - low).max())
-        height = float(low[axis]) if height is None else float(height)
+        height = float(low[axis]) if height is None else a_number("height", height)
         # A single point has no extent; any floor will do.
-        size = _GROUND_SIDE * (extent or 1.0) if size is None else float(size)
-        if not np.isfinite(height):
-            raise ArgumentError(f"height: expected a finite number, got {height}; give the floor's position")
-        if not (np.isfinite(size) and size > 0):
-            raise ArgumentError(f"size: expected a finite length above 0, got {size}; give the floor's full side")
+        size = _GROUND_SIDE * (extent or 1.0) if size is None else a_length("size", size)
         across = [i for i in range(3) if i != axis]
         corners = np.zeros((4, 3))
         corners[:, axis] = height
@@ -213,9 +212,9 @@ class Scene(_core.Scene):
         ShadowlabWarning
             For cameras and placed lights where the map mirrors, shears or scales unevenly: they are left out.
         """
-        m = np.asarray(matrix, dtype=np.float64)
-        if m.shape != (4, 4):
-            raise ArgumentError(f"matrix: expected shape (4, 4), got {m.shape}; give one affine map")
+        m: npt.NDArray[np.float64] = checked_array("matrix", matrix, shape=(4, 4))
+        if not np.isfinite(m).all() or m[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+            raise ArgumentError(f"matrix: expected a finite affine map, last row 0, 0, 0, 1, got {shown(m.tolist())}")
         moved = type(self)._assemble(self.meshes, self.mesh_index, m @ self.transforms)
         moved.source, moved.taken = self.source, self.taken
         moved.world_from_source = m @ self.world_from_source

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from .. import _core
+from ..text.checked import A_SCENE
 from ..travel import Value
 
 #: In `Source.given`: the name of the file's camera that was taken, and that of each of its lights.
@@ -37,6 +38,7 @@ class Source(Value):
     @classmethod
     def of_scene(cls, scene: _core.Scene) -> Source:
         """What a scene knows of itself: a file as it is, a scene of the library, or only its size."""
+        A_SCENE("scene", scene)
         origin, recipe = getattr(scene, "source", ""), getattr(scene, "recipe", "")
         name = Path(origin).name if origin and not origin.startswith("@") else origin.removeprefix("@")
         python = f"scene = {recipe}" if recipe else UNKNOWN_SCENE

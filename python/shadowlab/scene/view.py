@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
-from ..text import shown
+from ..text.arrays import checked_items
+from ..text.checked import a_text, a_word
 from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of, whole
 from ..travel import Value
 from .kept import Kept
@@ -87,8 +88,7 @@ class View(Value):
         check_camera(self.camera)
         object.__setattr__(self, "light", checked_light(self.light))
         object.__setattr__(self, "size", picture_of(self.size, self.camera))
-        if not isinstance(self.label, str):
-            raise ArgumentError(f"label: expected text, got {type(self.label).__name__}; it names the view in tables")
+        a_text("label", self.label)
 
     @property
     def lights(self) -> tuple[Light, ...]:
@@ -172,8 +172,7 @@ class View(Value):
         >>> samples.positions.shape == (len(samples), 3)
         True
         """
-        if shadows not in SHADOW_SOURCES:
-            raise ArgumentError(f'shadows: expected "mapped", "traced" or None, got {shown(shadows)}')
+        a_word(SHADOW_SOURCES, "mapped is what an engine has")("shadows", shadows)
         if isinstance(self.light, tuple):
             return tuple(view._sampled(size, shadows, count, renderer)[0] for view in self.views)
         return self._sampled(size, shadows, count, renderer)[0]
@@ -269,7 +268,8 @@ def checked_light(light: object) -> Light | tuple[Light, ...]:
     """
     if isinstance(light, LIGHTS):
         return light
-    several = tuple(light) if isinstance(light, Iterable) and not isinstance(light, (str, bytes)) else (light,)
+    hint = "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
+    several = tuple(checked_items("light", light, "a light, or several", hint))
     if not several:
         raise ArgumentError(
             "light: expected at least one light, got none; sl.DirectionalLight((0.3, -1, 0.1)) makes one"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, cast
 
 from ..errors import ArgumentError, ShadowlabError
 from ..text import format_spec, settings_text
+from ..text.arrays import checked_items
+from ..text.checked import a_text
+from .kinds import is_parameterization, makes_maps
 
 if TYPE_CHECKING:
-    from typing_extensions import TypeIs
-
-    from .._core import Parameterization
     from ..types import Item, Light, TechniqueArgument, Techniques
 
 
@@ -23,19 +23,15 @@ def labelled(techniques: Techniques | None, light: Light | None = None) -> list[
     ArgumentError
         For nothing, two entries under one label, or something that is no technique.
     """
-    if isinstance(techniques, str) or is_parameterization(techniques) or hasattr(techniques, "parameterize"):
+    if isinstance(techniques, str) or is_parameterization(techniques) or makes_maps(techniques):
         techniques = [cast("TechniqueArgument", techniques)]
-    if techniques is None or not isinstance(techniques, Iterable):
-        raise ArgumentError(
-            f"techniques: expected names, Technique or Parameterization objects, got {type(techniques).__name__}; "
-            'try ["uniform", "lispsm"]'
-        )
+    expected, fix = "names, Technique or Parameterization objects", 'try ["uniform", "lispsm"]'
     if isinstance(techniques, Mapping):
-        entries = [(str(label), resolved(item)) for label, item in techniques.items()]
+        entries = [(a_text("techniques", label), resolved(item)) for label, item in techniques.items()]
     else:
         from .registry import with_all
 
-        items = with_all(techniques, light)
+        items = with_all(checked_items("techniques", techniques, expected, fix), light)
         named = [(item if isinstance(item, str) else None, resolved(item)) for item in items]
         names = [name_of(item) for _, item in named]
         entries = [
@@ -53,23 +49,18 @@ def labelled(techniques: Techniques | None, light: Light | None = None) -> list[
     return entries
 
 
-def resolved(item: object) -> Item:
-    """The Technique or Parameterization that an entry means."""
+def resolved(item: object, name: str = "techniques") -> Item:
+    """The Technique or Parameterization that an entry means; `name` is that of the argument it is given in."""
     if isinstance(item, str):
         from .registry import technique_of
 
         return technique_of(item)
-    if is_parameterization(item) or (hasattr(item, "parameterize") and hasattr(item, "settings")):
+    if is_parameterization(item) or makes_maps(item):
         return cast("Item", item)
     raise ArgumentError(
-        f"techniques: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
+        f"{name}: expected a name, a Technique or a Parameterization, got {type(item).__name__}; "
         "sl.Parameterization.from_matrix(m) takes a matrix of your own"
     )
-
-
-def is_parameterization(item: object) -> TypeIs[Parameterization]:
-    """Whether it is the result of a technique rather than a technique."""
-    return hasattr(item, "matrices") and hasattr(item, "technique")
 
 
 def name_of(item: Item) -> str:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import _core
 from ..errors import UnknownNameError, UnsupportedError
+from ..text import shown
+from ..text.checked import A_CAMERA, A_LIGHT, A_SCENE, a_text, checked
 from ..travel import Value
 
 if TYPE_CHECKING:
@@ -95,10 +97,12 @@ class Preset(Value):
         """Nor at shadows."""
         return False
 
+    @checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT)
     def technique(self, scene: _core.Scene, camera: _core.Camera, light: Light) -> _core.Technique:
         """The technique with the numbers that the engine's formula gives for this view."""
         return self.choose(scene, camera, light)[0]
 
+    @checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT)
     def parameterize(
         self,
         scene: _core.Scene,
@@ -128,6 +132,7 @@ class Preset(Value):
         return f"Preset({self.name!r}: {self.engine})"
 
 
+@checked(name=a_text)
 def preset(name: str) -> Preset:
     """The preset of that name.
 
@@ -139,7 +144,9 @@ def preset(name: str) -> Preset:
     for entry in PRESETS:
         if entry.name == name:
             return entry
-    raise UnknownNameError(f"unknown preset {name!r}: expected one of {', '.join(entry.name for entry in PRESETS)}")
+    raise UnknownNameError(
+        f"name: unknown preset {shown(name)}: expected one of {', '.join(entry.name for entry in PRESETS)}"
+    )
 
 
 def presets() -> pd.DataFrame:

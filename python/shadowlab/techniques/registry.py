@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, overload
 from .. import _core
 from ..errors import ArgumentError, ShadowlabWarning
 from ..text import parse_spec, shown
+from .kinds import is_parameterization, makes_maps
 
 # The text that stands for every technique with its defaults.
 ALL = "all"
@@ -61,10 +62,10 @@ def technique(name: Item | str, **params: object) -> Item:
         For a file of matrices that cannot be read.
     """
     if not isinstance(name, str):
-        if hasattr(name, "settings") and (hasattr(name, "parameterize") or hasattr(name, "matrices")):
+        if is_parameterization(name) or makes_maps(name):
             return without(params, repr(name), name)
         raise ArgumentError(
-            f'technique: expected a name such as "lispsm" or a technique, got {shown(name)}; sl.techniques() lists them'
+            f'name: expected the name of a technique such as "lispsm", or one, got {shown(name)}; see sl.techniques()'
         )
     text = name.strip()
     kind, _, rest = text.partition(":")
@@ -74,7 +75,7 @@ def technique(name: Item | str, **params: object) -> Item:
         return without(params, text, preset(rest.strip()))
     name, given = parse_spec(text, "technique")
     for twice in given.keys() & params.keys():
-        raise ArgumentError(f"technique {text!r}: {twice} is given twice; give it once")
+        raise ArgumentError(f"technique {shown(text)}: {twice} is given twice; give it once")
     if name == "matrix":
         from ..conventions.files import matrix_technique
 
@@ -86,7 +87,7 @@ def with_new_words(name: str, params: Mapping[str, object]) -> dict[str, object]
     """The parameters; a word that was renamed is replaced, with a warning."""
     found = dict(params)
     for technique, param, old, new in _core.renamed_words():
-        if technique == name and found.get(param) == old:
+        if technique == name and isinstance(found.get(param), str) and found.get(param) == old:
             found[param] = new
             warnings.warn(
                 f"technique {name!r}: {param}={old} is called {param}={new} now; write that",
@@ -99,7 +100,7 @@ def with_new_words(name: str, params: Mapping[str, object]) -> dict[str, object]
 def without(params: Mapping[str, object], what: str, made: T) -> T:
     """What was made, unless it was to have parameters."""
     if params:
-        raise ArgumentError(f"technique {what}: expected no parameters, got {', '.join(params)}; leave them away")
+        raise ArgumentError(f"technique {shown(what)}: expected no parameters, got {', '.join(params)}; remove them")
     return made
 
 

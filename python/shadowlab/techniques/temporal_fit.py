@@ -16,7 +16,7 @@ compared is the capped width of texels across the edges of visible shadows (theo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -25,7 +25,7 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError
 from ..text import shown
-from ..text.checks import check_camera, check_light, check_scene
+from ..text.checks import check_camera, check_light, check_scene, pair, whole
 from ..travel import Value
 from .registry import technique as named
 
@@ -246,7 +246,9 @@ class TemporalFit(Value):
         check_camera(camera)
         check_light(light)
         seen = samples_of(scene, camera, light, samples)
-        sides = tuple(resolution) if isinstance(resolution, Iterable) else (resolution, resolution)
+        single = isinstance(resolution, (int, np.integer))
+        width, height = (resolution, resolution) if single else pair("resolution", resolution)
+        sides = whole("resolution", width), whole("resolution", height)
         before, made_for = self._history, (scene.content_hash, light, sides)
 
         def make() -> _core.Parameterization:

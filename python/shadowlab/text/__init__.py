@@ -16,7 +16,7 @@ from .specs import (
     pieces,
     settings_text,
 )
-from .words import digits, listed, plain, px_text, share_text, shown
+from .words import digits, listed, one_line, plain, px_text, reason_of, share_text, shown
 
 __all__ = [
     "BIAS",
@@ -27,6 +27,7 @@ __all__ = [
     "format_spec",
     "format_value",
     "listed",
+    "one_line",
     "parse_bias",
     "parse_resolutions",
     "parse_size",
@@ -36,6 +37,7 @@ __all__ = [
     "pieces",
     "plain",
     "px_text",
+    "reason_of",
     "settings_text",
     "share_text",
     "shown",

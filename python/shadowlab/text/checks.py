@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast, get_args
 
@@ -11,13 +13,11 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError, UnknownNameError
 from ..types import Backend, Filter, Up, ViewName
+from .arrays import checked_items
+from .checked import has_all
 from .words import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    import numpy.typing as npt
-
     from ..types import RendererLike
 
 FILTERS: tuple[Filter, ...] = get_args(Filter)
@@ -38,7 +38,7 @@ def whole(name: str, value: object) -> int:
     ArgumentError
         For anything else.
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value <= 0:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not value > 0:
         raise ArgumentError(f"{name}: expected a whole number above 0, got {shown(value)}; 1024 is a good start")
     if value >= 1 << 63:
         raise ArgumentError(f"{name}: expected a whole number of 64 bits, got {shown(value)}; 1024 is a good start")
@@ -58,7 +58,7 @@ def check_filter(filter: object) -> None:
     if not isinstance(filter, str):
         raise ArgumentError(f"filter: expected one of {', '.join(FILTERS)}, got {type(filter).__name__}")
     if filter not in FILTERS:
-        raise UnknownNameError(f"filter: unknown filter {filter!r}; expected one of {', '.join(FILTERS)}")
+        raise UnknownNameError(f"filter: unknown filter {shown(filter)}; expected one of {', '.join(FILTERS)}")
 
 
 def check_scene(scene: object) -> None:
@@ -75,9 +75,9 @@ def check_scene(scene: object) -> None:
 
 def scene_hint(value: object) -> str:
     """How to make a scene of this."""
-    if type(value).__module__.partition(".")[0] == "trimesh":
+    if str(type(value).__module__).partition(".")[0] == "trimesh":
         return "sl.Scene.from_trimesh(it) makes one"
-    if isinstance(value, str) or hasattr(value, "__fspath__"):
+    if isinstance(value, (str, os.PathLike)):
         return "sl.load_scene(it) reads a file, sl.library.scene(it) builds one of the library"
     return "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one"
 
@@ -126,8 +126,13 @@ def renderer_of(value: object) -> RendererLike:
     if value is None:
         return _core.Renderer()
     if isinstance(value, str):
-        return _core.Renderer(cast("Backend", value))
-    if all(hasattr(value, name) for name in ("gbuffer", "shadow_map", "shadow_mask", "backend", "adapter")):
+        if value not in BACKENDS:
+            raise UnknownNameError(f"renderer: unknown renderer {shown(value)}; expected one of {', '.join(BACKENDS)}")
+        return _core.Renderer(value)
+    if isinstance(value, _core.Renderer):
+        return value
+    draws = has_all(value, "gbuffer", "shadow_map", "shadow_mask", "backend", "adapter")
+    if draws and all(isinstance(getattr(value, name), str) for name in ("backend", "adapter")):
         return cast("RendererLike", value)
     raise ArgumentError(
         f'renderer: expected a Renderer, "cpu", "gpu" or "auto", got {type(value).__name__}; sl.Renderer() takes the '
@@ -137,11 +142,10 @@ def renderer_of(value: object) -> RendererLike:
 
 def pair(name: str, value: object) -> tuple[object, object]:
     """The value as two things."""
-    try:
-        first, second = cast("Iterable[object]", value)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)") from None
-    return first, second
+    both = checked_items(name, value, "(width, height)", "try (1024, 1024)")
+    if len(both) != 2 or isinstance(value, (set, frozenset, Mapping)):
+        raise ArgumentError(f"{name}: expected (width, height), got {shown(value)}; try (1024, 1024)")
+    return both[0], both[1]
 
 
 def picture_size(aspect: float, pixels: int = PICTURE_PIXELS) -> tuple[int, int]:
@@ -168,7 +172,7 @@ def picture_of(value: object, camera: _core.Camera) -> tuple[int, int]:
     """
     if value is None:
         return picture_size(camera.aspect)
-    if np.ndim(cast("npt.ArrayLike", value)) == 0 and not isinstance(value, str):
+    if isinstance(value, (int, float, np.generic)):
         side = whole("size", value)
         return side, side
     width, height = pair("size", value)

@@ -11,9 +11,13 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from ..errors import ArgumentError, UnknownNameError
+from .words import shown
 
 # The values of a bias, in the order in which they are told.
 BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
+
+# Parentheses within parentheses, as in src/techniques/text.rs: more than any text has that means something.
+MOST_PARENTHESES = 64
 
 #: What a text can say: a flag, a number, a word, or a tuple of numbers or of such tuples.
 Parsed: TypeAlias = "bool | int | float | str | tuple[Parsed, ...]"
@@ -24,7 +28,7 @@ def pieces(text: str, separator: str) -> list[str] | None:
     depth, found = 0, [""]
     for letter in text:
         depth += (letter == "(") - (letter == ")")
-        if depth < 0:
+        if not 0 <= depth <= MOST_PARENTHESES:
             return None
         if letter == separator and depth == 0:
             found.append("")
@@ -56,7 +60,7 @@ def parse_value(text: str) -> Parsed:
     for kind in (int, float):
         try:
             return kind(lowered)
-        except ValueError:
+        except ValueError:  # of whole numbers with thousands of digits, too
             continue
     return inner
 
@@ -67,24 +71,30 @@ def parse_spec(text: str, what: str) -> tuple[str, dict[str, Parsed]]:
     Raises
     ------
     ArgumentError
-        For an empty name, a parameter without a value, or one that is given twice.
+        For text that cannot be encoded, an empty name, a parameter without a value, or one that is given twice.
     """
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ArgumentError(f"{what} {shown(text)}: expected text that UTF-8 encodes; replace those letters") from None
     name, colon, rest = text.strip().partition(":")
     values: dict[str, Parsed] = {}
     parts = pieces(rest, ",") if colon else []
     if parts is None:
         raise ArgumentError(
-            f"{what} {text!r}: a parenthesis has no partner; expected {what}:name=value,name=(value,value)"
+            f"{what} {shown(text)}: a parenthesis has no partner; expected {what}:name=value,name=(value,value)"
         )
     for part in parts:
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if not (key and equals and value):
-            raise ArgumentError(f"{what} {text!r}: expected {what}:name=value,name=value, got {part!r} after the colon")
+            raise ArgumentError(
+                f"{what} {shown(text)}: expected {what}:name=value,name=value, got {shown(part)} after the colon"
+            )
         if key in values:
-            raise ArgumentError(f"{what} {text!r}: {key} is given twice; give it once")
+            raise ArgumentError(f"{what} {shown(text)}: {key} is given twice; give it once")
         values[key.replace("-", "_")] = parse_value(value)
     if not name.strip():
-        raise ArgumentError(f"{what} {text!r}: the name is missing; expected {what}:name=value,name=value")
+        raise ArgumentError(f"{what} {shown(text)}: the name is missing; expected {what}:name=value,name=value")
     return name.strip(), values
 
 
@@ -117,9 +127,9 @@ def parse_vector(text: str, name: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(part) for part in parts)
     except ValueError:
-        raise ArgumentError(f"{name}: expected three numbers such as 1,2.5,-3, got {text!r}") from None
+        raise ArgumentError(f"{name}: expected three numbers such as 1,2.5,-3, got {shown(text)}") from None
     if not all(math.isfinite(v) for v in (x, y, z)):
-        raise ArgumentError(f"{name}: expected three finite numbers, got {text!r}")
+        raise ArgumentError(f"{name}: expected three finite numbers, got {shown(text)}")
     return x, y, z
 
 
@@ -136,7 +146,7 @@ def parse_size(text: str) -> tuple[int, int]:
         width, height = (int(part) for part in parts)
         if width > 0 and height > 0:
             return width, height
-    raise ArgumentError(f"size: expected width x height in pixels, such as 1280x720, both above 0, got {text!r}")
+    raise ArgumentError(f"size: expected width x height in pixels, such as 1280x720, both above 0, got {shown(text)}")
 
 
 def parse_resolutions(text: str) -> list[int]:
@@ -150,7 +160,9 @@ def parse_resolutions(text: str) -> list[int]:
     parts = [part.strip() for part in text.split(",")]
     if all(part.isascii() and part.isdigit() and int(part) > 0 for part in parts):
         return [int(part) for part in parts]
-    raise ArgumentError(f"resolution: expected whole numbers of texels above 0, such as 1024 or 512,1024, got {text!r}")
+    raise ArgumentError(
+        f"resolution: expected whole numbers of texels above 0, such as 1024 or 512,1024, got {shown(text)}"
+    )
 
 
 def parse_bias(text: str) -> dict[str, float]:
@@ -167,9 +179,9 @@ def parse_bias(text: str) -> dict[str, float]:
     numbers: dict[str, float] = {}
     for name, value in values.items():
         if name not in BIAS:
-            raise UnknownNameError(f"bias: unknown value {name!r}; expected some of {', '.join(BIAS)}")
+            raise UnknownNameError(f"bias: unknown value {shown(name)}; expected some of {', '.join(BIAS)}")
         if isinstance(value, (bool, str, tuple)):
-            raise ArgumentError(f"bias: expected a number for {name}, got {value!r}; try --bias world=0.01")
+            raise ArgumentError(f"bias: expected a number for {name}, got {shown(value)}; try --bias world=0.01")
         numbers[name] = float(value)
     return numbers
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,10 +13,36 @@ import numpy as np
 LONGEST_SHOWN = 80
 
 
+# Writes out no more of a value than may be shown, however much there is of it and however deep it is nested.
+_BRIEF = reprlib.Repr()
+_BRIEF.maxlevel = 6
+_BRIEF.maxlist = _BRIEF.maxtuple = _BRIEF.maxdict = _BRIEF.maxset = _BRIEF.maxfrozenset = _BRIEF.maxdeque = 40
+_BRIEF.maxstring = _BRIEF.maxother = _BRIEF.maxlong = 4 * LONGEST_SHOWN
+
+
 def shown(value: object) -> str:
-    """A value for messages: on one line, and no longer than one can read."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+    """A value for messages: on one line, and no longer than one can read; its type where it cannot be written out."""
+    try:
+        # Its own representation would write out all of a long text first, or of a number with thousands of digits.
+        text = _BRIEF.repr(value[: 4 * LONGEST_SHOWN] if type(value) in (str, bytes) else value)  # type: ignore[index]
+    except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
+        text = f"<{type(value).__name__}>"
+    return one_line(text, LONGEST_SHOWN)
+
+
+def reason_of(error: BaseException) -> str:
+    """The message of somebody else's error, on one line and short enough to read; its type where it has none."""
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001 - as in `shown`
+        text = ""
+    return one_line(text, 2 * LONGEST_SHOWN) or type(error).__name__
+
+
+def one_line(text: str, most: int) -> str:
+    """The text on one line of at most so many letters, each of which can be written to a file."""
+    line = " ".join(text[: 8 * most].split()).encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
+    return line if len(line) <= most else f"{line[:most]}..."
 
 
 def share_text(share: float) -> str:

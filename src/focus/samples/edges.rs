@@ -13,6 +13,7 @@
 use glam::DVec3;
 
 use super::picture::Picture;
+use crate::error::Result;
 use crate::image::TruthMask;
 
 /// A sample at the edge of a shadow.
@@ -29,6 +30,9 @@ pub struct EdgeSample {
 /// In place of a sample's index.
 pub(super) const NO_SAMPLE: u32 = u32::MAX;
 
+/// Rows of a picture between two looks at whether to go on.
+const ROWS_AT_ONCE: usize = 16;
+
 /// At most `count` samples at edges, and the samples in shadow with their neighbours. `facing` has the index of the sample of
 /// each pixel that faces the light, else [`NO_SAMPLE`]; `sample` gives world position and normal.
 pub(super) fn edges_of(
@@ -37,7 +41,8 @@ pub(super) fn edges_of(
     image: &[i8],
     facing: &[u32],
     count: usize,
-) -> (Vec<EdgeSample>, Vec<u32>) {
+    check: impl Fn() -> Result<()>,
+) -> Result<(Vec<EdgeSample>, Vec<u32>)> {
     let [width, height] = picture.size.map(|n| n as i64);
     let at = |x: i64, y: i64| ((0..width).contains(&x) && (0..height).contains(&y)).then(|| (y * width + x) as usize);
     let state = |pixel: usize| match image[pixel] {
@@ -64,6 +69,9 @@ pub(super) fn edges_of(
     };
     let mut differ = vec![0; w];
     for (y, row) in image.chunks_exact(w).enumerate() {
+        if y.is_multiple_of(ROWS_AT_ONCE) {
+            check()?;
+        }
         let first = y * w;
         differing(&row[..w - 1], &row[1..], &mut differ[..w - 1]);
         places(&differ[..w - 1]).for_each(|x| meet(first + x, first + x + 1));
@@ -72,8 +80,9 @@ pub(super) fn edges_of(
             places(&differ).for_each(|x| meet(first + x, first + x + w));
         }
     }
-    let shaded = shaded(image, facing, w);
+    let shaded = shaded(image, facing, w, &check)?;
     found.sort_unstable();
+    check()?;
     let normal = |pixel: usize| {
         let (x, y) = (pixel as i64 % width, pixel as i64 / width);
         let (mut sum, mut mean, mut first, mut known) = ([0.0_f64; 2], 0.0, [0.0_f64; 2], 0.0);
@@ -102,7 +111,7 @@ pub(super) fn edges_of(
     };
     let (places, weight) = spread(found.len(), count);
     let edge = |pixel: usize| EdgeSample { sample: facing[pixel], normal: normal(pixel), weight };
-    (places.map(|i| edge(found[i].1)).collect(), shaded)
+    Ok((places.map(|i| edge(found[i].1)).collect(), shaded))
 }
 
 /// At most `count` of some edges, evenly, each with the weight of those it stands for.
@@ -142,7 +151,7 @@ fn places(numbers: &[u8]) -> impl Iterator<Item = usize> {
 }
 
 /// The samples of pixels that face the light and are in shadow, or whose state is not known, or that are beside one in shadow.
-fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
+fn shaded(image: &[i8], facing: &[u32], width: usize, check: impl Fn() -> Result<()>) -> Result<Vec<u32>> {
     let height = image.len() / width;
     // Pixels of a row in shadow, and the ones beside them; 0 at both ends. An image has no state where nothing faces the light.
     let spread = |y: usize, dark: &mut [u8], into: &mut [u8]| {
@@ -157,6 +166,9 @@ fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
     spread(0, &mut dark, &mut here);
     let (mut found, mut chosen) = (Vec::new(), vec![0; width]);
     for y in 0..height {
+        if y.is_multiple_of(ROWS_AT_ONCE) {
+            check()?;
+        }
         if y + 1 < height {
             spread(y + 1, &mut dark, &mut below);
         } else {
@@ -171,7 +183,7 @@ fn shaded(image: &[i8], facing: &[u32], width: usize) -> Vec<u32> {
         std::mem::swap(&mut above, &mut here);
         std::mem::swap(&mut here, &mut below);
     }
-    found
+    Ok(found)
 }
 
 /// Whether two samples of neighbouring pixels are of one surface, curved or not.

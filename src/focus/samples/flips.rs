@@ -16,12 +16,16 @@ use super::outline::RayFrame;
 use super::part::pixel_per_ray;
 use super::picture::Picture;
 use super::samples::{Samples, Shadows, counts};
+use crate::error::Result;
 use crate::image::TruthMask;
 use crate::parameterization::Region;
 use crate::scene::{Camera, Light};
 
 /// Points of a texel along each of its sides.
 const GRID: usize = 4;
+
+/// Samples between two looks at whether to go on: some milliseconds of work.
+const AT_ONCE: usize = 1 << 16;
 
 /// Receivers within this share of the picture's longer side of an edge are asked. Chosen because texels of useful maps do not
 /// reach farther (theory.md 10.3: 20 of 512 pixels).
@@ -53,39 +57,56 @@ impl Samples {
     /// Up to `count` receivers near the edges of shadows, evenly chosen, and how many pixels each stands for; none without a
     /// picture of the states.
     pub fn near_edges(&self, count: usize) -> (Vec<NearEdge>, f64) {
-        let (Some(shadows), Some(picture)) = (&self.shadows, &self.picture) else { return (Vec::new(), 0.0) };
+        // What never stops cannot fail.
+        self.near_edges_watched(count, || Ok(())).unwrap_or_default()
+    }
+    /// The same, asking now and then whether to go on.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn near_edges_watched(&self, count: usize, check: impl Fn() -> Result<()>) -> Result<(Vec<NearEdge>, f64)> {
+        let (Some(shadows), Some(picture)) = (&self.shadows, &self.picture) else { return Ok((Vec::new(), 0.0)) };
         if shadows.image.is_empty() {
-            return (Vec::new(), 0.0);
+            return Ok((Vec::new(), 0.0));
         }
         let reach = (REACH_SHARE * f64::from(picture.size[0].max(picture.size[1]))).ceil() as u16;
         let distance = shadows.distance(picture.size);
         let eye = picture.camera.eye();
         let width = picture.size[0] as usize;
-        let all: Vec<NearEdge> = (0..self.len())
-            .filter_map(|i| {
-                let place = picture.place(self.sample(i).0 - eye);
-                let pixel = picture.pixel(place)?;
-                let state = shadows.image[pixel[1] * width + pixel[0]];
-                let near = NearEdge { sample: i as u32, place, in_shadow: state == TruthMask::SHADOW };
-                let counts = TruthMask::is_decided(state) && distance[pixel[1] * width + pixel[0]] <= reach;
-                counts.then_some(near)
-            })
-            .collect();
+        let near_edge = |i: usize| {
+            let place = picture.place(self.sample(i).0 - eye);
+            let pixel = picture.pixel(place)?;
+            let state = shadows.image[pixel[1] * width + pixel[0]];
+            let near = NearEdge { sample: i as u32, place, in_shadow: state == TruthMask::SHADOW };
+            let counts = TruthMask::is_decided(state) && distance[pixel[1] * width + pixel[0]] <= reach;
+            counts.then_some(near)
+        };
+        let mut all: Vec<NearEdge> = Vec::new();
+        for first in (0..self.len()).step_by(AT_ONCE) {
+            check()?;
+            all.extend((first..self.len().min(first + AT_ONCE)).filter_map(near_edge));
+        }
         let kept = all.len().min(count);
         let chosen: Vec<NearEdge> = (0..kept).map(|i| all[evenly(i, kept, all.len())]).collect();
         let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
-        (chosen, each)
+        Ok((chosen, each))
     }
     /// For each pixel of a picture, row by row, the index of a sample that it shows; nothing where none is there.
-    pub fn at_pixels(&self, picture: &Picture) -> Vec<Option<usize>> {
+    ///
+    /// # Errors
+    /// Those of `check`, which is asked now and then.
+    pub fn at_pixels(&self, picture: &Picture, check: impl Fn() -> Result<()>) -> Result<Vec<Option<usize>>> {
         let ([width, height], eye) = (picture.size.map(|n| n as usize), picture.camera.eye());
         let mut at = vec![None; width * height];
         for i in 0..self.len() {
+            if i.is_multiple_of(AT_ONCE) {
+                check()?;
+            }
             if let Some([x, y]) = picture.pixel(picture.place(self.sample(i).0 - eye)) {
                 at[y * width + x] = Some(i);
             }
         }
-        at
+        Ok(at)
     }
     /// The same for a part of a view, in the coordinates of the light's rays.
     pub fn ray_flips(

@@ -10,6 +10,7 @@ use super::edges::{EdgeSample, NO_SAMPLE, edges_of, thinned};
 use super::outline::{Outline, RayFrame};
 use super::picture::Picture;
 use super::runs::Chosen;
+use crate::error::Result;
 use crate::image::{Surfaces, TruthMask};
 use crate::parameterization::Region;
 use crate::rays::LightFrame;
@@ -47,6 +48,9 @@ pub struct Shadows {
     pub image: Vec<i8>,
 }
 
+/// Samples between two looks at whether to go on: some milliseconds of work.
+const AT_ONCE: usize = 1 << 16;
+
 /// Outlines of the samples that face a light, for the whole picture.
 #[derive(Debug, Clone, PartialEq)]
 struct Outlines {
@@ -74,31 +78,61 @@ impl Samples {
     }
     /// One sample for each pixel of the camera's picture that shows anything.
     pub fn of_surfaces(surfaces: &Surfaces, camera: &Camera) -> Self {
+        // What is never told to stop cannot fail.
+        Self::of_surfaces_watched(surfaces, camera, || Ok(())).unwrap_or_default()
+    }
+    /// The same, asking now and then whether to go on.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn of_surfaces_watched(surfaces: &Surfaces, camera: &Camera, check: impl Fn() -> Result<()>) -> Result<Self> {
         let count = surfaces.triangle.iter().filter(|&&triangle| triangle >= 0).count();
         let of_seen = |of: &[[f32; 3]]| {
             let mut seen = Vec::with_capacity(count);
-            seen.extend(of.iter().zip(surfaces.triangle).filter(|(_, triangle)| **triangle >= 0).map(|(v, _)| *v));
-            seen
+            for (some, triangles) in of.chunks(AT_ONCE).zip(surfaces.triangle.chunks(AT_ONCE)) {
+                check()?;
+                seen.extend(some.iter().zip(triangles).filter(|(_, triangle)| **triangle >= 0).map(|(v, _)| *v));
+            }
+            Ok(seen)
         };
-        Self {
+        Ok(Self {
             origin: surfaces.origin,
-            points: of_seen(surfaces.position),
-            normals: of_seen(surfaces.normal),
+            points: of_seen(surfaces.position)?,
+            normals: of_seen(surfaces.normal)?,
             picture: Some(Picture::new(camera, surfaces.size)),
             ..Self::default()
-        }
+        })
     }
     /// The same with what is in shadow under a light: `image` has a state for each pixel of the picture, as
     /// [`TruthMask`] has them. At most `count` samples at the shadows' edges are kept.
-    pub fn with_shadows(mut self, light: &Light, mut image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
-        let Some(picture) = self.picture else { return self };
+    pub fn with_shadows(self, light: &Light, image: Vec<i8>, surfaces: &Surfaces, count: usize) -> Self {
+        // As above.
+        self.with_shadows_watched(light, image, surfaces, count, || Ok(())).unwrap_or_default()
+    }
+    /// The same, asking now and then whether to go on.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn with_shadows_watched(
+        mut self,
+        light: &Light,
+        mut image: Vec<i8>,
+        surfaces: &Surfaces,
+        count: usize,
+        check: impl Fn() -> Result<()>,
+    ) -> Result<Self> {
+        let Some(picture) = self.picture else { return Ok(self) };
         let visible = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0);
         let states = visible.clone().map(|i| image[i]).collect();
         // Of what the light can reach alone: the others are dark without a look at a map.
-        let facing = self.facing(&picture.camera, light, &Region::ALL);
+        check()?;
+        let facing = self.facing_watched(&picture.camera, light, &Region::ALL, &check)?;
         let mut sample_at = vec![NO_SAMPLE; image.len()];
         let mut next = facing.iter().copied().peekable();
         for (sample, pixel) in visible.enumerate() {
+            if sample.is_multiple_of(AT_ONCE) {
+                check()?;
+            }
             if next.next_if_eq(&(sample as u32)).is_some() {
                 sample_at[pixel] = sample as u32;
             }
@@ -109,10 +143,11 @@ impl Samples {
                 *state = TruthMask::NOTHING;
             }
         }
-        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count);
+        let (edges, shaded) = edges_of(|i| self.sample(i), &picture, &image, &sample_at, count, &check)?;
         self.outlines = self.outlines_of(light, &facing, &shaded);
+        check()?;
         self.shadows = Some(Shadows { light: *light, states, edges, shaded, image });
-        self
+        Ok(self)
     }
     /// Samples of an engine's own: world positions and unit normals as they are seen in a picture of a camera, and, under a
     /// light, their states and the normals of shadows' edges in the picture (zero for a sample at no edge) with weights.
@@ -189,7 +224,18 @@ impl Samples {
     }
     /// Indices of the samples that a map for a part of a view has to answer for.
     fn facing(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
-        let all = 0..self.points.len() as u32;
+        // As above.
+        self.facing_watched(camera, light, region, || Ok(())).unwrap_or_default()
+    }
+    fn facing_watched(
+        &self,
+        camera: &Camera,
+        light: &Light,
+        region: &Region,
+        check: impl Fn() -> Result<()>,
+    ) -> Result<Vec<u32>> {
+        let (count, mut found) = (self.points.len() as u32, Vec::new());
+        let parts = (0..count).step_by(AT_ONCE).map(|first| first..count.min(first.saturating_add(AT_ONCE as u32)));
         match light {
             // The common case without a test that is always true.
             Light::Directional(l) if region.functionals().is_empty() => {
@@ -207,10 +253,19 @@ impl Samples {
                     // Rounded as elsewhere: a split begins and ends at samples' depths.
                     faces && depths.contains(&camera.depth_of(self.origin + vector(self.points[i as usize])))
                 };
-                all.filter(faces).collect()
+                for part in parts {
+                    check()?;
+                    found.extend(part.filter(faces));
+                }
             }
-            _ => all.filter(|&i| self.counts_at(i, camera, light, region)).collect(),
+            _ => {
+                for part in parts {
+                    check()?;
+                    found.extend(part.filter(|&i| self.counts_at(i, camera, light, region)));
+                }
+            }
         }
+        Ok(found)
     }
     /// Of the samples in shadow and their neighbours those that a map for a part of a view has to answer for.
     fn shaded_of(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {

@@ -13,11 +13,14 @@ use super::uneven_lattice::Lattice;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
-use crate::memory::{unwritten, written};
+use crate::memory::{check_images, unwritten, written};
 use crate::parameterization::{Parameterization, Partition, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_count, check_size};
 use crate::scene::{Camera, Light, Scene};
+
+/// Of a pixel while a G-buffer is drawn: it, and the depths and numbers of triangles that it is made of.
+const GBUFFER_BYTES: usize = GBuffer::BYTES + 2 * size_of::<f32>();
 
 /// Renders on the processor, with as many threads as the rayon pool it is called from.
 ///
@@ -78,6 +81,7 @@ impl Renderer for CpuRenderer {
         let size = check_size("resolution", resolution)?;
         check_partitions(p)?;
         let layer = pixel_count(size);
+        check_images("resolution", p.partitions.len(), size, size_of::<f32>())?;
         let mut data = unwritten::<f32>(layer * p.partitions.len())?;
         self.with_scratch(|scratch| {
             for (partition, depth) in p.partitions.iter().zip(data.chunks_exact_mut(layer)) {
@@ -92,6 +96,7 @@ impl Renderer for CpuRenderer {
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
         let size = check_size("size", size)?;
+        check_images("size", 1, size, GBUFFER_BYTES)?;
         // Nearer is less.
         let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
         self.with_scratch(|scratch| gbuffer(&mut Pass { scene, clip_from_world, size, scratch, progress }, camera))
@@ -108,6 +113,7 @@ impl Renderer for CpuRenderer {
         progress: &Progress,
     ) -> Result<Footprint> {
         check_size("resolution", resolution)?;
+        check_images("size", 1, check_size("size", size)?, GBUFFER_BYTES + Footprint::BYTES)?;
         let gbuffer = self.gbuffer(scene, camera, size, progress)?;
         footprint(&gbuffer.surfaces(), camera, light, p, resolution, progress)
     }
@@ -124,6 +130,7 @@ impl Renderer for CpuRenderer {
         check_size("size", settings.size)?;
         check_size("resolution", settings.resolution)?;
         check_partitions(p)?;
+        check_images("resolution", 1, settings.resolution, size_of::<f32>())?;
         let lookups = &Lookups::new(p, light, scene.origin(), settings)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };

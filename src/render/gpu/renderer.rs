@@ -14,6 +14,7 @@ use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
+use crate::memory::check_images;
 use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
 use crate::render::{MaskSettings, Renderer, check_count, check_extent, check_size};
@@ -93,6 +94,7 @@ impl Renderer for GpuRenderer {
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let texels = resolution[0] as usize * resolution[1] as usize;
         let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES.min(self.gpu.limits.max_buffer_size));
+        check_images("resolution", clips.len(), resolution, size_of::<f32>())?;
         let mut data = vec![0.0; texels * clips.len()];
         self.work(progress, |session| {
             for (clips, maps) in clips.chunks(batch).zip(data.chunks_mut(texels * batch)) {
@@ -107,6 +109,7 @@ impl Renderer for GpuRenderer {
         check_size("size", size)?;
         check_extent(scene)?;
         self.gpu.check_texture("a G-buffer", size, 1)?;
+        check_images("size", 1, size, GBuffer::BYTES)?;
         let pixels = size[0] as usize * size[1] as usize;
         let mut gbuffer = GBuffer {
             size,
@@ -146,6 +149,7 @@ impl Renderer for GpuRenderer {
         let space = EyeSpace::new(scene, camera);
         let (choice, maps) = (space.choice(light, p), space.maps(p, resolution)?);
         let pixels = size[0] as usize * size[1] as usize;
+        check_images("size", 1, size, Footprint::BYTES)?;
         let mut footprint = Footprint { size, planes: vec![0.0; Footprint::PLANES * pixels], map: vec![0; pixels] };
         self.work(progress, |session| {
             let mut in_use = InUse::default();

@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::builder::Shape;
 use crate::error::Result;
+use crate::progress::Progress;
 use crate::scene::{Instance, Mesh, Scene};
 
 /// A mesh that was added to an assembly.
@@ -13,15 +14,25 @@ use crate::scene::{Instance, Mesh, Scene};
 pub(super) struct Part(u32);
 
 /// A scene under construction.
-#[derive(Debug, Default)]
-pub(super) struct Assembly {
+#[derive(Debug)]
+pub(super) struct Assembly<'p> {
     meshes: Vec<Arc<Mesh>>,
     instances: Vec<Instance>,
+    progress: &'p Progress,
 }
 
-impl Assembly {
+impl<'p> Assembly<'p> {
+    /// An empty one.
+    pub(super) fn new(progress: &'p Progress) -> Self {
+        Self { meshes: Vec::new(), instances: Vec::new(), progress }
+    }
+    /// An error where somebody wants the work to stop; asked for every mesh, and by loops that place many.
+    pub(super) fn check(&self) -> Result<()> {
+        self.progress.check()
+    }
     /// Stores a mesh, to be placed any number of times.
     pub(super) fn part(&mut self, shape: &Shape) -> Result<Part> {
+        self.check()?;
         self.meshes.push(Arc::new(shape.mesh()?));
         Ok(Part(self.meshes.len() as u32 - 1))
     }
@@ -41,7 +52,7 @@ impl Assembly {
     }
     /// The scene.
     pub(super) fn scene(self) -> Result<Scene> {
-        Scene::new(self.meshes, self.instances)
+        Scene::watched(self.meshes, self.instances, self.progress)
     }
 }
 

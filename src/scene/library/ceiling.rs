@@ -56,7 +56,7 @@ const LATHS: usize = 13;
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let trusses = values.count("trusses");
     let end = -(PITCH * (trusses + 1) as f64);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     walls(&mut assembly, end)?;
     roof(&mut assembly, trusses, values.number("missing"), seed)?;
     piers(&mut assembly, trusses)?;

@@ -56,7 +56,7 @@ const ARCH_TOP: f64 = 2.5;
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (bays, flutes) = (values.count("bays"), values.count("flutes"));
     let end = -(BAY * bays as f64);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     let column = assembly.part(&column(flutes))?;
 
     let ground = Shape::cuboid(DVec3::new(-60.0, -1.0, end - 40.0), DVec3::new(60.0, 0.0, 40.0));

@@ -49,7 +49,7 @@ const STEP: f64 = 2.2;
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (posts, trees) = (values.count("posts"), values.count("trees"));
     let mut random = Random::new(seed, 6);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     let tree_steps = trees.div_ceil(2) as f64;
     let end = -f64::max(STEP * posts as f64, 7.0 * tree_steps) - 25.0;
     assembly.fixed(&Shape::cuboid(DVec3::new(-70.0, -1.0, end - 30.0), DVec3::new(70.0, 0.0, 30.0)))?;

@@ -60,7 +60,7 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let hills = Hills { noise: Noise::new(seed, 7), extent, relief: values.number("relief") };
     let half = DVec2::splat(0.5 * extent);
     let terrain = HeightField::new(-half, half, [CELLS, CELLS], |x, z| hills.height(x, z));
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     assembly.fixed(&terrain.solid(-60.0 * hills.relief - 2.0))?;
     plant(&mut assembly, seed, trees, &hills, &terrain)?;
     undergrowth(&mut assembly, seed, trees / 8, &hills, &terrain)?;
@@ -146,6 +146,9 @@ fn plant(assembly: &mut Assembly, seed: u64, trees: usize, hills: &Hills, terrai
     let mut planted = 0;
     while planted < trees {
         // The R2 sequence (Roberts 2018 [roberts2018]): steps 1/g and 1/g^2 with g the plastic number.
+        if planted % 4096 == 0 {
+            assembly.check()?;
+        }
         u = (u + 0.754_877_666_246_692_8).fract();
         v = (v + 0.569_840_290_998_053_2).fract();
         // Jittered by less than the spacing, so that no rows show.

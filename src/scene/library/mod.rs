@@ -17,7 +17,7 @@ mod statues;
 mod terrain;
 mod trees;
 
-pub use registry::{build, names, specs};
+pub use registry::{build, names, specs, watched};
 pub use spec::{LibraryParam, LibraryScene, LibrarySpec};
 
 /// Every scene, in the order they are listed.

@@ -3,6 +3,7 @@
 use super::SPECS;
 use super::spec::{LibraryScene, LibrarySpec, Values};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// The names of the scenes.
 pub fn names() -> Vec<&'static str> {
@@ -26,10 +27,18 @@ pub fn specs() -> &'static [LibrarySpec] {
 /// # Ok::<(), shadowlab::Error>(())
 /// ```
 pub fn build(name: &str, seed: u64, params: &[(String, f64)]) -> Result<LibraryScene> {
+    watched(name, seed, params, &Progress::new())
+}
+
+/// The same, stopped where `progress` says so.
+///
+/// # Errors
+/// As [`build`], and [`Error::Interrupted`].
+pub fn watched(name: &str, seed: u64, params: &[(String, f64)], progress: &Progress) -> Result<LibraryScene> {
     let spec = SPECS.iter().find(|s| s.name == name).ok_or_else(|| Error::UnknownName {
         kind: "scene".into(),
         name: name.into(),
         valid: names().into_iter().map(String::from).collect(),
     })?;
-    (spec.build)(seed, &Values::checked(spec, params)?)
+    (spec.build)(seed, &Values::checked(spec, params, progress)?)
 }

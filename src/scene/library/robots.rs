@@ -62,7 +62,7 @@ struct Joints {
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let robots = values.count("robots");
     let mut random = Random::new(seed, 2);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     // As many columns as rows, or one more.
     let columns = (1..).find(|c| c * c >= robots).unwrap_or(1);
     let rows = robots.div_ceil(columns);

@@ -55,7 +55,7 @@ const OPENING: f64 = 5.0;
 
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let mut random = Random::new(seed, 5);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     let swell = values.number("swell");
     let (phase_x, phase_z) = (random.range(0.0, TAU), random.range(0.0, TAU));
     let wave = |x: f64, z: f64| {

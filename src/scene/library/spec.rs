@@ -1,6 +1,7 @@
 //! How a library scene declares itself, and its parameters' values, checked in one place.
 
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
 
 /// A scene with a view and a light that show what it is for.
@@ -48,19 +49,20 @@ pub struct LibrarySpec {
     pub(super) build: fn(u64, &Values) -> Result<LibraryScene>,
 }
 
-/// A value for each parameter of a spec, within its range.
+/// A value for each parameter of a spec, within its range, and whether somebody wants the work to stop.
 #[derive(Debug)]
-pub(super) struct Values {
+pub(super) struct Values<'p> {
     params: &'static [LibraryParam],
     values: Vec<f64>,
+    pub progress: &'p Progress,
 }
 
-impl Values {
+impl<'p> Values<'p> {
     /// What is given, checked, and the default of the rest.
     ///
     /// # Errors
     /// As [`build`](super::build).
-    pub(super) fn checked(spec: &LibrarySpec, given: &[(String, f64)]) -> Result<Self> {
+    pub(super) fn checked(spec: &LibrarySpec, given: &[(String, f64)], progress: &'p Progress) -> Result<Self> {
         let mut values: Vec<f64> = spec.params.iter().map(|p| p.default).collect();
         let mut seen = vec![false; values.len()];
         for (name, value) in given {
@@ -82,7 +84,7 @@ impl Values {
             }
             values[index] = *value;
         }
-        Ok(Self { params: spec.params, values })
+        Ok(Self { params: spec.params, values, progress })
     }
     /// The value of a parameter that the spec declares.
     pub(super) fn number(&self, name: &str) -> f64 {

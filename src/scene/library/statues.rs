@@ -76,7 +76,7 @@ struct Figures {
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (facets, leaves) = (values.count("facets"), values.count("leaves"));
     let mut random = Random::new(seed, 7);
-    let mut assembly = Assembly::default();
+    let mut assembly = Assembly::new(values.progress);
     let mut statue = |pose| assembly.part(&figure(pose, facets));
     let (torch, guard, winged, orator) =
         (statue(Pose::Torch)?, statue(Pose::Guard)?, statue(Pose::Winged)?, statue(Pose::Orator)?);

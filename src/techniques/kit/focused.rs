@@ -58,6 +58,7 @@ impl Technique for Focused {
 impl Focused {
     /// The map for all that a camera sees between its near and far planes.
     fn map(&self, part: &Part) -> Result<Partition> {
+        part.progress.check()?;
         let Part { scene, camera, light, size, region, .. } = part;
         let view = |focus: Focus| FocusedView::new(scene, camera, light, focus);
         match (self.warp.fitting(), self.warp.focus(), light) {

@@ -4,6 +4,7 @@ use crate::fit::MapSize;
 use crate::focus::Samples;
 use crate::note::Note;
 use crate::parameterization::{Partition, Region, Selection};
+use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
 
 /// What maps are made of: a view, or a part of one.
@@ -21,6 +22,8 @@ pub struct Part<'a> {
     pub samples: Option<&'a Samples>,
     /// The rays that the part is about.
     pub region: Region,
+    /// Tells whether to stop; asked for every map.
+    pub progress: &'a Progress,
 }
 
 /// The least length of depths that a map is made for, as a share of their far end. Derived from f64: half of the digits of

@@ -16,6 +16,7 @@ use crate::focus::{Focus, FocusedView, Samples};
 use crate::geometry::Rows;
 use crate::note::{Note, gathered};
 use crate::parameterization::{Parameterization, Rectilinear, Region, Value};
+use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
 
 /// A technique with its settings: a pure function from a view to a [`Parameterization`].
@@ -27,6 +28,10 @@ pub trait Technique: Debug + Send + Sync {
     /// What it looks at: [`Part::samples`] must have it.
     fn needs(&self) -> Needs {
         Needs::Nothing
+    }
+    /// How many maps it makes of a part of a view at the most.
+    fn most_maps(&self) -> usize {
+        1
     }
     /// The maps for a part of a view; the light is none that [`Technique::serves`] refuses, and no point light unless the
     /// technique makes its faces itself.
@@ -63,10 +68,25 @@ pub trait Technique: Debug + Send + Sync {
         resolution: [u32; 2],
         samples: Option<&Samples>,
     ) -> Result<Parameterization> {
+        self.parameterize_watched(scene, camera, light, resolution, samples, &Progress::new())
+    }
+    /// The same, stopped where `progress` says so.
+    ///
+    /// # Errors
+    /// As [`Technique::parameterize_seen`], and [`Error::Interrupted`].
+    fn parameterize_watched(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        resolution: [u32; 2],
+        samples: Option<&Samples>,
+        progress: &Progress,
+    ) -> Result<Parameterization> {
         self.serves(light)?;
         let size = MapSize::new(resolution)?;
         check(self.needs(), samples, light)?;
-        let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL };
+        let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL, progress };
         let Maps { maps, selection, mut notes } = match light {
             Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
             _ => self.maps(&part)?,

@@ -103,6 +103,9 @@ impl Technique for OptimalPartition {
     fn serves(&self, light: &Light) -> Result<()> {
         self.inner.serves(light)
     }
+    fn most_maps(&self) -> usize {
+        self.count.unwrap_or(MOST_AUTO)
+    }
     fn maps(&self, part: &Part) -> Result<Maps> {
         let borders = self.borders(part)?;
         let mut notes = Vec::new();

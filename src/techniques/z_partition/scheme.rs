@@ -227,6 +227,10 @@ impl Technique for ZPartition {
     fn serves(&self, light: &Light) -> Result<()> {
         self.inner.iter().try_for_each(|t| t.serves(light))
     }
+    fn most_maps(&self) -> usize {
+        let of = |i: usize| self.inner[i.min(self.inner.len() - 1)].most_maps();
+        (0..self.count).map(of).fold(0, usize::saturating_add)
+    }
     fn maps(&self, part: &Part) -> Result<Maps> {
         let mut notes = Vec::new();
         let splits = self.splits(part, &mut notes);

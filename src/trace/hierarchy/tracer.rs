@@ -101,7 +101,7 @@ impl Tracer {
                 }
                 None => {
                     progress.check()?;
-                    let (mesh, frame) = baked(scene.mesh_of(index), &map)?;
+                    let (mesh, frame) = baked(scene.mesh_of(index), &map, progress)?;
                     sources.push((Arc::new(mesh), true));
                     ((sources.len() - 1) as u32, frame)
                 }
@@ -112,7 +112,7 @@ impl Tracer {
             .into_par_iter()
             .map(|(mesh, is_baked)| {
                 progress.check()?;
-                let traced = TracedMesh::new(mesh, is_baked);
+                let traced = TracedMesh::new(mesh, is_baked, progress)?;
                 progress.advance(1);
                 Ok(traced)
             })
@@ -130,8 +130,9 @@ impl Tracer {
                 let bounds = outward(&Aabb { min: world.min * top_per_world, max: world.max * top_per_world });
                 Item { bounds, id: id as u32 }
             };
-            Tree::build(placed.iter().enumerate().map(item).collect(), 1)
+            Tree::build(placed.iter().enumerate().map(item).collect(), 1, progress)
         });
+        let top = top.transpose()?;
         let surface_error = placed
             .iter()
             .map(|p| F64_ROUNDINGS * F64_ROUNDING * p.frame.reach().max(half_extent) * p.frame.condition())
@@ -155,18 +156,20 @@ impl Tracer {
 }
 
 impl TracedMesh {
-    fn new(mesh: Arc<Mesh>, is_baked: bool) -> Self {
+    fn new(mesh: Arc<Mesh>, is_baked: bool, progress: &Progress) -> Result<Self> {
         let positions = mesh.positions_local();
         let item = |(id, triangle): (usize, &[u32; 3])| Item {
             bounds: triangle.iter().fold(Box3::EMPTY, |b, &i| b.with_point(positions[i as usize])),
             id: id as u32,
         };
         let items: Vec<Item> = mesh.triangles().par_iter().enumerate().map(item).collect();
-        let mut tree = Tree::build(items, LEAF);
+        progress.check()?;
+        let mut tree = Tree::build(items, LEAF, progress)?;
         let packets = tree.leaves.par_iter().map(|&leaf| Packet::new(&mesh, leaf)).collect();
+        progress.check()?;
         // The packets hold them.
         tree.leaves = Vec::new();
-        Self { is_tested: mesh.alpha_test().is_some(), mesh, tree, packets, is_baked }
+        Ok(Self { is_tested: mesh.alpha_test().is_some(), mesh, tree, packets, is_baked })
     }
 }
 
@@ -181,11 +184,11 @@ impl Inner {
 }
 
 /// The mesh with an instance's transform in its vertices.
-fn baked(mesh: &Mesh, map: &DAffine3) -> Result<(Mesh, Frame)> {
+fn baked(mesh: &Mesh, map: &DAffine3, progress: &Progress) -> Result<(Mesh, Frame)> {
     let vertices: Vec<[f64; 3]> =
         mesh.positions_local().iter().map(|p| map.transform_point3(p.as_dvec3()).to_array()).collect();
     let faces: Vec<[i64; 3]> = mesh.triangles().iter().map(|t| t.map(i64::from)).collect();
-    let mesh = Mesh::with_alpha_test(&vertices, &faces, mesh.alpha_test().cloned())?;
+    let mesh = Mesh::watched(&vertices, &faces, mesh.alpha_test().cloned(), progress)?;
     let frame = Frame::new(*mesh.mesh_from_local());
     // A mesh's own frame is a power of two and a translation, which always has an inverse.
     Ok((mesh, frame.unwrap_or(IDENTITY)))

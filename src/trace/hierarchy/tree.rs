@@ -10,6 +10,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::progress::Progress;
+
 /// Children of a node.
 pub const WIDTH: usize = 8;
 /// Items of a leaf.
@@ -97,15 +100,18 @@ pub struct Tree {
 
 impl Tree {
     /// A tree over items (at least one) with at most `leaf_size` of them in a leaf.
-    pub fn build(mut items: Vec<Item>, leaf_size: usize) -> Self {
-        let builder = Builder { leaf_size: leaf_size.clamp(1, LEAF) };
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn build(mut items: Vec<Item>, leaf_size: usize, progress: &Progress) -> Result<Self> {
+        let builder = Builder { leaf_size: leaf_size.clamp(1, LEAF), progress };
         let segment = Segment::new(&mut items, 0);
         let bounds = segment.bounds;
         let mut part = Part::default();
-        let root = builder.subtree(segment, &mut part);
+        let root = builder.subtree(segment, &mut part)?;
         part.nodes.shrink_to_fit();
         part.leaves.shrink_to_fit();
-        Self { root, bounds, nodes: part.nodes, leaves: part.leaves }
+        Ok(Self { root, bounds, nodes: part.nodes, leaves: part.leaves })
     }
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
@@ -152,13 +158,14 @@ struct Bin {
 
 type Bins = [[Bin; BINS]; 3];
 
-struct Builder {
+struct Builder<'p> {
     leaf_size: usize,
+    progress: &'p Progress,
 }
 
-impl Builder {
+impl Builder<'_> {
     /// The code of a child that holds the segment; its nodes and leaves are appended to `part`.
-    fn subtree(&self, segment: Segment, part: &mut Part) -> u32 {
+    fn subtree(&self, segment: Segment, part: &mut Part) -> Result<u32> {
         if segment.items.len() <= self.leaf_size {
             let mut ids = [NO_ITEM; LEAF];
             segment.items.sort_unstable_by_key(|i| i.id);
@@ -166,22 +173,22 @@ impl Builder {
                 *slot = item.id;
             }
             part.leaves.push(ids);
-            return LEAF_BIT | (part.leaves.len() - 1) as u32;
+            return Ok(LEAF_BIT | (part.leaves.len() - 1) as u32);
         }
         let index = part.nodes.len();
         part.nodes.push(Node::EMPTY);
         let parallel = segment.items.len() > TASK;
-        let segments = self.eight(segment);
+        let segments = self.eight(segment)?;
         let mut node = Node::EMPTY;
         if parallel {
             let built: Vec<(Box3, u32, Part)> = segments
                 .into_par_iter()
                 .map(|s| {
                     let (bounds, mut own) = (s.bounds, Part::default());
-                    let code = self.subtree(s, &mut own);
-                    (bounds, code, own)
+                    let code = self.subtree(s, &mut own)?;
+                    Ok((bounds, code, own))
                 })
-                .collect();
+                .collect::<Result<_>>()?;
             for (slot, (bounds, code, own)) in built.into_iter().enumerate() {
                 let (nodes, leaves) = (part.nodes.len() as u32, part.leaves.len() as u32);
                 let moved = |code: u32| code + if code & LEAF_BIT != 0 { leaves } else { nodes };
@@ -195,25 +202,29 @@ impl Builder {
         } else {
             for (slot, s) in segments.into_iter().enumerate() {
                 let bounds = s.bounds;
-                node.set(slot, &bounds, self.subtree(s, part));
+                node.set(slot, &bounds, self.subtree(s, part)?);
             }
         }
         part.nodes[index] = node;
-        index as u32
+        Ok(index as u32)
     }
 
     /// Two to eight segments in place of one that is too large for a leaf.
-    fn eight<'a>(&self, segment: Segment<'a>) -> Vec<Segment<'a>> {
+    fn eight<'a>(&self, segment: Segment<'a>) -> Result<Vec<Segment<'a>>> {
         let mut segments = vec![segment];
         while segments.len() < WIDTH {
             let widest = (0..segments.len())
                 .filter(|&i| segments[i].items.len() > self.leaf_size)
                 .max_by(|&a, &b| segments[a].bounds.half_area().total_cmp(&segments[b].bounds.half_area()));
             let Some(widest) = widest else { break };
+            // Every split of what takes longer than a task.
+            if segments[widest].items.len() > TASK {
+                self.progress.check()?;
+            }
             let (left, right) = self.split(segments.swap_remove(widest));
             segments.extend([left, right]);
         }
-        segments
+        Ok(segments)
     }
 
     fn split<'a>(&self, segment: Segment<'a>) -> (Segment<'a>, Segment<'a>) {
@@ -370,7 +381,7 @@ mod tests {
         ];
         for items in cases {
             for leaf_size in [1, 4] {
-                let tree = Tree::build(items.clone(), leaf_size);
+                let tree = Tree::build(items.clone(), leaf_size, &Progress::new()).unwrap();
                 let mut seen = vec![false; items.len()];
                 check(&tree, &items, tree.root, tree.bounds, &mut seen);
                 assert!(seen.iter().all(|&s| s));

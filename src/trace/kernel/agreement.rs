@@ -30,7 +30,7 @@ fn kernels_agree_to_the_bit() {
         bounds: t.iter().fold(Box3::EMPTY, |b, &v| b.with_point(p[v as usize])),
         id: i as u32,
     };
-    let tree = Tree::build(mesh.triangles().iter().enumerate().map(item).collect(), LEAF);
+    let tree = Tree::build(mesh.triangles().iter().enumerate().map(item).collect(), LEAF, &Progress::new()).unwrap();
     let all = Box3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
     let (mut boxes, mut differ, mut hits, mut nears) = (0, 0, 0, 0);
     for i in 0..2000 {
@@ -91,7 +91,7 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
     };
     let item = |id: u32, p: Vec3| Item { bounds: Box3 { min: p, max: p + Vec3::splat(0.05) }, id };
     let items = (0..300).map(|id| item(id, DVec3::new(random(), random(), random()).as_vec3())).collect();
-    let tree = Tree::build(items, LEAF);
+    let tree = Tree::build(items, LEAF, &Progress::new()).unwrap();
     let (mut met, mut spared) = (0, 0);
     for i in 0..500 {
         let reach = [1.5, 100.0][i % 2];

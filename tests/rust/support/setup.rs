@@ -6,6 +6,7 @@ use shadowlab::fit::{MapSize, crop};
 use shadowlab::focus::{Focus, FocusedView};
 use shadowlab::geometry::Rows;
 use shadowlab::parameterization::Region;
+use shadowlab::progress::Progress;
 use shadowlab::scene::{Camera, Scene};
 use shadowlab::techniques::{Make, Named, Part, Provisional, TECHNIQUES, Value};
 
@@ -50,7 +51,8 @@ impl Setup {
         let warp = make(&entry.spec.resolve(&params).expect("settings")).expect("a warp");
         let size = MapSize::new([1024; 2]).expect("a size");
         let (camera, light) = (self.camera, sun(self.along));
-        let part = Part { scene: &self.scene, camera, light, size, samples: None, region: Region::ALL };
+        let progress = &Progress::new();
+        let part = Part { scene: &self.scene, camera, light, size, samples: None, region: Region::ALL, progress };
         warp.warp(&self.view, &part).expect("a map")
     }
     /// The map cropped to the bodies, as the tables do it, and its values.

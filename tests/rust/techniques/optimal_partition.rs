@@ -1,6 +1,7 @@
 //! Scene-optimal partitions: the division against every division there is, and what holds of the maps of any view.
 
 use shadowlab::note::Kind;
+use shadowlab::progress::Progress;
 use shadowlab::survey::outside;
 use shadowlab::techniques::optimal_partition::least_division;
 use shadowlab::techniques::technique_of;
@@ -58,7 +59,7 @@ fn maps_follow_each_other_and_hold_what_is_in_shadow() {
             let depths: Vec<[f64; 2]> = p.partitions.iter().map(|map| map.eye_depth).collect();
             assert_eq!((depths[0][0], depths[depths.len() - 1][1]), (v.camera.near(), v.camera.far()));
             assert!(depths.windows(2).all(|w| w[0][1] == w[1][0]) && depths.iter().all(|d| d[0] < d[1]), "{depths:?}");
-            let [_, dark] = outside(&samples, &p).expect("states");
+            let [_, dark] = outside(&samples, &p, &Progress::new()).expect("states");
             assert_eq!(dark, 0, "{name}, {text}");
         }
     }

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...errors import ArgumentError, UnknownNameError
 from ...text import shown
+from ...text.arrays import checked_array, checked_number
 
 Array: TypeAlias = npt.NDArray[np.float64]
 #: What a closed form returns: a float where all arguments are single numbers, else an array.
@@ -38,19 +39,16 @@ def together(**values: npt.ArrayLike) -> list[Array]:
         return list(np.broadcast_arrays(*arrays))
     except ValueError:
         shapes = ", ".join(f"{name} {a.shape}" for name, a in zip(values, arrays, strict=True) if a.ndim)
-        raise ArgumentError(f"expected shapes that broadcast, got {shapes}; z[:, None] makes a table of two") from None
+        raise ArgumentError(
+            f"{', '.join(values)}: expected shapes that broadcast, got {shapes}; z[:, None] makes a table of two"
+        ) from None
 
 
 def real(name: str, value: object) -> Array:
     """The value as an array of float64; infinities and NaN are left to the check of its range."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        array = np.empty(0, dtype=object)
-    if array.dtype.kind not in "iuf":
-        raise ArgumentError(f"{name}: expected a real number or an array of them, got {shown(value)}; try a float")
-    with np.errstate(over="ignore"):
-        return array.astype(np.float64)
+    if isinstance(value, int) and not isinstance(value, bool):
+        return np.asarray(checked_number(name, value, "try a float", "a real number or an array of them"))
+    return checked_array(name, value)
 
 
 def returned(values: npt.NDArray[Any]) -> Numbers:
@@ -155,5 +153,5 @@ def check_name(name: str, value: object, known: Sequence[str]) -> str:
     if not isinstance(value, str):
         raise ArgumentError(f"{name}: expected one of {names}, got {shown(value)}; closed forms go by name")
     if value not in known:
-        raise UnknownNameError(f"{name}: unknown {name} {value!r}; expected one of {names}")
+        raise UnknownNameError(f"{name}: unknown {name} {shown(value)}; expected one of {names}")
     return value

@@ -22,7 +22,18 @@ import numpy.typing as npt
 from ...errors import ArgumentError
 from ...text import shown
 from ...travel import Value
-from .arguments import END_SLACK, Array, Numbers, check_depths, check_name, check_within, refuse, returned, together
+from .arguments import (
+    END_SLACK,
+    Array,
+    Numbers,
+    check_depths,
+    check_name,
+    check_within,
+    real,
+    refuse,
+    returned,
+    together,
+)
 
 # "perspective" is what the LiSPSM paper calls a perspective shadow map.
 IDEAL = ("uniform", "psm", "perspective", "lispsm", "log")
@@ -228,6 +239,7 @@ def worst(*, near: npt.ArrayLike, far: npt.ArrayLike, technique: str, n: npt.Arr
     >>> round(w.max_dp_ds, 4), round(w.min_dp_ds, 4), w.min_dp_ds_z, round(w.max_dp_dt, 4), round(w.storage, 4)
     (9.9, 3.2727, 10.0, 10.0, 99.0)
     """
+    real("near", near)  # by its own name before it stands for a depth
     _, zn, zf, q = _ideal(near, near, far, technique, n)
 
     def along(z: npt.ArrayLike) -> Array:

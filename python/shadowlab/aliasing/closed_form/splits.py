@@ -13,6 +13,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import ArgumentError
 from .arguments import (
     END_SLACK,
     LARGEST_RATIO,
@@ -130,8 +131,9 @@ def splits(
     check_depths(zn, zf)
     refuse("blend", share, ~((share >= 0) & (share <= 1)), "a share in [0, 1]", "1 is all logarithmic")
     (how_many,) = together(count=count)
+    if how_many.ndim > 0:
+        raise ArgumentError(f"count: expected one number, got shape {how_many.shape}; call once for each")
     check_whole("count", how_many)
-    refuse("count", how_many, np.full(how_many.shape, how_many.ndim > 0), "one number", "call once for each")
     refuse("count", how_many, how_many > MOST_SPLITS, f"at most {MOST_SPLITS}", "4 is a common number of splits")
     if scheme != "practical":
         share = np.full_like(share, 1.0 if scheme == "logarithmic" else 0.0)

@@ -102,7 +102,7 @@ def alpha_test_of(
     uv: NDArray[np.int64],
     found: Gathered,
 ) -> AlphaTest | None:
-    """The alpha test of a mesh whose vertices have these rows of texture coordinates; None, with a note, where it has none.
+    """The alpha test of vertices with these rows of texture coordinates; None, with a note, where there is none.
 
     MTL has no cutoff: glTF's default is taken. `d` alone blends, and what is blended is opaque here.
     """

@@ -186,7 +186,7 @@ def clipped(polygons: NDArray[np.float64]) -> tuple[Indices, NDArray[np.bool_]]:
     made = np.zeros((count, size - 2, 3), np.int64)
     simple = np.ones(count, bool)
     for k in range(count):
-        found = mapbox_earcut.triangulate_float64(flat[k], ends).reshape(-1, 3)
+        found: NDArray[Any] = mapbox_earcut.triangulate_float64(flat[k], ends).reshape(-1, 3)
         if len(found) != size - 2:
             areas = _areas(flat[k], found)
             found = np.where((areas < 0)[:, None], found[:, ::-1], found)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from trimesh.geometry import triangulate_quads
 from trimesh.transformations import random_rotation_matrix
 
+from shadowlab.errors import SceneError
 from shadowlab.scene.formats.polygons import NEGLIGIBLE, clipped, triangulated, with_holes
 
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
@@ -78,7 +79,8 @@ def test_polygons_that_cross_themselves_and_those_without_area_are_fans():
         _, triangles = triangles_of([in_space(shape)])
         assert len(triangles) == len(shape) - 2
         assert set(triangles.ravel()) == set(range(len(shape)))
-    assert clipped(in_space([[0, 0], [4, 0], [4, 4], [-2, -2], [0, 4]])) is None
+    _, simple = clipped(np.array([in_space([[0, 0], [4, 0], [4, 4], [-2, -2], [0, 4]]), in_space(LINED[:5])]))
+    assert simple.tolist() == [False, True]
 
 
 def test_points_that_are_no_numbers_and_extreme_ones_get_fans_or_ears():
@@ -109,6 +111,12 @@ def test_repeated_corners_are_passed_over_and_what_is_left_without_three_is_coun
     assert sorted(map(tuple, corners[found.at])) == [(0, 1, 2), (0, 1, 2), (2, 3, 0)]
     assert triangulated(points, corners[:0], np.zeros(0, int)).at.shape == (0, 3)
     assert triangulated(points, corners[:2], np.array([0, 2, 0])).degenerate == 3
+
+
+def test_concave_polygons_of_too_many_corners_are_refused():
+    comb = np.column_stack([np.arange(60_000), np.arange(60_000) % 2 * 5.0 + 1])
+    with pytest.raises(SceneError, match="at most 50,000 corners, got 60,002"):
+        triangles_of([in_space(np.concatenate([comb, [[60_000, 0], [0, 0]]]))])
 
 
 def test_holes():

@@ -88,11 +88,11 @@ def load_scene(
     if not isinstance(limits, Limits):
         raise ArgumentError(f"limits: expected sl.Limits, got {shown(limits)}; try limits=sl.Limits(size=10**9)")
     given = given_source(source, ending, limits)
+    found = gathered_file(given)
     try:
-        found = gathered_file(given)
         scene = Scene(*found.arrays())._with(found.cameras, found.lights)
     except SceneError as e:
-        raise e if str(e).startswith(given.name) else SceneError(f"{given.name}: {e}") from e
+        raise SceneError(f"{given.name}: {e}") from e
     except ArgumentError as e:
         raise LoadError(f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file") from e
     scene = _in_metres(given.name, scene, found, up, metres)

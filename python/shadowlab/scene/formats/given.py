@@ -89,9 +89,13 @@ def inside(name: str, reference: str) -> str:
     return below
 
 
-def outside(name: str, reference: str) -> LoadError:
+class OutsideError(LoadError):
+    """A reference that leaves the folder of the file that has it."""
+
+
+def outside(name: str, reference: str) -> OutsideError:
     """The error for a reference that leaves the folder."""
-    return LoadError(
+    return OutsideError(
         f"{name}: expected references to files in its own folder, got {reference!r}; "
         "files outside are not read: move the file into the folder"
     )

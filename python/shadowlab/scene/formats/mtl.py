@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..alpha_test import AlphaTest, Wrap
 from ..foreign import Gathered
-from .given import Given, inside
+from .given import Given, OutsideError, inside
 from .words import plain_text, without_comments
 
 #: Options of texture maps by how many words follow; others have one.
@@ -48,10 +48,7 @@ def _optional(given: Given, name: bytes, found: Gathered) -> bytes | None:
     reference = name.decode("utf-8", "replace").strip()
     try:
         return given.find(inside(given.name, reference))
-    except LoadError as e:
-        text = str(e)
-        if "outside" not in text:
-            raise
+    except OutsideError:
         note = f"{reference!r} lies outside the folder and was not read"
         if note not in found.notes:
             found.notes.append(note)

@@ -14,8 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import SceneError
+
 #: Share of a polygon's area by which triangles may overlap or lie outside: what seven digits of text leave open.
 NEGLIGIBLE = 1e-6
+#: Corners of a concave polygon that are clipped at most: the time grows with their square, about 2 s here.
+MOST_CORNERS = 50_000
 
 Indices = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -122,11 +126,10 @@ def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tu
         rows = np.repeat(rows, size - 2)
         if wrong.any():
             bad = np.flatnonzero(wrong)
+            local, simple = clipped(points[corners[at[bad]]].astype(np.float64))
             blocks = made[0].reshape(count, size - 2, 3)
-            for row in bad:
-                local = clipped(points[corners[at[row]]].astype(np.float64))
-                if local is not None:
-                    blocks[row] = at[row][local]
+            inner = np.take_along_axis(at[bad], local.reshape(len(bad), -1), axis=1).reshape(local.shape)
+            blocks[bad[simple]] = inner[simple]
         return made[0], rows
     halves = at[:, fan]
     if wrong.any():
@@ -153,53 +156,72 @@ def _fan_is_wrong(polygons: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(wrong & np.isfinite(squared) & (squared > 0))
 
 
-def clipped(polygon: Points) -> Indices | None:
-    """Triangles of one simple polygon by ear clipping, every corner in them; None where it is not simple.
+def clipped(polygons: NDArray[np.float64]) -> tuple[Indices, NDArray[np.bool_]]:
+    """Triangles of polygons by ear clipping, every corner in them, and which of the polygons are simple.
 
     Parameters
     ----------
-    polygon : (n, 3) float64
+    polygons : (P, n, 3) float64
+        With areas that are not 0.
 
     Returns
     -------
-    (n - 2, 3) int64 or None
+    triangles : (P, n - 2, 3) int64
         Turning as the polygon does.
+    simple : (P,) bool
+        Where it is false the triangles are nothing.
+
+    Raises
+    ------
+    SceneError
+        For more corners than can be clipped in seconds.
     """
     import mapbox_earcut
 
-    size = len(polygon)
-    flat = _in_plane(polygon)
-    found = mapbox_earcut.triangulate_float64(flat, np.array([size], np.uint32)).reshape(-1, 3).astype(np.int64)
-    areas = _areas(flat, found)
-    found[areas < 0] = found[areas < 0][:, ::-1]
-    found = _with_all_corners(found, size)
-    if len(found) != size - 2:
-        return None
+    count, size = polygons.shape[:2]
+    if size > MOST_CORNERS:
+        raise SceneError(f"expected concave polygons of at most {MOST_CORNERS:,} corners, got {size:,}; divide it")
+    flat = _in_plane(polygons)
+    ends = np.array([size], np.uint32)
+    made = np.zeros((count, size - 2, 3), np.int64)
+    simple = np.ones(count, bool)
+    for k in range(count):
+        found: NDArray[Any] = mapbox_earcut.triangulate_float64(flat[k], ends).reshape(-1, 3)
+        if len(found) != size - 2:
+            areas = _areas(flat[k], found)
+            found = np.where((areas < 0)[:, None], found[:, ::-1], found)
+            found = _with_all_corners(found.astype(np.int64), size)
+        if len(found) == size - 2:
+            made[k] = found
+        else:
+            simple[k] = False
     whole = _doubled_area(flat)
-    areas = _areas(flat, found)
-    small = NEGLIGIBLE * abs(whole)
-    simple = areas.min() >= -small and abs(float(areas.sum()) - whole) <= small
-    return found if simple else None
+    areas = _areas(flat, made)
+    made = np.where((areas < 0)[..., None], made[..., ::-1], made)
+    # Those that cross themselves have triangles that cover each other, or too little.
+    simple &= np.abs(np.abs(areas).sum(axis=1) - whole) <= NEGLIGIBLE * np.abs(whole)
+    return made, simple
 
 
-def _in_plane(polygon: Points, outline: int | None = None) -> Points:
-    """Coordinates in the plane of the polygon, turning counter-clockwise, about 1 in size."""
-    local = polygon - polygon[0]
-    local = local / np.abs(local).max()
-    ring = local[:outline]
-    normal = np.cross(ring[1:-1], ring[2:]).sum(axis=0)
-    normal /= np.linalg.norm(normal)
-    side = np.eye(3)[np.abs(normal).argmin()]
+def _in_plane(polygons: Points, outline: int | None = None) -> Points:
+    """Coordinates of each polygon in its plane, turning counter-clockwise, about 1 in size; shape (P, n, 2)."""
+    local = polygons - polygons[:, :1]
+    local = local / np.abs(local).max(axis=(1, 2), keepdims=True)
+    ring = local[:, :outline]
+    normal = np.cross(ring[:, 1:-1], ring[:, 2:]).sum(axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    side = np.eye(3)[np.abs(normal).argmin(axis=1)]
     u = np.cross(side, normal)
-    u /= np.linalg.norm(u)
-    return np.ascontiguousarray(local @ np.stack([u, np.cross(normal, u)], axis=1))
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    return np.ascontiguousarray(local @ np.stack([u, np.cross(normal, u)], axis=2))
 
 
-def _areas(flat: Points, triangles: Indices) -> Points:
-    """Twice the signed areas."""
-    a, b, c = (flat[triangles[:, k]] for k in range(3))
+def _areas(flat: Points, triangles: NDArray[Any]) -> Points:
+    """Twice the signed areas of triangles, of one polygon or of one for each."""
+    at = triangles.astype(np.int64)[..., None]
+    a, b, c = (np.take_along_axis(flat, at[..., k, :], axis=-2) for k in range(3))
     u, v = b - a, c - a
-    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
 
 def _with_all_corners(triangles: Indices, size: int) -> Indices:
@@ -244,7 +266,7 @@ def with_holes(points: Points, rings: list[Indices]) -> Indices | None:
     corners = np.concatenate(rings)
     polygon = points[corners]
     with np.errstate(all="ignore"):
-        flat = _in_plane(polygon, len(rings[0]))
+        flat = _in_plane(polygon[None], len(rings[0]))[0]
     if not np.isfinite(flat).all():
         return None
     ends = np.cumsum([len(ring) for ring in rings])
@@ -252,13 +274,14 @@ def with_holes(points: Points, rings: list[Indices]) -> Indices | None:
     areas = _areas(flat, found)
     found[areas < 0] = found[areas < 0][:, ::-1]
     starts = np.concatenate([[0], ends[:-1]])
-    shares = [abs(_doubled_area(flat[start:end])) for start, end in zip(starts, ends, strict=True)]
+    shares = [abs(float(_doubled_area(flat[start:end]))) for start, end in zip(starts, ends, strict=True)]
     whole = shares[0] - sum(shares[1:])
     if abs(float(np.abs(areas).sum()) - whole) > NEGLIGIBLE * shares[0]:
         return None
     return np.asarray(corners[found])
 
 
-def _doubled_area(flat: Points) -> float:
-    x, y = flat.T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+def _doubled_area(flat: Points) -> Points:
+    """Twice the signed area of polygons, (..., n, 2)."""
+    x, y = flat[..., 0], flat[..., 1]
+    return np.asarray((x * np.roll(y, -1, axis=-1) - np.roll(x, -1, axis=-1) * y).sum(axis=-1))

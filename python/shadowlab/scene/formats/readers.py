@@ -69,7 +69,7 @@ def _of_kind(given: Given) -> Gathered:
                 f"{given.name}: expected a file of a kind that can be loaded ({', '.join(kinds())}), "
                 f"got {given.kind or 'no ending'!r}"
             )
-        return collected(trimesh_scene(given))
+        reader = _through_trimesh
     if not given.data:
         raise LoadError(f"{given.name}: expected a mesh file, got an empty one; check the file")
     try:
@@ -83,6 +83,10 @@ def _of_kind(given: Given) -> Gathered:
     except Exception as e:
         # A defect of a reader; whoever loads a file gets the same kind of error for it all the same.
         raise LoadError(f"{given.name}: expected a readable mesh, could not read it ({type(e).__name__}: {e})") from e
+
+
+def _through_trimesh(given: Given) -> Gathered:
+    return collected(trimesh_scene(given))
 
 
 def _of_archive(given: Given) -> Gathered:

@@ -60,8 +60,8 @@ def _of_text(given: Given, text: bytes) -> Gathered:
     for k, (begin, end) in enumerate(solids):
         if end is None and k + 1 == len(solids):
             raise LoadError(f"{given.name}: expected endsolid, found none; the file is cut short")
-        corners = _facets(given, text[begin : solids[k + 1][0] if end is None else end])
-        if len(corners):
+        body = text[begin : solids[k + 1][0] if end is None else end]
+        if not body.isspace() and body and len(corners := _facets(given, body)):
             _add(found, ("solid", k), corners)
     if not found.meshes and not found.empty:
         raise LoadError(f"{given.name}: expected facets, found none; check the file")

@@ -34,7 +34,7 @@ Reading = tuple[Pair, str, Convention]
 
 
 @dataclass(frozen=True)
-class View:
+class KnownView:
     """What is known of the view beside the matrices."""
 
     camera: Camera | None
@@ -49,14 +49,14 @@ def mistake(
     `pairs` are one pair, or the same from both sides with the likelier one first, and `found` is what explains them
     without a mistake.
     """
-    for pair, words, convention in mistakes(pairs, found, View(camera, scene)):
+    for pair, words, convention in mistakes(pairs, found, KnownView(camera, scene)):
         own = [*words_of(convention), *depth_words(convention)]
         left = Explanation(convention, (words, *own), 0.0, 0.0, whole=False, crop=False)
         return pair, replace(measured(pair, left), named=True)
     return None
 
 
-def mistakes(pairs: Sequence[Pair], found: Sequence[Explanation], view: View) -> Iterator[Reading]:
+def mistakes(pairs: Sequence[Pair], found: Sequence[Explanation], view: KnownView) -> Iterator[Reading]:
     """Mistakes that explain everything, the likeliest first."""
     for pair in pairs:
         yield from another_order(pair)
@@ -73,7 +73,7 @@ def rest_of(pair: Pair, mended: np.ndarray) -> Convention | None:
     return found.convention if found.whole and found.depth <= SAME_DEPTH else None
 
 
-def inverse(pairs: Sequence[Pair], view: View) -> Iterator[Reading]:
+def inverse(pairs: Sequence[Pair], view: KnownView) -> Iterator[Reading]:
     """The inverse matrix."""
     words = "{} is the inverse matrix: it takes the map to the world"
     readings = []
@@ -84,7 +84,7 @@ def inverse(pairs: Sequence[Pair], view: View) -> Iterator[Reading]:
     yield from likelier(readings, f", or {pairs[-1].who} is", view, rigid=False)
 
 
-def of_camera(pairs: Sequence[Pair], view: View, camera: Camera) -> Iterator[Reading]:
+def of_camera(pairs: Sequence[Pair], view: KnownView, camera: Camera) -> Iterator[Reading]:
     """Points of a space of the camera, or one of its matrices confused with its inverse."""
     readings = []
     rigid = True
@@ -105,7 +105,7 @@ def exact(pair: Pair, ways: Iterator[Mended]) -> Iterator[tuple[Mended, Conventi
             yield mended, convention
 
 
-def likelier(readings: Sequence[Reading], other: str, view: View, rigid: bool) -> Iterator[Reading]:
+def likelier(readings: Sequence[Reading], other: str, view: KnownView, rigid: bool) -> Iterator[Reading]:
     """The likelier of one or two readings; the first with the words for the `other` where nothing decides."""
     if len(readings) < 2:
         yield from readings

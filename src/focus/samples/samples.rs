@@ -237,7 +237,12 @@ impl Samples {
     }
     fn known(&self, camera: &Camera, light: &Light, region: &Region) -> Option<&Outlines> {
         let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
-        self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
+        // A far plane in place of an infinite one lies behind all of the scene.
+        let is_same = |known: &Camera| {
+            let far = if known.far().is_finite() { known.far() } else { camera.far() };
+            known.with_depths(known.near(), far).is_ok_and(|known| known == *camera)
+        };
+        self.outlines.as_ref().filter(|known| whole && is_same(&known.camera))
     }
     fn of_indices<'a>(&'a self, indices: &'a [u32], eye: DVec3) -> Chosen<'a> {
         Chosen::new([&self.points, &self.normals], indices, self.picture.as_ref(), self.origin - eye)

@@ -1,13 +1,11 @@
-"""Scenes, cameras and lights of `_core`, which exports them."""
+"""Scenes and lights of `_core`, which exports them."""
 
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self, Unpack, disjoint_base
-
-from ._core_types import CameraChanges, ConventionLike
+from typing_extensions import Self, disjoint_base
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 
@@ -131,161 +129,6 @@ class Scene:
     def __hash__(self) -> int: ...
 
 @final
-class Camera:
-    """A perspective camera (right-handed, looking along -z of its view space, NDC z in [0, 1])."""
-
-    @staticmethod
-    def look_at(
-        eye: npt.ArrayLike,
-        target: npt.ArrayLike,
-        *,
-        up: npt.ArrayLike | None = None,
-        fov_y: float = ...,
-        aspect: float = ...,
-        near: float = 0.1,
-        far: float = 1000.0,
-    ) -> Camera:
-        """A camera at `eye` that looks at `target`.
-
-        Parameters
-        ----------
-        eye, target : (3,) array_like
-            Positions, world units.
-        up : (3,) array_like
-            Any vector not parallel to the view.
-        fov_y : float
-            Full vertical field of view, radians, in (0, pi).
-        aspect : float
-            Width by height.
-        near, far : float
-            Depths along the view direction, 0 < near < far, world units.
-
-        Raises
-        ------
-        ArgumentError
-            For anything not finite or outside its range, and for `up` parallel to the view.
-        """
-    @staticmethod
-    def from_matrices(
-        view: npt.ArrayLike,
-        projection: npt.ArrayLike,
-        convention: ConventionLike | str | None = None,
-        *,
-        far: float | None = None,
-    ) -> Camera:
-        """The camera of a view and a projection matrix, such as an engine has.
-
-        Parameters
-        ----------
-        view : (4, 4) array_like
-            View from world: a rotation and a translation. Either handedness of view space will do.
-        projection : (4, 4) array_like
-            Clip from view, perspective, with the eye before the middle of the picture.
-        convention : Convention or str, optional
-            How both are written, as for `Parameterization.from_matrix`: "opengl", "direct3d", "vulkan", "reversed_z",
-            "webgpu:vectors=row"... Its axes are those of the world that `view` starts from. As ours where none is given.
-        far : float, optional
-            Far plane, world units, for a projection that has none: those without an end are supported with it alone.
-
-        Returns
-        -------
-        Camera
-            Exact up to the rounding of what the matrices hold; `far` up to that times far / near, since it cancels there.
-
-        Raises
-        ------
-        ArgumentError
-            For numbers that are not finite; a view that scales, shears or is no rotation; an orthographic, off-centre,
-            sheared or singular projection; one without a far plane where no `far` is given, or with one where it is;
-            matrices that mirror the world, or have depths in another order than the convention.
-        UnknownNameError
-            For a convention that does not exist.
-
-        Examples
-        --------
-        >>> import shadowlab as sl
-        >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
-        >>> back = sl.Camera.from_matrices(camera.view, camera.projection)
-        >>> round(back.far, 9)
-        100.0
-        """
-
-    def replace(self, **changes: Unpack[CameraChanges]) -> Camera:
-        """The same camera with other settings; what is not named stays as it is, bit for bit.
-
-        Parameters
-        ----------
-        eye : (3,) array_like
-            Moves the camera; it looks the same way unless `target` or `forward` is given.
-        target : (3,) array_like
-            Turns it to this point.
-        forward : (3,) array_like
-            Turns it along this vector, of any length above 0; instead of `target`.
-        up : (3,) array_like
-            Any vector not parallel to the view; the camera's own `up` where it is turned and none is given.
-        fov_y, aspect, near, far : float
-            As for `look_at`.
-
-        Returns
-        -------
-        Camera
-
-        Raises
-        ------
-        UnknownNameError
-            For another name; the message lists the valid ones.
-        ArgumentError
-            As for `look_at`, and for both `target` and `forward`.
-
-        Examples
-        --------
-        >>> import shadowlab as sl
-        >>> camera = sl.Camera.look_at((0, 2, 9), (0, 0, 0), near=1, far=100)
-        >>> camera.replace(near=2.0).near, camera.replace(far=100.0) == camera
-        (2.0, True)
-        """
-
-    @property
-    def eye(self) -> _Float:
-        """(3,) float64: position, world units."""
-    @property
-    def right(self) -> _Float:
-        """(3,) float64, unit: the picture's right."""
-    @property
-    def up(self) -> _Float:
-        """(3,) float64, unit: the picture's up, across the view."""
-    @property
-    def forward(self) -> _Float:
-        """(3,) float64, unit: the way the camera looks."""
-    @property
-    def fov_y(self) -> float:
-        """Full vertical field of view, radians."""
-    @property
-    def aspect(self) -> float:
-        """Width by height."""
-    @property
-    def near(self) -> float:
-        """Depth of the near plane along the view direction, world units."""
-    @property
-    def far(self) -> float:
-        """Depth of the far plane along the view direction, world units."""
-    @property
-    def view(self) -> _Float:
-        """(4, 4) float64: view from world."""
-    @property
-    def projection(self) -> _Float:
-        """(4, 4) float64: clip from view."""
-    @property
-    def clip_from_world(self) -> _Float:
-        """(4, 4) float64: clip from world."""
-    def depth(self, points: npt.ArrayLike) -> _Float:
-        """Depth along the view direction of world points: (N, 3) -> (N,)."""
-    def _repr_html_(self) -> str:
-        """The values as a table, for notebooks."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
 class DirectionalLight:
     """A light at infinity that travels along `direction` ((3,), any length above 0)."""
 
@@ -370,44 +213,5 @@ class PointLight:
     @property
     def point(self) -> _Float:
         """(4,) float64: the centre of projection as a homogeneous point."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-
-@final
-class GBuffer:
-    """What a camera sees, one record a pixel."""
-    @property
-    def size(self) -> tuple[int, int]:
-        """(width, height) in pixels."""
-    @property
-    def depth(self) -> npt.NDArray[np.float32]:
-        """(H, W) float32: NDC depth in [0, 1], 1 where nothing is."""
-    @property
-    def view_depth(self) -> npt.NDArray[np.float32]:
-        """(H, W) float32: distances along the view, world units; infinite where nothing is.
-
-        Raises
-        ------
-        StateError
-            For a G-buffer that version 0.1 pickled before it stored its camera.
-        """
-    @property
-    def position(self) -> _Float:
-        """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""
-    @property
-    def position_relative(self) -> npt.NDArray[np.float32]:
-        """(H, W, 3) float32: world positions minus `origin`."""
-    @property
-    def origin(self) -> _Float:
-        """(3,) float64: the world point positions are stored relative to."""
-    @property
-    def normal(self) -> npt.NDArray[np.float32]:
-        """(H, W, 3) float32: unit geometric normals on the side of the eye; zero where nothing is."""
-    @property
-    def triangle(self) -> npt.NDArray[np.int32]:
-        """(H, W) int32: row of the face array the mesh was made from; -1 where nothing is."""
-    @property
-    def instance(self) -> npt.NDArray[np.int32]:
-        """(H, W) int32: index of the instance; -1 where nothing is."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -3,6 +3,7 @@
 mod aliasing;
 mod arrays;
 mod camera;
+mod camera_changes;
 mod camera_matrices;
 mod causes;
 mod convert;

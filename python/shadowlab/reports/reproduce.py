@@ -34,17 +34,23 @@ def numbers(values: npt.ArrayLike) -> str:
 
 
 def camera_target(camera: Camera) -> np.ndarray:
-    """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
-    target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
+    """A point straight ahead, at the far plane where that is before the eye: rounding turns the view least."""
+    # Parallel rays may begin and end behind the eye, and an infinite far plane is no place.
+    last = camera.far if np.isfinite(camera.far) else 1e3 * camera.near
+    ahead = max(last, -camera.near, camera.height) if camera.is_orthographic else last
+    target: np.ndarray = np.asarray(camera.eye) + ahead * np.asarray(camera.forward)
     return target
 
 
 def camera_python(camera: Camera) -> str:
     """A line that makes the camera."""
+    made, lens = ("orthographic", "height") if camera.is_orthographic else ("look_at", "fov_y")
+    far = repr(camera.far) if np.isfinite(camera.far) else 'float("inf")'
+    shift = f", shift={camera.shift}" if any(camera.shift) else ""
     return (
-        f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
+        f"camera = sl.Camera.{made}(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
         f"    up=({numbers(camera.up)}),\n"
-        f"    fov_y={camera.fov_y!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={camera.far!r})"
+        f"    {lens}={getattr(camera, lens)!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={far}{shift})"
     )
 
 
@@ -197,8 +203,15 @@ def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int
     words = [
         f"--eye={own_numbers(camera.eye, source.up)}",
         f"--target={own_numbers(camera_target(camera), source.up)}",
-        *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
-        *("--near", format_value(camera.near), "--far", format_value(camera.far)),
+        *(
+            ("--ortho-height", format_value(camera.height))
+            if camera.is_orthographic
+            else ("--fov-deg", format_value(float(np.degrees(camera.fov_y))))
+        ),
+        # Beside the name: a depth of an orthographic camera may be negative.
+        *((f"--near={format_value(camera.near)}",) if camera.near < 0 else ("--near", format_value(camera.near))),
+        *((f"--far={format_value(camera.far)}",) if camera.far < 0 else ("--far", format_value(camera.far))),
+        *((f"--shift={numbers(camera.shift).replace(' ', '')}",) if any(camera.shift) else ()),
     ]
     # Spots of one lamp share their position.
     words += dict.fromkeys(word for light in lights for word in light_arguments(light, source.up))

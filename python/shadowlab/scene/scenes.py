@@ -114,8 +114,8 @@ class Scene(_core.Scene):
         Warns
         -----
         ShadowlabWarning
-            For what is left out: faces that are not finite, points and lines, orthographic cameras, cameras and lights
-            in mirrored or sheared frames. For a camera without an aspect ratio or a far plane, which gets one.
+            For what is left out: faces that are not finite, points and lines, cameras and lights in mirrored or sheared
+            frames. For a camera without an aspect ratio, which gets one.
 
         Examples
         --------
@@ -125,7 +125,7 @@ class Scene(_core.Scene):
         """
         found = gathered(source)
         made = cls(*found.arrays())
-        cameras, notes = cameras_of(source, made.bounds)
+        cameras, notes = cameras_of(source)
         lights, others = lights_of(source, made.bounds)
         warn_notes(notes + others, stacklevel=3)
         return made._with(cameras, lights)

@@ -88,7 +88,7 @@ def test_replace_moves_and_turns():
         (
             {"fov": 1.0},
             UnknownNameError,
-            "'?\"?fov\"?'?: expected one of eye, target, forward, up, fov_y, aspect, near, far",
+            "'?\"?fov\"?'?: expected one of eye, target, forward, up, fov_y, height, aspect, near, far, shift",
         ),
         ({"position": (0, 0, 0)}, UnknownNameError, "eye"),
         ({"target": (0, 0, 0), "forward": (0, 0, 1)}, ArgumentError, "both"),
@@ -215,7 +215,7 @@ ORTHOGRAPHIC = np.diag([0.1, 0.1, -0.01, 1.0])
     [
         (lambda v, p: (v, _changed(ORTHOGRAPHIC, 0, 2, 0.2)), "aslant"),
         (lambda v, p: (v, _changed(ORTHOGRAPHIC, 2, 2, 0.0)), "full rank"),
-        (lambda v, p: (v, -np.array([[-1, 1, 1, -1]]).T * ORTHOGRAPHIC), "mirrored"),
+        (lambda v, p: (v, np.diag([-1.0, 1, 1, 1]) @ ORTHOGRAPHIC), "mirrored"),
         (lambda v, p: (v, _changed(p, 0, 3, 0.2)), "beside the view's origin"),
         (lambda v, p: (v, _changed(p, 0, 1, 0.2)), "sheared"),
         (lambda v, p: (v, _changed(p, 2, 0, 0.2)), "depend on x and y.*oblique"),

@@ -156,8 +156,9 @@ fn of_perspective(slope: f64, offset: f64, [z_near, z_far]: [f64; 2], far: Optio
     let near = depth_at(z_near);
     // The slope of a projection without an end is the depth at the end itself, or, in single precision and pushed a little
     // further so that nothing at infinity is clipped, just off it.
-    let off = (z_far - slope).abs() / z_far.abs().max(slope.abs());
-    let endless = off <= f64::EPSILON || (off <= ROUNDING && depth_at(z_far) < 0.0 && near > 0.0);
+    let off = (z_far - slope).abs();
+    let endless = off <= f64::EPSILON * z_far.abs().max(slope.abs())
+        || (off <= ROUNDING * (z_far - z_near).abs() && depth_at(z_far) < 0.0 && near > 0.0);
     let far = match (endless, far) {
         (true, far) => far.unwrap_or(f64::INFINITY),
         (false, None) => depth_at(z_far),

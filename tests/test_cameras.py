@@ -304,7 +304,7 @@ def test_the_command_line_makes_orthographic_and_shifted_cameras(tmp_path):
         run = [
             sys.executable,
             "-c",
-            "from shadowlab.cli import main; main()",
+            "import sys; from shadowlab.cli import main; sys.exit(main())",
             "compare",
             "@robots",
             "--technique",

@@ -91,7 +91,8 @@ fn view() -> (Camera, Light) {
 #[allow(clippy::type_complexity)]
 fn rays(tracer: &Tracer, camera: &Camera, light: &Light) -> [(Vec<[f64; 3]>, Vec<[f64; 3]>); 2] {
     let centers = (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (f64::from(x) + 0.5, f64::from(y) + 0.5)));
-    let directions: Vec<[f64; 3]> = centers.map(|(x, y)| camera.pixel_ray(x, y, [SIZE; 2]).to_array()).collect();
+    let directions: Vec<[f64; 3]> =
+        centers.map(|(x, y)| camera.pixel_ray(x, y, [SIZE; 2]).direction.to_array()).collect();
     let origins = vec![camera.eye().to_array(); directions.len()];
     let hits = tracer.first_hit(&origins, &directions, &Progress::new()).unwrap();
     let to_light = light.to_light(DVec3::ZERO);

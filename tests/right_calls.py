@@ -43,6 +43,12 @@ def scenes() -> None:
 def cameras_and_lights() -> None:
     camera = sl.Camera.look_at((0, 2, 5), [0, 0, 0], up=np.array([0.0, 1, 0]), fov_y=1.0, near=0.1, far=100)
     assert_type(camera.depth([[0, 0, 0]]), Floats64)
+    plan = sl.Camera.orthographic((0, 9, 0), (0, 0, 0), (0, 0, -1), height=20, near=-1, far=20, shift=(0, 0.5))
+    assert_type(plan.replace(height=10.0, shift=(0, 0)), sl.Camera)
+    assert_type(plan.is_orthographic, bool)
+    assert_type(plan.shift, tuple[float, float])
+    assert_type(plan.corners(2), Floats64)
+    assert_type(plan.rays([(0.5, 0.5)], (64, 36)), tuple[Floats64, Floats64])
     lights: list[types.Light] = [
         sl.DirectionalLight((0.3, -1, 0.1)),
         sl.SpotLight((0, 5, 0), (0, -1, 0), cone_angle=1.0, range=20),

@@ -88,7 +88,7 @@ def test_replace_moves_and_turns():
         (
             {"fov": 1.0},
             UnknownNameError,
-            "'?\"?fov\"?'?: expected one of eye, target, forward, up, fov_y, aspect, near, far",
+            "'?\"?fov\"?'?: expected one of eye, target, forward, up, fov_y, height, aspect, near, far, shift",
         ),
         ({"position": (0, 0, 0)}, UnknownNameError, "eye"),
         ({"target": (0, 0, 0), "forward": (0, 0, 1)}, ArgumentError, "both"),
@@ -97,9 +97,12 @@ def test_replace_moves_and_turns():
         ({"near": "1"}, ArgumentError, "near"),
         ({"near": None}, ArgumentError, "near"),
         ({"near": True}, ArgumentError, "near"),
-        ({"far": math.inf}, ArgumentError, "far"),
         ({"far": math.nan}, ArgumentError, "far"),
         ({"fov_y": 4.0}, ArgumentError, "fov_y"),
+        ({"height": 4.0}, ArgumentError, r"height.*Camera\.orthographic"),
+        ({"shift": (0.0, math.nan)}, ArgumentError, "shift"),
+        ({"shift": (0.0, 1e7)}, ArgumentError, "shift"),
+        ({"shift": 0.5}, ArgumentError, "shift"),
         ({"aspect": -1}, ArgumentError, "aspect"),
         ({"eye": (0, 0, math.nan)}, ArgumentError, "eye"),
         ({"eye": (0, 0)}, ArgumentError, "eye"),
@@ -179,15 +182,17 @@ def test_single_precision_will_do():
     assert np.linalg.norm(found.right) == pytest.approx(1, abs=SAME)
 
 
-def test_projections_without_an_end_need_a_far_plane():
+def test_projections_without_an_end_have_their_far_plane_at_infinity_or_where_it_is_given():
     camera = looking()
     for convention, z in (("webgpu", (-1.0, -0.2)), ("opengl", (-1.0, -0.4)), ("reversed_z", (0.0, 0.2))):
         view, projection = camera.view, camera.projection.copy()
         projection[2, 2:] = z
-        with pytest.raises(ArgumentError, match=r"infinite.*give far="):
-            sl.Camera.from_matrices(view, projection, convention)
+        endless = sl.Camera.from_matrices(view, projection, convention)
+        assert endless.far == math.inf
+        close(endless.replace(far=80.0), camera)
+        assert sl.Camera.from_matrices(view, projection, convention, far=math.inf) == endless
         close(sl.Camera.from_matrices(view, projection, convention, far=80.0), camera)
-        for far in (0.1, math.inf, math.nan, -1.0):
+        for far in (0.1, math.nan, -1.0):
             with pytest.raises(ArgumentError):
                 sl.Camera.from_matrices(view, projection, convention, far=far)
         with pytest.raises(ArgumentError, match="far: expected a number"):
@@ -208,10 +213,12 @@ ORTHOGRAPHIC = np.diag([0.1, 0.1, -0.01, 1.0])
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda v, p: (v, ORTHOGRAPHIC), "orthographic"),
-        (lambda v, p: (v, _changed(p, 0, 2, 0.2)), "off-centre"),
+        (lambda v, p: (v, _changed(ORTHOGRAPHIC, 0, 2, 0.2)), "aslant"),
+        (lambda v, p: (v, _changed(ORTHOGRAPHIC, 2, 2, 0.0)), "full rank"),
+        (lambda v, p: (v, np.diag([-1.0, 1, 1, 1]) @ ORTHOGRAPHIC), "mirrored"),
+        (lambda v, p: (v, _changed(p, 0, 3, 0.2)), "beside the view's origin"),
         (lambda v, p: (v, _changed(p, 0, 1, 0.2)), "sheared"),
-        (lambda v, p: (v, _changed(p, 2, 0, 0.2)), "depend on x and y"),
+        (lambda v, p: (v, _changed(p, 2, 0, 0.2)), "depend on x and y.*oblique"),
         (lambda v, p: (v, _changed(p, 0, 0, 0.0)), "full rank"),
         (lambda v, p: (v, np.zeros((4, 4))), "perspective"),
         (lambda v, p: (v, _changed(p, 1, 1, np.nan)), "NaN"),

@@ -216,12 +216,13 @@ def test_what_pyrender_leaves_open_is_filled_in_and_told(pyrender):
     source.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
     source.add(pyrender.PerspectiveCamera(1.0, znear=0.1), pose=posed(0, 0, 5), name="endless")
     source.add(pyrender.PointLight(), pose=posed(0, 100, 0))
-    with pytest.warns(ShadowlabWarning, match=r"'endless' has no aspect ratio.*'endless' has no far plane"):
+    with pytest.warns(ShadowlabWarning, match=r"'endless' has no aspect ratio"):
         scene = sl.Scene.from_trimesh(source)
     camera = scene.cameras["endless"]
     assert camera.aspect == pytest.approx(16 / 9)
     corners = np.array(np.meshgrid(*scene.bounds.T)).reshape(3, -1).T
-    assert camera.depth(corners).max() < camera.far < 20
+    assert camera.far == np.inf
+    assert camera.depth(corners).max() < camera.bounded(scene).far < 20
     (lamp,) = scene.lights.values()
     assert np.linalg.norm(corners - lamp.position, axis=1).max() < lamp.range < 120
 
@@ -230,7 +231,6 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
     source = pyrender.Scene()
     source.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
     lens = pyrender.PerspectiveCamera(1.0, znear=0.1, zfar=9, aspectRatio=1)
-    source.add(pyrender.OrthographicCamera(1, 1), name="flat")
     source.add(pyrender.IntrinsicsCamera(100, 100, 50, 50), name="pinhole")
     source.add(lens, pose=np.diag([1.0, 2, 1, 1]), name="stretched")
     source.add(lens, pose=np.diag([2.0, 2, 2, 1]), name="doubled")
@@ -239,7 +239,6 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
         scene = sl.Scene.from_trimesh(source)
     (told,) = [str(one.message) for one in caught]
     for part in (
-        "'flat': it is orthographic",
         "'pinhole'",
         "from_matrices",
         "'stretched'",
@@ -251,6 +250,24 @@ def test_cameras_and_lights_that_cannot_be_taken_are_named(pyrender):
     # A view that is scaled has depths that are.
     assert (scene.cameras["doubled"].near, scene.cameras["doubled"].far) == pytest.approx((0.2, 18))
     assert not scene.lights
+
+
+def test_orthographic_cameras_come_as_they_are(pyrender):
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
+    lens = pyrender.OrthographicCamera(3.0, 1.5, znear=0.5, zfar=9)
+    source.add(lens, pose=posed(0, 0, 5), name="flat")
+    source.add(lens, pose=np.diag([2.0, 2, 2, 1]), name="doubled")
+    scene = sl.Scene.from_trimesh(source)
+    for name, scale in (("flat", 1), ("doubled", 2)):
+        camera = scene.cameras[name]
+        assert camera.is_orthographic
+        found = (camera.height, camera.aspect, camera.near, camera.far)
+        assert found == pytest.approx((3 * scale, 2, 0.5 * scale, 9 * scale))
+    flat, theirs = scene.cameras["flat"], lens.get_projection_matrix()
+    again = sl.Camera.from_matrices(np.linalg.inv(posed(0, 0, 5)), theirs, "opengl")
+    np.testing.assert_allclose(again.projection, flat.projection, atol=1e-12)
+    np.testing.assert_allclose(again.view, flat.view, atol=1e-12)
 
 
 def test_scenes_that_only_look_like_pyrenders():

@@ -94,7 +94,7 @@ WRONG = [
     (lambda: plot.error_along_view(CURVES, near=None, far=1), "expected 0 < near < far"),
     (lambda: plot.error_along_view(CURVES, near=[], far=1), "expected 0 < near < far"),
     (
-        lambda: plot.error_by_depth({"a": image()}, bands=(-1, 5)),
+        lambda: plot.error_by_depth({"a": image()}, bands=(5, -1)),
         "bands: expected a whole number from 1 to 10000 or at least two rising depths",
     ),
     (lambda: plot.error_along_view(CURVES, near=5, far=1), "expected 0 < near < far"),

@@ -5,14 +5,14 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self
 
+from ._core_camera import Camera as Camera
+from ._core_camera import GBuffer as GBuffer
 from ._core_maps import Note as Note
 from ._core_maps import Parameterization as Parameterization
 from ._core_maps import Partition as Partition
 from ._core_maps import Technique as Technique
 from ._core_samples import Samples as Samples
-from ._core_scene import Camera as Camera
 from ._core_scene import DirectionalLight as DirectionalLight
-from ._core_scene import GBuffer as GBuffer
 from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene

@@ -6,8 +6,9 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
+from ._core_camera import Camera, GBuffer
 from ._core_samples import Samples
-from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, Scene, SpotLight
+from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
 from ._core_types import ConventionLike, Matrices, NoteKind, PostWarp
 
 _Float: TypeAlias = npt.NDArray[np.float64]

@@ -5,7 +5,8 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from ._core_scene import Camera, DirectionalLight, GBuffer, PointLight, SpotLight
+from ._core_camera import Camera, GBuffer
+from ._core_scene import DirectionalLight, PointLight, SpotLight
 from ._core_types import MapsLike, Matrices
 
 _Float: TypeAlias = npt.NDArray[np.float64]

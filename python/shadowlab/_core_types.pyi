@@ -21,6 +21,8 @@ NoteKind: TypeAlias = Literal[
     "no_shadow",
     "covers_samples",
     "border_outside",
+    "even_splits",
+    "end_moves",
     "fewer_maps",
     "face_unseen",
     "check_matrix",
@@ -41,9 +43,11 @@ class CameraChanges(TypedDict, total=False):
     forward: npt.ArrayLike
     up: npt.ArrayLike
     fov_y: float
+    height: float
     aspect: float
     near: float
     far: float
+    shift: npt.ArrayLike
 
 # What the extension takes and makes of the package's own: `shadowlab.AlphaTest`, `shadowlab.Convention`, `shadowlab.aliasing.Footprint`.
 class AlphaTestLike(Protocol):

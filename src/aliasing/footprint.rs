@@ -60,7 +60,7 @@ pub fn footprint(
 
 /// The texels at points (world) with normals, in f64, and the index of each one's map or why it has none.
 ///
-/// Of a point behind the eye or a normal without length [`Footprint::NOTHING`].
+/// Of a point behind a perspective eye or a normal without length [`Footprint::NOTHING`].
 ///
 /// # Errors
 /// [`Error::InvalidArgument`] for no map or a matrix that is not finite.
@@ -87,7 +87,7 @@ pub fn footprint_at(
     let at = |(&p_world, &n): (&[f64; 3], &[f64; 3])| {
         let (p_world, n) = (DVec3::from_array(p_world), DVec3::from_array(n));
         let (p_local, depth) = (p_world - origin, camera.depth_of(p_world));
-        let Some(n) = unit(n).filter(|n| n.is_finite() && depth > 0.0) else {
+        let Some(n) = unit(n).filter(|n| n.is_finite() && camera.w_at(depth) > 0.0) else {
             return (Footprint::NOTHING, Texel::default());
         };
         if !light.illuminates(p_world, n) {

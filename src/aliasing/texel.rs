@@ -38,8 +38,13 @@ pub struct Eye {
     right: DVec3,
     up: DVec3,
     forward: DVec3,
-    /// Pixels per unit of x / depth and of y / depth; y down.
+    /// Pixels per unit of x / w and of y / w; y down. w is the depth before a perspective eye, 1 for parallel rays.
     pixels: [f64; 2],
+    /// The middle of the picture, x / w and y / w.
+    center: [f64; 2],
+    /// 1 and 0 for rays from the eye, 0 and 1 for parallel ones: a loop over points has no branch.
+    converging: f64,
+    parallel: f64,
 }
 
 /// A map with its texels: where points of a local space are in it.
@@ -55,7 +60,7 @@ pub struct TexelMap {
     log: [f64; 2],
 }
 
-/// A texel in the image. Lengths in pixels. Meaningless where `w` or `depth` is not above 0.
+/// A texel in the image. Lengths in pixels. Meaningless where `w`, or the depth before a perspective eye, is not above 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Texel {
     /// d(pixel x, y) / d(texel x, y): `[xx, xy, yx, yy]`.
@@ -81,21 +86,29 @@ pub struct Texel {
 impl Eye {
     /// The image of `size` pixels for points relative to `origin`.
     pub fn new(camera: &Camera, origin: DVec3, size: [u32; 2]) -> Self {
-        let (tan_x, tan_y) = camera.tan_half_fov();
+        let (half, parallel) = (camera.half_size(), f64::from(camera.is_orthographic()));
         Self {
             position: camera.eye() - origin,
             right: camera.right(),
             up: camera.up(),
             forward: camera.forward(),
-            pixels: [0.5 * f64::from(size[0]) / tan_x, -0.5 * f64::from(size[1]) / tan_y],
+            pixels: [0.5 * f64::from(size[0]) / half.x, -0.5 * f64::from(size[1]) / half.y],
+            center: camera.volume().center().to_array(),
+            converging: 1.0 - parallel,
+            parallel,
         }
+    }
+    /// What places across the view are divided by at a depth.
+    #[inline(always)]
+    fn w_at(&self, depth: f64) -> f64 {
+        self.converging * depth + self.parallel
     }
     /// Where a point is in the image, pixels from its middle, y down; nothing where it is not before the eye.
     pub fn pixel_of(&self, p: DVec3) -> Option<DVec2> {
         let from_eye = p - self.position;
-        let depth = from_eye.dot(self.forward);
+        let w = self.w_at(from_eye.dot(self.forward));
         let across = DVec2::new(from_eye.dot(self.right), from_eye.dot(self.up));
-        (depth > 0.0).then_some(across / depth * DVec2::from_array(self.pixels))
+        (w > 0.0).then_some((across / w - DVec2::from_array(self.center)) * DVec2::from_array(self.pixels))
     }
 }
 
@@ -160,12 +173,13 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
     let g_y = gradient(map.y, value, own) * (map.texels[1] * inverse);
     let ray = g_x.cross(g_y);
 
-    // The pixel's coordinates, and their gradients up to the factor of the depth.
+    // The pixel's coordinates, and their gradients up to the factor of the depth; of parallel rays it has no part in them.
     let from_eye = p - eye.position;
     let depth = from_eye.dot(eye.forward);
-    let per_depth = 1.0 / depth;
-    let (across, above) = (from_eye.dot(eye.right) * per_depth, from_eye.dot(eye.up) * per_depth);
-    let scale = [eye.pixels[0] * per_depth, eye.pixels[1] * per_depth];
+    let per_w = 1.0 / eye.w_at(depth);
+    let turning = per_w * eye.converging;
+    let (across, above) = (from_eye.dot(eye.right) * turning, from_eye.dot(eye.up) * turning);
+    let scale = [eye.pixels[0] * per_w, eye.pixels[1] * per_w];
     let to_pixels = |step: DVec3| {
         let ahead = step.dot(eye.forward);
         [(step.dot(eye.right) - across * ahead) * scale[0], (step.dot(eye.up) - above * ahead) * scale[1]]
@@ -178,9 +192,10 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
 
     // Unit ways from the eye and from the light; the light is on the side of the normal. Few divisions: they are half of the
     // work of the loop.
-    let (distance, ray_length) = (from_eye.length(), ray.length());
+    let way = from_eye * eye.converging + eye.forward * eye.parallel;
+    let (distance, ray_length) = (way.length(), ray.length());
     let (per_distance, per_ray) = (1.0 / distance, 1.0 / ray_length);
-    let e = from_eye * per_distance;
+    let e = way * per_distance;
     let (facing, per_facing) = (ray.dot(n), 1.0 / ray.dot(n));
     let d = ray * (per_ray * -f64::copysign(1.0, facing));
     // R(h) of (E.6).
@@ -198,7 +213,7 @@ pub fn texel_in_image(map: &TexelMap, eye: &Eye, p: DVec3, n: DVec3) -> Texel {
 
     // The cross product of the pixel's gradients is along e, that of the texel's along d: areas come without the differences
     // of a determinant, and the smaller singular value keeps its digits however long a texel is.
-    let perspective = (scale[0] * scale[1] * (distance * per_depth) * per_ray).abs();
+    let perspective = (scale[0] * scale[1] * (distance * per_w) * per_ray).abs();
     let projection = (e.dot(n) * ray_length * per_facing).abs();
     let [[a, c], [b, d]] = columns(n, per_facing);
     let on_surface = [a, b, c, d];

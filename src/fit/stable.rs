@@ -38,8 +38,9 @@ pub struct StableGrid {
 /// The stable map of directional light with depth from the two ends of `depth_range` (world, along the light).
 pub fn stable_grid(camera: &Camera, along: DVec3, depth_range: [f64; 2], size: &MapSize) -> StableGrid {
     let frame = LightFrame::any(along);
-    let (center_depth, radius) = frustum_sphere(camera);
-    let center = camera.eye() + camera.forward() * center_depth;
+    let frustum = camera.frustum_at(camera.eye());
+    let (center_depth, radius) = frustum.sphere();
+    let center = frustum.at(frustum.center[0], frustum.center[1], center_depth);
     let quantum = RADIUS_QUANTUM * radius.log2().floor().exp2();
     let rounded = (radius / quantum).ceil() * quantum;
     let texel = 2.0 * rounded / size.between();
@@ -51,15 +52,6 @@ pub fn stable_grid(camera: &Camera, along: DVec3, depth_range: [f64; 2], size: &
     let high = (snapped + half).extend(far);
     let clip_from_world = frame.orthographic().cropped(low, high);
     StableGrid { clip_from_world, frame, crop: Rows::crop(low, high), texel, radius, center }
-}
-
-/// Depth of the middle and radius of the smallest sphere around a camera's frustum with its middle on the axis (1.2).
-fn frustum_sphere(camera: &Camera) -> (f64, f64) {
-    let (tx, ty) = camera.tan_half_fov();
-    let (near, far, k) = (camera.near(), camera.far(), tx.hypot(ty));
-    let center = far.min(0.5 * (near + far) * (1.0 + k * k));
-    let radius = (far - center).hypot(far * k).max((near - center).hypot(near * k));
-    (center, radius)
 }
 
 /// The depth range along the light that holds a scene, whatever the camera does.

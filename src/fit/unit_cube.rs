@@ -278,7 +278,8 @@ impl<'a> Room<'a> {
         let texel = if across > 0.0 {
             across / size.fewest()
         } else {
-            POINT_EXTENT * (mean - view.eye).length().max(view.camera.near())
+            let far_off = (mean - view.eye).length().max(view.camera.near());
+            POINT_EXTENT * view.camera.distance_at(far_off)
         };
         Self { view, mean, frame, texel }
     }

@@ -11,7 +11,7 @@
 use glam::{DVec3, DVec4};
 
 use super::samples::Outline;
-use crate::geometry::{Aabb, ConvexBody, Frustum, Plane, Rows};
+use crate::geometry::{Aabb, ConvexBody, Frustum, Plane, Rows, Sides};
 use crate::parameterization::Region;
 use crate::rays::{LightFrame, LightRays};
 use crate::scene::{Camera, Light, Scene, SpotLight};
@@ -47,7 +47,7 @@ pub struct FocusedView<'a> {
     pub origin: DVec3,
     /// The eye, local.
     pub eye: DVec3,
-    /// The camera.
+    /// The camera; an infinite far plane is moved to the end of the scene.
     pub camera: Camera,
     /// The light.
     pub light: Light,
@@ -93,14 +93,15 @@ impl SpotFrustum {
         let tan_half = (0.5 * spot.cone_angle()).tan();
         let near = far * NEAREST_SHARE_OF_REACH;
         let LightFrame { right, up, along: forward } = frame;
-        let frustum = Frustum { apex, right, up, forward, tan_half: [tan_half; 2], near, far };
+        let (half, center) = ([tan_half; 2], [0.0; 2]);
+        let frustum = Frustum { apex, right, up, forward, sides: Sides::Converging, half, center, near, far };
         Self { frame, frustum }
     }
     /// The light's perspective between two depths along the axis; at least one part in 1024 of `far` thick, so that a wall
     /// across the axis has a depth.
     pub fn perspective(&self, near: f64, far: f64) -> Rows {
         let near = near.min(far * (1.0 - 1.0 / 1024.0)).max(self.frustum.near.min(0.5 * far));
-        self.frame.perspective(self.frustum.apex, self.frustum.tan_half[0], near, far)
+        self.frame.perspective(self.frustum.apex, self.frustum.half[0], near, far)
     }
     /// Depth along the axis as a functional of (p, 1).
     pub fn depth(&self) -> DVec4 {
@@ -188,7 +189,7 @@ impl<'a> FocusedView<'a> {
             view.coverage = Coverage::NothingSeen;
             view.receivers = match view.spot() {
                 // Nothing is lit, so no point is owed a map; the pyramid of a nearly flat cone has no depth to its width.
-                Some(spot) => Frustum { tan_half: spot.frustum.tan_half.map(|t| t.min(1.0)), ..spot.frustum }.body(),
+                Some(spot) => Frustum { half: spot.frustum.half.map(|t| t.min(1.0)), ..spot.frustum }.body(),
                 None => ConvexBody::from_aabb(&view.scene_box),
             };
         }
@@ -196,6 +197,7 @@ impl<'a> FocusedView<'a> {
     }
     fn bare(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, origin: DVec3) -> Self {
         let scene_box = Aabb { min: scene.bounds().min - origin, max: scene.bounds().max - origin };
+        let camera = &camera.bounded(scene.bounds());
         let eye = camera.eye() - origin;
         let light_planes = match light {
             Light::Spot(spot) => Some(SpotFrustum::new(spot, origin, &scene_box).frustum.planes()),
@@ -213,7 +215,7 @@ impl<'a> FocusedView<'a> {
             focus,
             coverage: Coverage::AsAsked,
             outline: None,
-            camera_planes: camera_frustum(camera, eye).planes(),
+            camera_planes: camera.frustum_at(eye).planes(),
             light_planes,
             region_planes: [Plane { normal: DVec3::ZERO, offset: 0.0 }; Region::MOST],
             region_count: 0,
@@ -221,7 +223,7 @@ impl<'a> FocusedView<'a> {
     }
     /// The camera's frustum, local.
     pub fn camera_frustum(&self) -> Frustum {
-        camera_frustum(&self.camera, self.eye)
+        self.camera.frustum_at(self.eye)
     }
     /// The spot light's pyramid, local; nothing for other lights.
     pub fn spot(&self) -> Option<SpotFrustum> {
@@ -268,21 +270,9 @@ impl<'a> FocusedView<'a> {
         if body.is_empty() { self.receivers } else { body }
     }
     /// The unit vector from the eye to the middle of a body's vertices (theory.md 5.3); the view direction where
-    /// the sum vanishes.
+    /// the sum vanishes, and of parallel rays.
     pub fn middle_vector(&self, vertices: &[DVec3]) -> DVec3 {
-        vertices.iter().map(|p| *p - self.eye).sum::<DVec3>().try_normalize().unwrap_or(self.camera.forward())
-    }
-}
-
-fn camera_frustum(camera: &Camera, apex: DVec3) -> Frustum {
-    let (x, y) = camera.tan_half_fov();
-    Frustum {
-        apex,
-        right: camera.right(),
-        up: camera.up(),
-        forward: camera.forward(),
-        tan_half: [x, y],
-        near: camera.near(),
-        far: camera.far(),
+        let sum: DVec3 = vertices.iter().map(|p| self.camera.way_to(*p - self.eye)).sum();
+        sum.try_normalize().unwrap_or(self.camera.forward())
     }
 }

@@ -11,7 +11,7 @@ mod quadrilateral;
 
 pub use aabb::Aabb;
 pub use convex::ConvexBody;
-pub use frustum::Frustum;
+pub use frustum::{Frustum, Sides};
 pub use homography::{Rows, planar_image, singular_values};
 pub use oriented_box::OrientedBox;
 pub use plane::Plane;

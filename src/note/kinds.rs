@@ -61,6 +61,13 @@ with_texts! {
         /// A given `border` between splits outside of the camera's planes `near` and `far`: camera depths, world units.
         BorderOutside "border_outside"
             "the border {border} is not between the camera's planes ({near} and {far}): a split is empty",
+        /// Splits of an orthographic camera, even in depth.
+        EvenSplits "even_splits"
+            "even splits: an orthographic camera sees all depths at one scale, so no scheme by ratios of depth applies",
+        /// A stable map of a camera without an end: `far` is where it ends now, world units.
+        EndMoves "end_moves"
+            "the far plane is infinite, so the maps end behind the scene, at depth {far:.4}: texels change as the camera moves; give a \
+             finite far plane to hold them",
         /// Maps `made` where `count` are asked for: the depths of shadows' edges cannot be divided further.
         FewerMaps "fewer_maps"
             "{made:0} maps of {count:0}: the shadows' edges that are seen do not differ enough in depth for more",
@@ -80,6 +87,8 @@ with_texts! {
     Detail {
         /// No warp: the light runs along the axis.
         LightAlongAxis "light_along_axis" "the light runs along the view",
+        /// No warp: an orthographic camera has no perspective.
+        ParallelRays "parallel_rays" "an orthographic camera sees all depths at one scale, so there is no perspective to follow",
         /// No warp: the body has no extent along the axis.
         FlatBody "flat_body" "what is seen has no extent along the view as the light sees it",
         /// No warp: eye depth does not grow along the axis.

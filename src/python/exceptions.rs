@@ -33,6 +33,12 @@ pub fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
     }
 }
 
+/// Says something with a `ShadowlabWarning`; an error where the caller has warnings raised.
+pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let category = py.import("shadowlab.errors")?.getattr("ShadowlabWarning")?;
+    PyErr::warn(py, &category, &std::ffi::CString::new(message)?, 1)
+}
+
 /// Turns a core result into a Python one.
 pub trait OrRaise<T> {
     /// The value, or the exception.

@@ -24,8 +24,8 @@ pub fn is_singular(rows: &[f64; 16]) -> bool {
 pub fn eye_depths(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<[f64; 2]>> {
     let depths = array::<f64>(value, "eye_depth", &[Some(count), Some(2)])?;
     let depths = depths.as_slice()?.as_chunks::<2>().0.to_vec();
-    if let Some([near, far]) = depths.iter().find(|[near, far]| !(*near >= 0.0 && near < far)) {
-        let (expected, fix) = ("a near depth of 0 or more and a far depth beyond it", "give (near, far) of each map");
+    if let Some([near, far]) = depths.iter().find(|[near, far]| !(near.is_finite() && near < far)) {
+        let (expected, fix) = ("a finite near depth and a far depth beyond it", "give (near, far) of each map");
         return Err(argument_error(value.py(), "eye_depth", expected, format!("({near}, {far})"), fix));
     }
     Ok(depths)

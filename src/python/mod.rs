@@ -6,6 +6,7 @@ mod alpha_test;
 mod arguments;
 mod arrays;
 mod camera;
+mod camera_changes;
 mod camera_matrices;
 mod causes;
 mod convert;

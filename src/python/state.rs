@@ -33,6 +33,10 @@ pub trait State: Sized {
     const NAME: &'static str;
     /// What `write` writes now; `read` reads all versions up to it.
     const VERSION: u32 = 1;
+    /// The oldest version that can read this value.
+    fn version(&self) -> u32 {
+        Self::VERSION
+    }
     /// Writes all of it.
     fn write(&self, to: &mut Writer);
     /// Reads what `write` wrote.
@@ -199,8 +203,9 @@ pub type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
 pub fn reduce<'py, T: State>(py: Python<'py>, value: &T) -> PyResult<Reduced<'py>> {
     let mut head = Writer::new(Numbers::Exact);
     value.write(&mut head);
-    let seal = seal(T::NAME, T::VERSION, head.bytes(), |_| {});
-    reduced(py, T::NAME, T::VERSION, head.bytes(), &seal, Vec::new())
+    let version = value.version();
+    let seal = seal(T::NAME, version, head.bytes(), |_| {});
+    reduced(py, T::NAME, version, head.bytes(), &seal, Vec::new())
 }
 
 /// The digest of all that a state is made of; `arrays` adds what stands beside the head.

@@ -1,33 +1,42 @@
 //! The camera behind a view and a projection matrix.
 //!
 //! ```text
-//! projection of a perspective camera      with s = +-1, the way its view space looks along z:
-//!   | x 0 0 0 |      w = s z is the depth along the view d
-//!   | 0 y 0 0 |      NDC x = x X / d,  y = y Y / d: tan(fov / 2) = 1 / |y|, aspect = |y / x|
-//!   | 0 0 a b |      NDC z = s a + b / d: what it is at near and at far gives both
+//! perspective        with s = +-1, the way its view space looks along z:
+//!   | x 0 p 0 |      w = s z is the depth along the view d
+//!   | 0 y q 0 |      NDC x = x X / d + s p,  y = y Y / d + s q: tan(fov / 2) = 1 / |y|, aspect = |y / x|, shift = -s (p, q)
+//!   | 0 0 a b |      NDC z = s a + b / d: what it is at near and at far gives both; at infinity it is s a
 //!   | 0 0 s 0 |
+//!
+//! orthographic
+//!   | x 0 0 p |      NDC x = x X + p,  y = y Y + q: height = 2 / |y|, aspect = |y / x|, shift = -(p, q)
+//!   | 0 y 0 q |
+//!   | 0 0 a b |      NDC z = a Z + b: what it is at near and at far gives both, and which way the view looks along z
+//!   | 0 0 0 1 |
 //! ```
 //! The signs of x, y and s name the axes of the view space that point right, up and forward, so both kinds of view space
 //! are read, and y that points down.
 
-use glam::{DMat3, DMat4, DVec3, DVec4, Vec4Swizzles};
+use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Vec4Swizzles};
 
-use super::Camera;
+use super::camera::Camera;
+use super::view_volume::{Lens, ViewVolume};
 use crate::error::{Error, Result};
 
 /// What entries may be off by, relative to the largest of their row: matrices of single precision, and a few products.
 const ROUNDING: f64 = 32.0 * f32::EPSILON as f64;
 
+/// A shift below this is the rounding of what undid a tile of an atlas, in f64: the picture is in the middle.
+const NO_SHIFT: f64 = 64.0 * f64::EPSILON;
+
 impl Camera {
     /// The camera of `view_from_world` and `clip_from_view`, both for column vectors; x to the right and y up in [-1, 1].
     ///
-    /// `depths` is NDC z at the near and at the far plane. `far` is taken for a projection without a far plane, and for no
-    /// other.
+    /// `depths` is NDC z at the near and at the far plane. `far` is taken for a projection without a far plane, which is at
+    /// infinity otherwise, and for no other.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a matrix that is not finite, a view that is not a rotation and a translation, an
-    /// orthographic, off-centre, sheared or singular projection, one without a far plane where `far` is none, and matrices
-    /// that mirror the picture.
+    /// [`Error::InvalidArgument`] for a matrix that is not finite, a view that is not a rotation and a translation, a sheared,
+    /// oblique or singular projection, and matrices that mirror the picture.
     pub fn from_matrices(view: &DMat4, projection: &DMat4, depths: [f64; 2], far: Option<f64>) -> Result<Self> {
         for (name, matrix) in [("view", view), ("projection", projection)] {
             if !matrix.is_finite() {
@@ -35,17 +44,18 @@ impl Camera {
                 return Err(Error::argument(name, "16 finite numbers", got, "check where it comes from"));
             }
         }
-        let lens = Lens::of(projection, depths, far)?;
+        let read = Read::of(projection, depths, far)?;
         let (eye, axes) = placement(view)?;
         // Rows of the rotation: right, up and forward of the picture in the world.
-        let (forward, up) = (lens.forward * axes.z_axis, lens.up * axes.y_axis);
+        let (forward, up) = (read.forward * axes.z_axis, read.up * axes.y_axis);
         let right = forward.cross(up);
-        if right.dot(lens.right * axes.x_axis) < 0.0 {
+        if right.dot(read.right * axes.x_axis) < 0.0 {
             let (expected, got) = ("a picture of a right-handed world", "one that is mirrored");
-            let fix = "name the convention: its handedness or axes, or the directions of x and y";
+            let fix = "name the convention: its handedness or axes, or the directions of x and y; an orthographic picture is \
+                       mirrored where depths run the other way (reversed_z), too";
             return Err(Error::argument("projection", expected, got, fix));
         }
-        Self::look_along(eye, forward, up, 2.0 * (1.0 / lens.y).atan(), lens.y / lens.x, lens.near, lens.far)
+        Self::look_along(eye, forward, up, read.volume)
     }
 }
 
@@ -69,72 +79,114 @@ fn placement(view: &DMat4) -> Result<(DVec3, DMat3)> {
 }
 
 /// What a projection says of a camera, and which way the axes of its view space point.
-struct Lens {
-    x: f64,
-    y: f64,
+struct Read {
+    volume: ViewVolume,
     right: f64,
     up: f64,
     forward: f64,
-    near: f64,
-    far: f64,
 }
 
-impl Lens {
-    fn of(projection: &DMat4, [z_near, z_far]: [f64; 2], far: Option<f64>) -> Result<Self> {
-        let refused = |expected: &'static str, got: String, fix: &'static str| {
-            Err(Error::argument("projection", expected, got, fix))
-        };
-        let [x, y, z, w] = [0, 1, 2, 3].map(|i| projection.row(i));
-        let perspective = "a perspective projection, whose last row is 0, 0, -1, 0 or 0, 0, 1, 0";
-        let fix = "give clip_from_view for column vectors, or name the convention";
-        if w.xyz() == DVec3::ZERO && w.w != 0.0 {
-            return refused(perspective, format!("an orthographic one, with {w}"), "a Camera is a perspective one");
+/// A projection that is none of a camera.
+fn refused<T>(expected: &'static str, got: String, fix: &'static str) -> Result<T> {
+    Err(Error::argument("projection", expected, got, fix))
+}
+
+const COLUMNS: &str = "give clip_from_view for column vectors, or name the convention";
+
+impl Read {
+    fn of(projection: &DMat4, depths: [f64; 2], far: Option<f64>) -> Result<Self> {
+        let rows = [0, 1, 2, 3].map(|i| projection.row(i));
+        let w = rows[3];
+        let (is_perspective, is_orthographic) = (w.z != 0.0 && w.w == 0.0, w.z == 0.0 && w.w != 0.0);
+        if w.x != 0.0 || w.y != 0.0 || !(is_perspective || is_orthographic) {
+            let expected =
+                "a projection whose last row is 0, 0, -1, 0 or 0, 0, 1, 0 (perspective), or 0, 0, 0, 1 (orthographic)";
+            return refused(expected, format!("{w}"), COLUMNS);
         }
-        if w.x != 0.0 || w.y != 0.0 || w.w != 0.0 || w.z == 0.0 {
-            return refused(perspective, format!("{w}"), fix);
-        }
-        let size = w.z.abs();
-        let [x, y, z, w] = [x, y, z, w].map(|row| row / size);
-        if x.x == 0.0 || y.y == 0.0 {
-            return refused("a projection of full rank", format!("{} and {} for x and y", x.x, y.y), fix);
-        }
-        let centred = |row: DVec4, i: usize| {
-            let rest = row.to_array().into_iter().enumerate().filter(|(j, _)| *j != i);
-            // NDC per unit of a tangent: what is beside the own axis moves the picture by that many halves of it.
-            rest.into_iter().all(|(_, value)| value.abs() <= ROUNDING * row[i].abs().min(1.0))
-        };
-        if !(centred(x, 0) && centred(y, 1)) {
-            let got = format!("rows {x} and {y}: off-centre or sheared");
-            return refused("the eye before the middle of the picture", got, "render the whole picture, then crop it");
+        // A multiple is the same projection; the sign of a perspective's says which way it looks.
+        let size = if is_perspective { w.z.abs() } else { w.w };
+        let [x, y, z, w] = rows.map(|row| row / size);
+        if x.x == 0.0 || y.y == 0.0 || (is_orthographic && z.z == 0.0) || (is_perspective && z.w == 0.0) {
+            let got = format!("rows {x}, {y} and {z}");
+            return refused("a projection of full rank", got, COLUMNS);
         }
         if z.x != 0.0 || z.y != 0.0 {
-            return refused("a depth that does not depend on x and y", format!("{z}"), fix);
+            let fix = "give the projection before its near plane was tilted";
+            return refused("a depth that does not depend on x and y", format!("{z}: an oblique near plane"), fix);
         }
-        let (slope, offset) = (z.z * w.z, z.w);
-        let depth_at = |ndc: f64| offset / (ndc - slope);
-        let near = depth_at(z_near);
-        // The slope of a projection without an end is the depth at the end itself.
-        let endless = (z_far - slope).abs() <= f64::EPSILON * z_far.abs().max(slope.abs());
-        let far = match (endless, far) {
-            (true, Some(far)) => far,
-            (true, None) => {
-                return refused("one with a far plane", "an infinite one".into(), "give far=..., in world units");
+        // The column that moves the picture, and the one that has no part in it.
+        let (moves, other) = if is_perspective { (2, 3) } else { (3, 2) };
+        for (name, row, own, beside) in [("x", x, 0, 1), ("y", y, 1, 0)] {
+            // In halves of the picture.
+            let least = ROUNDING * row[own].abs().min(1.0);
+            if row[beside].abs() > least {
+                return refused(
+                    "a picture whose sides are at right angles",
+                    format!("row {name} {row}: sheared"),
+                    COLUMNS,
+                );
             }
-            (false, Some(_)) => {
-                let got = format!("a projection that ends at {}", depth_at(z_far));
-                let fix = "leave far out; camera.replace(far=...) moves the plane";
-                return Err(Error::argument("far", "nothing where the projection has a far plane", got, fix));
+            if row[other].abs() > least {
+                let got = if is_perspective { "an eye beside the view's origin" } else { "rays aslant to the view" };
+                let fix = if is_perspective { "move the eye in the view" } else { "look along the rays in the view" };
+                return refused("rays as the view has them", format!("row {name} {row}: {got}"), fix);
             }
-            (false, None) => depth_at(z_far),
-        };
-        if !(near > 0.0 && far > near) {
-            let got = format!("near {near} and far {far}");
-            let fix = "name the convention: its depth range, and whether depths are reversed";
-            return refused("near and far planes before the eye, near first", got, fix);
         }
         let (right, up) = (x.x.signum(), y.y.signum());
-        Ok(Self { x: x.x.abs(), y: y.y.abs(), right, up, forward: w.z, near, far })
+        let (scale, moved) = (DVec2::new(x.x.abs(), y.y.abs()), DVec2::new(x[moves], y[moves]));
+        let aspect = scale.y / scale.x;
+        // Of a perspective they are multiplied with z, whose sign is the view's.
+        let towards = if is_perspective { -w.z } else { -1.0 };
+        let shift = DVec2::new(right, up) * moved * towards;
+        let shift = DVec2::from_array(shift.to_array().map(|s| if s.abs() <= NO_SHIFT { 0.0 } else { s }));
+        let (lens, forward, near, far) = if is_perspective {
+            let (near, far) = of_perspective(z.z * w.z, z.w, depths, far)?;
+            (Lens::Perspective { fov_y: 2.0 * (1.0 / scale.y).atan() }, w.z, near, far)
+        } else {
+            let (forward, near, far) = of_box(z.z, z.w, depths, far)?;
+            (Lens::Orthographic { height: 2.0 / scale.y }, forward, near, far)
+        };
+        Ok(Self { volume: ViewVolume { lens, aspect, shift, near, far }, right, up, forward })
     }
+}
+
+/// Near and far plane of NDC z = slope + offset / depth.
+fn of_perspective(slope: f64, offset: f64, [z_near, z_far]: [f64; 2], far: Option<f64>) -> Result<(f64, f64)> {
+    let depth_at = |ndc: f64| offset / (ndc - slope);
+    let near = depth_at(z_near);
+    // The slope of a projection without an end is the depth at the end itself, or, in single precision and pushed a little
+    // further so that nothing at infinity is clipped, just off it.
+    let off = (z_far - slope).abs();
+    let endless = off <= f64::EPSILON * z_far.abs().max(slope.abs())
+        || (off <= ROUNDING * (z_far - z_near).abs() && depth_at(z_far) < 0.0 && near > 0.0);
+    let far = match (endless, far) {
+        (true, far) => far.unwrap_or(f64::INFINITY),
+        (false, None) => depth_at(z_far),
+        (false, Some(_)) => return no_far(depth_at(z_far)),
+    };
+    if !(near > 0.0 && far > near) {
+        let got = format!("near {near} and far {far}");
+        let fix = "name the convention: its depth range, and whether depths are reversed";
+        return refused("near and far planes before the eye, near first", got, fix);
+    }
+    Ok((near, far))
+}
+
+/// The way the view looks along z, near and far plane of NDC z = slope Z + offset.
+fn of_box(slope: f64, offset: f64, [z_near, z_far]: [f64; 2], far: Option<f64>) -> Result<(f64, f64, f64)> {
+    let forward = ((z_far - z_near) / slope).signum();
+    let [near, end] = [z_near, z_far].map(|ndc| forward * ((ndc - offset) / slope));
+    if far.is_some() {
+        return no_far(end);
+    }
+    Ok((forward, near, end))
+}
+
+/// A far plane is given beside the projection's own.
+fn no_far<T>(end: f64) -> Result<T> {
+    let got = format!("a projection that ends at {end}");
+    let fix = "leave far out; camera.replace(far=...) moves the plane";
+    Err(Error::argument("far", "nothing where the projection has a far plane", got, fix))
 }
 
 #[cfg(test)]
@@ -215,16 +267,54 @@ mod tests {
     }
 
     #[test]
-    fn an_infinite_projection_needs_a_far_plane() {
+    fn boxes_and_shifted_pictures_come_back() {
+        let pose = camera(40.0);
+        let volumes = [
+            pose.volume().shifted(DVec2::new(0.7, -1.5)),
+            ViewVolume::orthographic(3.0, 1.6, -4.0, 25.0),
+            ViewVolume::orthographic(3.0, 0.4, 2.0, 25.0).shifted(DVec2::new(-2.0, 1e-9)),
+        ];
+        for volume in volumes {
+            let c = pose.with_volume(volume).unwrap();
+            for depths in [[0.0, 1.0], [-1.0, 1.0], [1.0, 0.0]] {
+                for flip in [DVec3::ONE, DVec3::new(1.0, 1.0, -1.0), DVec3::new(1.0, -1.0, -1.0)] {
+                    let flip = DMat4::from_scale(flip);
+                    let projection = written(&c, depths) * flip * -2.0;
+                    let projection = if c.is_orthographic() { projection } else { -projection };
+                    let back = Camera::from_matrices(&(flip * c.view()), &projection, depths, None).unwrap();
+                    close(&back, &c, SAME);
+                    assert_eq!(back.is_orthographic(), c.is_orthographic());
+                    let (found, expected) = (back.volume(), c.volume());
+                    assert!((found.shift - expected.shift).length() < SAME, "{found:?} {expected:?}");
+                    assert!((found.height() / expected.height() - 1.0).abs() < SAME, "{found:?} {expected:?}");
+                }
+            }
+            if c.is_orthographic() {
+                // The other order of depths looks the other way, which mirrors the picture.
+                let error = Camera::from_matrices(&c.view(), &c.projection(), [1.0, 0.0], None).unwrap_err();
+                assert!(error.to_string().contains("reversed_z"), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_projection_without_an_end_has_its_far_plane_at_infinity_or_where_it_is_given() {
         let c = camera(40.0);
         for (depths, slope, offset) in [([0.0, 1.0], -1.0, -0.25), ([-1.0, 1.0], -1.0, -0.5), ([1.0, 0.0], 0.0, 0.25)] {
             let mut endless = c.projection();
             (endless.z_axis.z, endless.w_axis.z) = (slope, offset);
-            let error = Camera::from_matrices(&c.view(), &endless, depths, None).unwrap_err().to_string();
-            assert!(error.contains("infinite") && error.contains("far="), "{error}");
             close(&Camera::from_matrices(&c.view(), &endless, depths, Some(40.0)).unwrap(), &c, SAME);
             assert!(Camera::from_matrices(&c.view(), &endless, depths, Some(0.1)).is_err());
-            assert!(Camera::from_matrices(&c.view(), &endless, depths, Some(f64::INFINITY)).is_err());
+            for far in [None, Some(f64::INFINITY)] {
+                let back = Camera::from_matrices(&c.view(), &endless, depths, far).unwrap();
+                assert_eq!(back.far(), f64::INFINITY);
+                assert!((back.near() - c.near()).abs() < SAME && back.projection().is_finite(), "{back:?}");
+            }
+            // Pushed a little beyond infinity, as for stencil shadows.
+            let towards = if depths[1] == 0.0 { -1.0 } else { 1.0 };
+            endless.z_axis.z += towards * 2.4e-7;
+            let back = Camera::from_matrices(&c.view(), &endless, depths, None).unwrap();
+            assert_eq!(back.far(), f64::INFINITY);
         }
         let error = Camera::from_matrices(&c.view(), &c.projection(), [0.0, 1.0], Some(9.0)).unwrap_err();
         assert!(error.to_string().contains("replace"), "{error}");
@@ -240,12 +330,15 @@ mod tests {
             m
         };
         let orthographic = glam::dcamera::rh::proj::directx::orthographic(-1.0, 1.0, -1.0, 1.0, 0.1, 9.0);
+        let cabinet = changed(orthographic, 2, 0, 0.35);
         for (view, projection, depths, word) in [
-            (view, orthographic, [0.0, 1.0], "orthographic"),
-            (view, changed(projection, 2, 0, 0.1), [0.0, 1.0], "off-centre"),
+            (view, cabinet, [0.0, 1.0], "aslant"),
+            (view, changed(orthographic, 1, 0, 0.1), [0.0, 1.0], "sheared"),
+            (view, changed(orthographic, 2, 2, 0.0), [0.0, 1.0], "full rank"),
+            (view, changed(orthographic, 2, 3, 0.1), [0.0, 1.0], "last row"),
             (view, changed(projection, 1, 0, 0.1), [0.0, 1.0], "sheared"),
-            (view, changed(projection, 3, 1, 0.1), [0.0, 1.0], "off-centre"),
-            (view, changed(projection, 0, 2, 0.1), [0.0, 1.0], "depend on x and y"),
+            (view, changed(projection, 3, 1, 0.1), [0.0, 1.0], "beside the view's origin"),
+            (view, changed(projection, 0, 2, 0.1), [0.0, 1.0], "oblique"),
             (view, changed(projection, 0, 0, 0.0), [0.0, 1.0], "full rank"),
             (view, changed(projection, 0, 0, f64::NAN), [0.0, 1.0], "NaN"),
             (view, DMat4::ZERO, [0.0, 1.0], "perspective"),

@@ -8,10 +8,12 @@ mod light;
 mod mesh;
 #[allow(clippy::module_inception)]
 mod scene;
+mod view_volume;
 
 pub use alpha_test::{AlphaTest, AlphaTestParts, AlphaTexture, Presence, Wrap};
-pub use camera::Camera;
 pub(crate) use camera::unit;
+pub use camera::{Camera, PixelRay};
 pub use light::{DirectionalLight, EDGE_ON, Light, PointLight, SpotLight};
 pub use mesh::{Mesh, Stored};
 pub use scene::{Instance, Scene};
+pub use view_volume::{Lens, ViewVolume};

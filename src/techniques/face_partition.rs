@@ -26,7 +26,7 @@ use super::kit::{Default, Kind, LightSupport, Maps, Needs, ParamSpec, Part, Sett
 use super::techniques_of;
 use crate::error::{Error, Result};
 use crate::focus::{Coverage, Focus, FocusedView};
-use crate::geometry::Frustum;
+use crate::geometry::{Frustum, Sides};
 use crate::note::{self, Detail, Note};
 use crate::parameterization::{Region, Value};
 use crate::rays::LightRays;
@@ -168,15 +168,16 @@ fn regions(view: &FocusedView) -> Vec<(usize, Region)> {
 
 /// The middle of each face, local.
 fn centers(frustum: &Frustum) -> [DVec3; 6] {
-    let Frustum { apex, right, up, forward, tan_half: [tx, ty], near, far } = *frustum;
-    let (middle, at) = (0.5 * (near + far), |d: DVec3, depth: f64| apex + d * depth);
+    let ([left, right, bottom, top], [x, y]) = (frustum.edges(), frustum.center);
+    let (near, far) = (frustum.near, frustum.far);
+    let middle = 0.5 * (near + far);
     [
-        at(forward - right * tx, middle),
-        at(forward + right * tx, middle),
-        at(forward - up * ty, middle),
-        at(forward + up * ty, middle),
-        at(forward, near),
-        at(forward, far),
+        frustum.at(left, y, middle),
+        frustum.at(right, y, middle),
+        frustum.at(x, bottom, middle),
+        frustum.at(x, top, middle),
+        frustum.at(x, y, near),
+        frustum.at(x, y, far),
     ]
 }
 
@@ -192,20 +193,25 @@ struct Edge {
 
 /// The twelve edges, each by a direction that no subtraction of corners has rounded.
 fn edges(frustum: &Frustum) -> Vec<Edge> {
-    let Frustum { apex, right, up, forward, tan_half: [tx, ty], near, far } = *frustum;
+    let Frustum { apex, right, up, forward, sides, near, far, .. } = *frustum;
+    let ([left_x, right_x, bottom_y, top_y], [x, y]) = (frustum.edges(), frustum.center);
     let mut all = Vec::with_capacity(12);
-    // Left, right with bottom, top: through the apex.
-    for (i, x) in [(0, -tx), (1, tx)] {
-        for (j, y) in [(2, -ty), (3, ty)] {
-            all.push(Edge { faces: [i, j], through: apex, along: (forward + right * x + up * y).normalize() });
+    // Left, right with bottom, top: through the apex, or along the axis.
+    for (i, x) in [(0, left_x), (1, right_x)] {
+        for (j, y) in [(2, bottom_y), (3, top_y)] {
+            let (through, along) = match sides {
+                Sides::Converging => (apex, (forward + right * x + up * y).normalize()),
+                Sides::Parallel => (frustum.at(x, y, near), forward),
+            };
+            all.push(Edge { faces: [i, j], through, along });
         }
     }
     for (end, depth) in [(NEAR, near), (FAR, far)] {
-        for (side, across) in [(0, forward - right * tx), (1, forward + right * tx)] {
-            all.push(Edge { faces: [side, end], through: apex + across * depth, along: up });
+        for (side, x) in [(0, left_x), (1, right_x)] {
+            all.push(Edge { faces: [side, end], through: frustum.at(x, y, depth), along: up });
         }
-        for (side, across) in [(2, forward - up * ty), (3, forward + up * ty)] {
-            all.push(Edge { faces: [side, end], through: apex + across * depth, along: right });
+        for (side, y) in [(2, bottom_y), (3, top_y)] {
+            all.push(Edge { faces: [side, end], through: frustum.at(x, y, depth), along: right });
         }
     }
     all

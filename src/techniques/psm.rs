@@ -114,6 +114,15 @@ impl Warp for Psm {
                 notes,
             });
         };
+        if view.camera.is_orthographic() {
+            notes.push(Note::no_warp(&[Detail::ParallelRays], &[]));
+            let gamma = view.camera.forward().angle_between(light.direction());
+            return Ok(Provisional {
+                clip_from_local: uniform_rows(view, part.scene, &mut notes),
+                values: vec![("gamma", gamma)],
+                notes,
+            });
+        }
         let camera = VirtualCamera::new(self.depth_range(view), self.slide, &mut notes);
         let space = PostPerspective::new(view, &camera, light.direction());
         let mut values = Vec::with_capacity(8);
@@ -198,7 +207,8 @@ impl<'a> PostPerspective<'a> {
         if far - near <= f64::EPSILON.sqrt() * far {
             return None;
         }
-        let (tx, ty) = view.camera.tan_half_fov();
+        // A shifted picture moves h and q alike, so that nothing below changes: its middle is left out.
+        let [tx, ty] = view.camera.half_size().to_array();
         // tan' = tan f / f': the larger of n / n' and f / f', so that the real frustum is enclosed.
         let narrower = far / camera.real[1];
         let across = [view.camera.right() * (narrower / tx), view.camera.up() * (narrower / ty)];

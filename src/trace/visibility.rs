@@ -30,7 +30,7 @@ use super::walk::{Blocked, Closest, Stacks, SurelyBlocked, Touched, traverse_tog
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
 use crate::progress::Progress;
-use crate::scene::{Camera, EDGE_ON, Light};
+use crate::scene::{Camera, EDGE_ON, Light, PixelRay};
 
 /// Side of the square of pixels whose rays follow each other, so that they find the same boxes in the cache.
 const TILE: usize = 8;
@@ -90,6 +90,10 @@ struct Shader<'a> {
     light: &'a Light,
     /// The eye, relative to the scene's origin.
     eye: DVec3,
+    /// The depth at which rays begin: 0 at a perspective eye; parallel rays come from anywhere.
+    start: f64,
+    /// Near and far depth, from there.
+    range: [f64; 2],
     /// The light as a homogeneous point, relative to the scene's origin.
     light_point: DVec4,
     /// Half-width of the band about edges for rays from the eye.
@@ -124,19 +128,19 @@ dispatched! {
 fn tile_with<K: Kernel>(shader: &Shader, size: [u32; 2], [left, top]: [usize; 2], rows: &mut [i8]) {
     let width = size[0] as usize;
     let (tile_width, height) = (TILE.min(width - left), rows.len() / width);
-    let direction_of = shader.camera.pixel_rays(size);
+    let ray_of = shader.camera.pixel_rays(size);
     let mut stacks = Stacks::default();
     for y in (0..height).step_by(BLOCK[1]) {
         for x in (left..left + tile_width).step_by(BLOCK[0]) {
             let at = |r: usize| [x + r % BLOCK[0], y + r / BLOCK[0]];
-            let mut directions = [DVec3::ZERO; BUNDLE];
+            let mut rays = [WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO }; BUNDLE];
             let mut bits = 0;
             for r in 0..BUNDLE {
                 let [x, y] = at(r);
-                directions[r] = direction_of(x as f64 + 0.5, (top + y) as f64 + 0.5);
+                rays[r] = shader.from_eye(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5));
                 bits |= u32::from(x < left + tile_width && y < height) << r;
             }
-            let answers = shader.pixels::<K>(&directions, bits, &mut stacks);
+            let answers = shader.pixels::<K>(&rays, bits, &mut stacks);
             for r in Each(bits) {
                 let [x, y] = at(r);
                 rows[y * width + x] = answers[r];
@@ -149,6 +153,17 @@ impl<'a> Shader<'a> {
     fn new(scene: &'a Inner, camera: &'a Camera, light: &'a Light) -> Self {
         let origin = scene.scene.origin();
         let eye = camera.eye() - origin;
+        let bounds = scene.scene.bounds();
+        let (near, far) = (camera.near(), camera.bounded(bounds).far());
+        let start = if camera.is_orthographic() {
+            // Before all of the scene, yet not farther away than costs digits.
+            let nearest = bounds.corners().iter().map(|p| camera.depth_of(*p)).fold(f64::INFINITY, f64::min);
+            near.max(nearest - bounds.diagonal())
+        } else {
+            0.0
+        };
+        let farthest =
+            camera.corners_at(start).iter().fold(0.0, |most: f64, p| most.max((eye + *p).abs().max_element()));
         let point = light.point();
         let light_point = (point.truncate() - point.w * origin).extend(point.w);
         let touched = if light_point.w == 0.0 {
@@ -156,20 +171,27 @@ impl<'a> Shader<'a> {
         } else {
             Touched::new(scene, light_point.truncate(), scene.resolution)
         };
-        let eye_band = scene.resolution.max(EYE_ERROR * eye.abs().max_element());
-        Self { scene, camera, light, eye, light_point, eye_band, touched }
+        let eye_band = scene.resolution.max(EYE_ERROR * farthest);
+        let range = [near - start, far - start];
+        Self { scene, camera, light, eye, start, range, light_point, eye_band, touched }
+    }
+
+    /// The ray of a pixel, from where rays begin.
+    #[inline(always)]
+    fn from_eye(&self, ray: &PixelRay) -> WorldRay {
+        WorldRay { origin: self.eye + ray.at(self.start), direction: ray.direction }
     }
 
     /// The answers for the rays of a bundle from the eye.
     #[inline(always)]
-    fn pixels<K: Kernel>(&self, directions: &[DVec3; BUNDLE], bits: RayBits, stacks: &mut Stacks) -> [i8; BUNDLE] {
-        let rays = directions.map(|direction| WorldRay { origin: self.eye, direction });
-        let mut closest = [Closest::<true>::new(self.camera.near(), self.camera.far(), self.eye_band); BUNDLE];
-        traverse_together::<K, _>(self.scene, &rays, bits, &mut closest, stacks);
-        let mut answers = self.shade::<K, true>(&rays, &closest, bits, stacks);
+    fn pixels<K: Kernel>(&self, rays: &[WorldRay; BUNDLE], bits: RayBits, stacks: &mut Stacks) -> [i8; BUNDLE] {
+        let [near, far] = self.range;
+        let mut closest = [Closest::<true>::new(near, far, self.eye_band); BUNDLE];
+        traverse_together::<K, _>(self.scene, rays, bits, &mut closest, stacks);
+        let mut answers = self.shade::<K, true>(rays, &closest, bits, stacks);
         for r in Each(bits) {
             if closest[r].is_near_edge() && answers[r] != TruthMask::UNDECIDED {
-                answers[r] = self.confirm::<K>(directions[r], answers[r], stacks);
+                answers[r] = self.confirm::<K>(&rays[r], answers[r], stacks);
             }
         }
         answers
@@ -179,14 +201,15 @@ impl<'a> Shader<'a> {
     /// triangle may be the one that is seen.
     #[cold]
     #[inline(never)]
-    fn confirm<K: Kernel>(&self, direction: DVec3, answer: i8, stacks: &mut Stacks) -> i8 {
-        let (u, v) = direction.normalize().any_orthonormal_pair();
-        let mut rays = [WorldRay { origin: self.eye, direction }; BUNDLE];
+    fn confirm<K: Kernel>(&self, ray: &WorldRay, answer: i8, stacks: &mut Stacks) -> i8 {
+        let (u, v) = ray.direction.normalize().any_orthonormal_pair();
+        let mut rays = [*ray; BUNDLE];
         for (ray, shift) in rays.iter_mut().zip([u, -u, v, -v]) {
             ray.origin += shift * self.eye_band;
         }
         let four = 0b1111;
-        let mut closest = [Closest::<false>::new(self.camera.near(), self.camera.far(), 0.0); BUNDLE];
+        let [near, far] = self.range;
+        let mut closest = [Closest::<false>::new(near, far, 0.0); BUNDLE];
         traverse_together::<K, _>(self.scene, &rays, four, &mut closest, stacks);
         let answers = self.shade::<K, false>(&rays, &closest, four, stacks);
         if Each(four).all(|r| answers[r] == answer) { answer } else { TruthMask::UNDECIDED }

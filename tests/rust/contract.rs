@@ -20,6 +20,7 @@ use shadowlab::scene::{Camera, Light, Scene};
 use shadowlab::techniques::{Needs, Technique, Value, technique};
 
 use crate::support::by_body::by_body_with;
+use crate::support::cameras::cameras_of_every_kind;
 use crate::support::settings::settings;
 use crate::support::views::{
     self, Random, View, by_hand, directional, directions, from_library, picture_of, points, shaded_samples, spots,
@@ -56,6 +57,24 @@ fn every_technique_on_scenes_made_by_hand_under_awkward_lights() {
         let picture = picture_of(&scene, &camera);
         let lights = directions(&camera).into_iter().map(|(n, d)| (n, directional(d)));
         for (light_name, light) in lights.chain(spots(&scene, &camera)).chain(points(&scene, &camera)) {
+            let samples = shaded_samples(&scene, &camera, &light, &picture);
+            let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
+            check(&v, &made, &samples, &mut answers);
+        }
+    }
+    answers.assert_maps_of_all();
+}
+
+#[test]
+fn every_technique_before_cameras_of_every_kind() {
+    let made = settings();
+    let mut answers = Answers::default();
+    // Every fourth light before each camera, others before the next: all lights before every fourth.
+    for (i, (name, scene, camera)) in cameras_of_every_kind().into_iter().enumerate() {
+        let picture = picture_of(&scene, &camera);
+        let lights = directions(&camera).into_iter().map(|(n, d)| (n, directional(d)));
+        let lights = lights.chain(spots(&scene, &camera)).chain(points(&scene, &camera));
+        for (light_name, light) in lights.skip(i % 4).step_by(4) {
             let samples = shaded_samples(&scene, &camera, &light, &picture);
             let v = View { name: format!("{name} / {light_name}"), scene: scene.clone(), camera, light };
             check(&v, &made, &samples, &mut answers);

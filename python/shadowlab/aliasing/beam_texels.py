@@ -174,8 +174,7 @@ def _beam_from_texel(
     on_surface = basis - reach[:, :, None] * ray[:, None, :]
     # (E.5): C T' takes the beam to pixels and J texels to pixels, so that (C T')⁻¹ J takes texels to the beam.
     pixels_from_beam = np.einsum("nki,nji->nkj", _pixels_from_world(points, camera, size), on_surface)
-    depth = (points - np.asarray(camera.eye)) @ np.asarray(camera.forward)
-    pixels = size[1] / (2 * np.tan(0.5 * camera.fov_y) * depth)
+    pixels = size[1] / (camera.height * _w(points, camera))
     found: NDArray[np.float64] = np.linalg.solve(pixels_from_beam, pixels_from_texel) * pixels[:, None, None]
     return found
 
@@ -192,13 +191,18 @@ def _across(ray: NDArray[np.float64]) -> NDArray[np.float64]:
 def _pixels_from_world(points: NDArray[np.float64], camera: Camera, size: tuple[int, int]) -> NDArray[np.float64]:
     """What a step in the world does to pixel x (right) and y (down), (N, 2, 3)."""
     seen = points - np.asarray(camera.eye)
-    tangent = np.tan(0.5 * camera.fov_y)
-    depth = (seen @ camera.forward)[:, None]
+    w = _w(points, camera)[:, None]
     rows = []
-    for axis, pixels, half in (
-        (np.asarray(camera.right), size[0], tangent * camera.aspect),
-        (-np.asarray(camera.up), size[1], tangent),
+    for axis, pixels, whole in (
+        (np.asarray(camera.right), size[0], camera.height * camera.aspect),
+        (-np.asarray(camera.up), size[1], camera.height),
     ):
-        place = (seen @ axis)[:, None] / depth
-        rows.append((axis - place * np.asarray(camera.forward)) * pixels / (2 * half * depth))
+        # Places in the picture of parallel rays do not move with depth.
+        place = 0.0 if camera.is_orthographic else (seen @ axis)[:, None] / w
+        rows.append((axis - place * np.asarray(camera.forward)) * pixels / (whole * w))
     return np.stack(rows, axis=1)
+
+
+def _w(points: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """What places across the view are divided by (N,): the depth, or 1 for parallel rays."""
+    return np.ones(len(points)) if camera.is_orthographic else (points - np.asarray(camera.eye)) @ camera.forward

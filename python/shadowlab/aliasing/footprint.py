@@ -321,7 +321,7 @@ def footprint_at(
     Returns
     -------
     Footprint
-        With arrays (N,) float64. A point behind the eye shows nothing.
+        With arrays (N,) float64. A point behind the eye of a perspective camera shows nothing.
 
     Raises
     ------
@@ -353,7 +353,10 @@ def halfway_normals(points: npt.ArrayLike, camera: _core.Camera, light: Light) -
     check_light(light)
     points = checked_array("points", points, shape=(None, 3))
     light_point = np.asarray(light.point)
-    ways = (np.asarray(camera.eye) - points, light_point[:3] - light_point[3] * points)
+    to_eye = np.asarray(camera.eye) - points
+    if camera.is_orthographic:
+        to_eye = np.broadcast_to(-np.asarray(camera.forward), points.shape)
+    ways = (to_eye, light_point[:3] - light_point[3] * points)
     lengths = [np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
     if any((length == 0).any() for length in lengths):
         raise ArgumentError("points: expected points away from eye and light, got one there; leave it out")

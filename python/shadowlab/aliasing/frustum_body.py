@@ -12,6 +12,7 @@ Source: Wimmer, Scherzer, Purgathofer 2004 [wimmer2004], section 4; Lloyd, Tuft,
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +45,8 @@ def outline(
         Ends of the part of the frustum that is meant, such as a depth split, world units; the camera's where none are
         given. Of a split, `near * (1 + 1e-9)` and `far * (1 - 1e-9)` stay within it whatever rounding does.
     steps : int
-        Points of each edge, less one: even in the logarithm of depth along the view, even in length across it.
+        Points of each edge, less one: even in the logarithm of depth along the view (in depth, of an orthographic
+        camera), even in length across it.
 
     Returns
     -------
@@ -66,10 +68,14 @@ def outline(
     if steps > MOST_STEPS:
         raise ArgumentError(f"steps: expected at most {MOST_STEPS:,}, got {steps:,}; 16 are a good start")
     near, far = (float(camera.near) if near is None else near), (float(camera.far) if far is None else far)
-    if not 0 < near < far < np.inf:
-        raise ArgumentError(f"near, far: expected 0 < near < far, got {shown((near, far))}; leave both out for all")
+    if math.isinf(far) and math.isinf(camera.far):
+        raise ArgumentError("far: expected a depth of a camera without an end, got none; camera.bounded(scene) has one")
+    least, first = ("", -np.inf) if camera.is_orthographic else ("0 < ", 0.0)
+    if not first < near < far < np.inf:
+        raise ArgumentError(f"near, far: expected {least}near < far, got {shown((near, far))}; leave both out for all")
     ends = [corners_at(camera, depth) for depth in (near, far)]
-    within = near * (far / near) ** (np.arange(1, steps) / steps)
+    shares = np.arange(1, steps) / steps
+    within = near + (far - near) * shares if camera.is_orthographic else near * (far / near) ** shares
     share = (np.arange(1, steps) / steps)[:, None, None]
     along = [corners_at(camera, depth) for depth in within]
     across = [((1 - share) * corners + share * np.roll(corners, -1, axis=0)).reshape(-1, 3) for corners in ends]
@@ -78,9 +84,5 @@ def outline(
 
 def corners_at(camera: Camera, depth: float) -> NDArray[np.float64]:
     """The corners (4, 3) of a camera's picture at a depth, in turn around it."""
-    height = depth * np.tan(0.5 * camera.fov_y)
-    around = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * [height * camera.aspect, height]
-    found: NDArray[np.float64] = (
-        camera.eye + depth * np.asarray(camera.forward) + around @ np.stack([camera.right, camera.up])
-    )
+    found: NDArray[np.float64] = camera.corners(depth)[[0, 1, 3, 2]]
     return found

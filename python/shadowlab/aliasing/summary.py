@@ -190,21 +190,25 @@ def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:
         return None
     limits: NDArray[np.float64] = checked_array("bands", bands)
     rising = limits.ndim == 1 and limits.size >= 2 and np.isfinite(limits).all() and (np.diff(limits) > 0).all()
-    if not rising or limits[0] < 0:
+    if not rising:
         raise ArgumentError(
-            f"bands: expected a whole number from 1 to {MOST_BANDS} or at least two rising depths from 0 on, "
+            f"bands: expected a whole number from 1 to {MOST_BANDS} or at least two rising depths, "
             f"got {shown(bands)}; try bands=6"
         )
     return limits
 
 
 def even_limits(depth: Floats, bands: int) -> NDArray[np.float64]:
-    """Limits (B + 1,) of bands that are even in the logarithm of depth; one band where all depths are one."""
+    """Limits (B + 1,) of bands that are even in the logarithm of depth; one band where all depths are one.
+
+    Where not all is before the eye, as orthographic cameras may have it, they are even in depth.
+    """
     near, far = float(depth.min()), float(depth.max())
     # The last digit of a 32-bit depth does not make a band.
-    if far <= near * (1 + 4 * np.finfo(np.float32).eps):
+    if far <= near + abs(near) * 4 * np.finfo(np.float32).eps:
         return np.array([near, np.nextafter(far, np.inf)])
-    limits = near * (far / near) ** (np.arange(bands + 1) / bands)
+    shares = np.arange(bands + 1) / bands
+    limits = near * (far / near) ** shares if near > 0 else near + (far - near) * shares
     limits[0], limits[-1] = near, far
     return limits
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ArgumentError, UnknownNameError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
+from ..text import parse_pair
 
 if TYPE_CHECKING:
     from .._core import Camera
@@ -37,7 +38,7 @@ def _is_float(text: str) -> bool:
 
 
 def named_camera(options: argparse.Namespace, scene: Scene, aspect: float) -> Camera:
-    """The file's camera that was named, in the picture's aspect, with a field of view and depths that were given.
+    """The file's camera that was named, in the picture's aspect, with the lens and depths that were given.
 
     Raises
     ------
@@ -47,14 +48,17 @@ def named_camera(options: argparse.Namespace, scene: Scene, aspect: float) -> Ca
         For a place or a view beside it.
     """
     found = camera_named(options, scene)
-    changes: dict[str, float] = {"aspect": aspect}
+    changes: dict[str, Any] = {"aspect": aspect}
     if options.fov_deg is not None:
         if not 0 < options.fov_deg < 180:
             raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
         from math import radians
 
         changes["fov_y"] = radians(options.fov_deg)
-    changes |= {name: getattr(options, name) for name in ("near", "far") if getattr(options, name) is not None}
+    if options.shift is not None:
+        changes["shift"] = parse_pair(options.shift, "shift")
+    given = {"height": options.ortho_height, "near": options.near, "far": options.far}
+    changes |= {name: value for name, value in given.items() if value is not None}
     return found.replace(**changes)
 
 

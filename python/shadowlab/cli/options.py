@@ -39,8 +39,12 @@ def view_options(options: argparse.ArgumentParser, optional: bool = False) -> No
     view.add_argument("--eye", metavar="X,Y,Z", help="where the camera is")
     view.add_argument("--target", metavar="X,Y,Z", help="a point in the middle of the picture")
     view.add_argument("--fov-deg", type=number, metavar="DEG", help="full vertical field of view")
+    view.add_argument("--ortho-height", type=number, metavar="D", help="an orthographic camera, its picture this high")
+    view.add_argument(
+        "--shift", metavar="X,Y", help="the picture's middle beside the view axis, in half widths and heights"
+    )
     view.add_argument("--near", type=number, metavar="D", help="near depth")
-    view.add_argument("--far", type=number, metavar="D", help="far depth")
+    view.add_argument("--far", type=number, metavar="D", help="far depth; inf for none")
     view.add_argument(
         "--light",
         metavar="DX,DY,DZ|NAME",

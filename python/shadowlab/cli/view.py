@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import ArgumentError
-from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
-from ..text import parse_spec, parse_vector
+from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
+from ..text import parse_pair, parse_spec, parse_vector
 from .brought import camera_named, light_name, named_camera, named_light
 
 if TYPE_CHECKING:
@@ -76,10 +76,10 @@ def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tupl
             del words["light"]
         as_given = {name: own_numbers(vector, options.up or "y") for name, vector in words.items()} | as_given
     if of_file is not None:
-        lens = {name: getattr(options, name.replace("-", "_")) for name in ("fov-deg", "near", "far")}
+        lens = {name: getattr(options, name.replace("-", "_")) for name in OF_NAMED_CAMERAS}
         as_given = {name: text for name, text in as_given.items() if name not in ("eye", "target")}
         as_given[NAMED_CAMERA] = options.camera
-        as_given |= {name: repr(value) for name, value in lens.items() if value is not None}
+        as_given |= {name: str(value) for name, value in lens.items() if value is not None}
     extra = (*(("--up", options.up) if options.up else ()), *(("--ground",) if options.ground else ()))
     source = replace(
         Source.of_scene(whole),
@@ -142,18 +142,27 @@ def chosen_camera(
     if options.far is not None:
         far = options.far
         # A far plane before the fitting near plane still leaves a picture; one that is no distance is said as it is.
-        near = min(near, far / INSIDE_DEPTH_RATIO) if far > 0 else near
+        near = min(near, far / INSIDE_DEPTH_RATIO) if 0 < far < np.inf else near
     near = near if options.near is None else options.near
     if options.fov_deg is not None and not 0 < options.fov_deg < 180:
         raise ArgumentError(f"fov-deg: expected degrees above 0 and below 180, got {options.fov_deg:g}; try 50")
+    if options.fov_deg is not None and options.ortho_height is not None:
+        raise ArgumentError(
+            "ortho-height: expected none beside --fov-deg, got both; an orthographic camera has no angle"
+        )
     fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
-    if not given.keys() & {"eye", "target"}:
-        return fitting.replace(fov_y=fov_y, aspect=aspect, near=near, far=far)
+    shift = (0.0, 0.0) if options.shift is None else parse_pair(options.shift, "shift")
+    aimed = bool(given.keys() & {"eye", "target"})
     # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
     vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
-    return Camera.look_at(
-        eye, target, up=(0, 0, -1) if vertical else (0, 1, 0), fov_y=fov_y, aspect=aspect, near=near, far=far
-    )
+    up = ((0, 0, -1) if vertical else (0, 1, 0)) if aimed else fitting.up
+    if options.ortho_height is not None:
+        ahead_of_eye = target if aimed else fitting.eye + fitting.forward
+        height = options.ortho_height
+        return Camera.orthographic(eye, ahead_of_eye, up, height=height, aspect=aspect, near=near, far=far, shift=shift)
+    if not aimed:
+        return fitting.replace(fov_y=fov_y, aspect=aspect, near=near, far=far, shift=shift)
+    return Camera.look_at(eye, target, up=up, fov_y=fov_y, aspect=aspect, near=near, far=far, shift=shift)
 
 
 def chosen_light(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,12 +24,8 @@ LEAST_SPREAD = 0.01
 
 def frustum_corners(camera: Camera, near: float, far: float) -> np.ndarray:
     """(8, 3) corners of the part of a camera's frustum between two depths."""
-    tan_y = np.tan(0.5 * camera.fov_y)
-    depth = np.array([near, far])[CORNERS[:, 2]]
-    x = (2.0 * CORNERS[:, 0] - 1.0) * tan_y * camera.aspect * depth
-    y = (2.0 * CORNERS[:, 1] - 1.0) * tan_y * depth
-    axes = np.array([camera.right, camera.up, camera.forward])
-    corners: np.ndarray = np.asarray(camera.eye) + np.column_stack([x, y, depth]) @ axes
+    ends = np.stack([camera.corners(near), camera.corners(far)])
+    corners: np.ndarray = ends[CORNERS[:, 2], CORNERS[:, 0] + 2 * CORNERS[:, 1]]
     return corners
 
 
@@ -99,7 +96,13 @@ def points_of_map(
         What lies outside of its bounds is left away.
     """
     if camera is not None:
-        near, far = max(camera.near, depths[0]), min(camera.far, depths[1])
+        all_depths = depths[0] <= 0 and math.isinf(depths[1])
+        camera = camera if scene is None else camera.bounded(scene)
+        near, far = (
+            (camera.near, camera.far) if all_depths else (max(camera.near, depths[0]), min(camera.far, depths[1]))
+        )
+        if math.isinf(far):
+            return unit_cube_corners(matrix)
         corners = frustum_corners(camera, near, far)
         seen = corners if scene is None else common_corners(corners, box_corners(scene.bounds))
         points = np.column_stack([seen, np.ones(len(seen))])

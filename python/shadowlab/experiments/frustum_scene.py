@@ -15,11 +15,13 @@ scene is so, but no map can have smaller largest errors in one than in this, and
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..aliasing.frustum_body import corners_at
+from ..errors import ArgumentError
 from ..scene.scenes import Scene
 from ..text.checks import check_camera
 
@@ -48,7 +50,7 @@ def frustum_scene(camera: Camera) -> Scene:
     Raises
     ------
     ArgumentError
-        For something else than a camera.
+        For something else than a camera, and for one without a far plane.
 
     Examples
     --------
@@ -60,7 +62,10 @@ def frustum_scene(camera: Camera) -> Scene:
     (1, ())
     """
     check_camera(camera)
-    reach = float(np.linalg.norm(corners_at(camera, camera.far) - camera.eye, axis=1).max())
+    if math.isinf(camera.far):
+        raise ArgumentError("camera: expected a far plane, got one at infinity; camera.replace(far=...) moves it")
+    corners = np.concatenate([corners_at(camera, depth) for depth in (camera.near, camera.far)])
+    reach = float(np.linalg.norm(corners - camera.eye, axis=1).max())
     signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     faces = [face for a, b, c, d in QUADS for face in ([a, b, c], [a, c, d])]
     return Scene.from_arrays(np.asarray(camera.eye) + ROOM * reach * signs, faces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,18 +45,18 @@ def frustum_segments(
 @checked(camera=A_CAMERA, depths=DEPTHS)
 def frustum_edges(camera: Camera, depths: Iterable[float] | None = None) -> list[tuple[np.ndarray, np.ndarray]]:
     """Both ends of each edge of a camera's frustum as homogeneous world points, with cross-sections at some depths."""
-    depths = (camera.near, camera.far) if depths is None else tuple(depths)
-    tan_y = np.tan(0.5 * camera.fov_y)
-    rays = [
-        np.asarray(camera.forward)
-        + sx * tan_y * camera.aspect * np.asarray(camera.right)
-        + sy * tan_y * np.asarray(camera.up)
-        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    ]
-    eye = np.asarray(camera.eye, dtype=np.float64)
-    rings = [[np.append(eye + z * ray, 1.0) for ray in rays] for z in depths]
+    rings = [cross_section(camera, z) for z in ((camera.near, camera.far) if depths is None else depths)]
     edges = [(ring[i], ring[(i + 1) % 4]) for ring in rings for i in range(4)]
     return edges + [(a[i], b[i]) for a, b in itertools.pairwise(rings) for i in range(4)]
+
+
+def cross_section(camera: Camera, depth: float) -> np.ndarray:
+    """The corners (4, 4) of a camera's picture at a depth, in turn around it, as homogeneous world points."""
+    around = [0, 1, 3, 2]
+    if math.isinf(depth):
+        # Where the four rays end: points at infinity.
+        return np.pad(camera.corners(1.0)[around] - camera.eye, ((0, 0), (0, 1)))
+    return np.pad(camera.corners(depth)[around], ((0, 0), (0, 1)), constant_values=1.0)
 
 
 def clip_segment(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:

@@ -76,7 +76,10 @@ def reduced(depth: np.ndarray, side: int) -> np.ndarray:
 
 def served_depths(partition: Partition, camera: Camera) -> tuple[float, float] | None:
     """The camera depths that a map serves; None where it serves all that the camera sees."""
-    near, far = (min(max(depth, camera.near), camera.far) for depth in partition.eye_depth)
+    begin, end = partition.eye_depth
+    if begin <= 0 and math.isinf(end):
+        return camera.near, camera.far  # of a matrix that is not known to be a part of several
+    near, far = (min(max(depth, camera.near), camera.far) for depth in (begin, end))
     return (near, far) if near < far else None
 
 
@@ -97,6 +100,8 @@ def frustum_in(partition: Partition, camera: Camera, depths: Iterable[float] | N
     if partition.post_warp == "none":
         return frustum_segments(matrix, camera, depths)
     segments = []
+    if depths is None and math.isinf(camera.far):
+        depths = (camera.near, partition.eye_depth[1])
     for a, b in frustum_edges(camera, depths):
         share = even_in_log(float(matrix[3] @ a), float(matrix[3] @ b))[:, None]
         ndc, w = partition.project(((1.0 - share) * a + share * b)[:, :3])

@@ -301,7 +301,9 @@ def _ground(
 
 
 def _mark_eye(ax: Axes, plane: LightPlane, camera: _core.Camera) -> None:
-    """A dot where the eye is, if the light sees it within the axes."""
+    """A dot where the eye is, if the light sees it within the axes; parallel rays come from no point."""
+    if camera.is_orthographic:
+        return
     x, y, w = plane.project(np.asarray(camera.eye)[None])[0]
     if not w > 0:
         return

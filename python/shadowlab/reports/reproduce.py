@@ -14,7 +14,7 @@ import numpy as np
 
 from .._core import Bias
 from ..errors import ShadowlabError
-from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
+from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
 from ..techniques.kinds import is_parameterization
 from ..techniques.registry import technique_of
 from ..text import format_bias, format_spec, format_value
@@ -35,17 +35,23 @@ def numbers(values: npt.ArrayLike) -> str:
 
 
 def camera_target(camera: Camera) -> np.ndarray:
-    """A point in the middle of the view, at the far plane, where rounding of the sum turns the view least."""
-    target: np.ndarray = np.asarray(camera.eye) + camera.far * np.asarray(camera.forward)
+    """A point straight ahead, at the far plane where that is before the eye: rounding turns the view least."""
+    # Parallel rays may begin and end behind the eye, and an infinite far plane is no place.
+    last = camera.far if np.isfinite(camera.far) else 1e3 * camera.near
+    ahead = max(last, -camera.near, camera.height) if camera.is_orthographic else last
+    target: np.ndarray = np.asarray(camera.eye) + ahead * np.asarray(camera.forward)
     return target
 
 
 def camera_python(camera: Camera) -> str:
     """A line that makes the camera."""
+    made, lens = ("orthographic", "height") if camera.is_orthographic else ("look_at", "fov_y")
+    far = repr(camera.far) if np.isfinite(camera.far) else 'float("inf")'
+    shift = f", shift={camera.shift}" if any(camera.shift) else ""
     return (
-        f"camera = sl.Camera.look_at(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
+        f"camera = sl.Camera.{made}(({numbers(camera.eye)}), ({numbers(camera_target(camera))}),\n"
         f"    up=({numbers(camera.up)}),\n"
-        f"    fov_y={camera.fov_y!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={camera.far!r})"
+        f"    {lens}={getattr(camera, lens)!r}, aspect={camera.aspect!r}, near={camera.near!r}, far={far}{shift})"
     )
 
 
@@ -190,6 +196,24 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     return shlex.join(words)
 
 
+def camera_arguments(camera: Camera, up: str) -> list[str]:
+    """The command line's options that make a camera."""
+    lens = (
+        ("--ortho-height", format_value(camera.height))
+        if camera.is_orthographic
+        else ("--fov-deg", format_value(float(np.degrees(camera.fov_y))))
+    )
+    return [
+        f"--eye={own_numbers(camera.eye, up)}",
+        f"--target={own_numbers(camera_target(camera), up)}",
+        *lens,
+        # Beside the name: a depth of an orthographic camera may be negative.
+        *((f"--near={format_value(camera.near)}",) if camera.near < 0 else ("--near", format_value(camera.near))),
+        *((f"--far={format_value(camera.far)}",) if camera.far < 0 else ("--far", format_value(camera.far))),
+        *((f"--shift={numbers(camera.shift).replace(' ', '')}",) if any(camera.shift) else ()),
+    ]
+
+
 def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int], source: Source) -> list[str]:
     """The command line's options that make a camera, one or several lights, and the size of the picture.
 
@@ -198,14 +222,9 @@ def view_arguments(camera: Camera, lights: Sequence[Light], size: tuple[int, int
     given = dict(source.given)
     if NAMED_CAMERA in given:
         words = [f"--camera={given[NAMED_CAMERA]}"]
-        words += [f"--{name}={given[name]}" for name in ("fov-deg", "near", "far") if name in given]
+        words += [f"--{name}={given[name]}" for name in OF_NAMED_CAMERAS if name in given]
     else:
-        words = [
-            f"--eye={own_numbers(camera.eye, source.up)}",
-            f"--target={own_numbers(camera_target(camera), source.up)}",
-            *("--fov-deg", format_value(float(np.degrees(camera.fov_y)))),
-            *("--near", format_value(camera.near), "--far", format_value(camera.far)),
-        ]
+        words = camera_arguments(camera, source.up)
     names = [text for name, text in source.given if name == NAMED_LIGHT]
     if len(names) == len(lights):
         words += [f"--light={name}" for name in names]

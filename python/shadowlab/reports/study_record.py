@@ -47,7 +47,17 @@ def camera_record(camera: Camera) -> dict[str, Any]:
     vectors = ("eye", "right", "up", "forward")
     numbers = ("fov_y", "aspect", "near", "far")
     record = {name: plain(np.asarray(getattr(camera, name))) for name in vectors}
-    return {**record, **{name: float(getattr(camera, name)) for name in numbers}}
+    record |= {name: plain(float(getattr(camera, name))) for name in numbers}
+    record |= {"height": camera.height} if camera.is_orthographic else {}
+    return record | ({"shift": list(camera.shift)} if any(camera.shift) else {})
+
+
+def lens_text(camera: Camera) -> str:
+    """How much of the world a camera sees, for people."""
+    high = f"{camera.height:.4g} high" if camera.is_orthographic else f"{math.degrees(camera.fov_y):.4g}° high"
+    kind = "orthographic, " if camera.is_orthographic else ""
+    x, y = camera.shift
+    return f"{kind}{high}, aspect {camera.aspect:.4g}" + (f", shifted by {x:.4g}, {y:.4g}" if x or y else "")
 
 
 def light_record(light: Light) -> dict[str, Any]:
@@ -130,7 +140,7 @@ def facts(study: Study) -> list[tuple[str, str]]:
         ("scene", f"{study.source.name}: {scene.triangle_count:,} triangles, {scene.instance_count:,} instances"),
         ("bounds", f"{vector(low)} to {vector(high)}"),
         ("eye", f"{vector(camera.eye)}, looking along {vector(camera.forward)}"),
-        ("view", f"{math.degrees(camera.fov_y):.4g}° high, aspect {camera.aspect:.4g}"),
+        ("view", lens_text(camera)),
         ("depth range", f"{camera.near:.4g} to {camera.far:.4g}"),
         ("light", light_text(light)),
         (

@@ -75,7 +75,7 @@ def load_scene(
     ShadowlabWarning
         For what is left out: faces without three distinct or finite vertices, lines and points, curves and surfaces,
         items that are not to be printed, files of an archive that cannot be read, blended materials,
-        extensions of glTF that may change geometry. For cameras without a far plane, which get one.
+        extensions of glTF that may change geometry. For cameras without an aspect ratio, which get one.
 
     References
     ----------

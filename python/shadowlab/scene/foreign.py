@@ -6,7 +6,7 @@ right-handed world with y up in pyrender and glTF, as here; any unit.
 | object | attributes | what is taken |
 | --- | --- | --- |
 | trimesh.Scene | geometry, graph | meshes, shared where nodes share them; the camera that was set, if one was |
-| pyrender.Scene | mesh_nodes, get_pose | the same, with its instances; perspective cameras; all three kinds of lights |
+| pyrender.Scene | mesh_nodes, get_pose | the same, with its instances; cameras, except intrinsic ones; all lights |
 | pyrender.Mesh | primitives | meshes with their instances |
 | other meshes | vertices, faces | one mesh |
 """
@@ -14,6 +14,7 @@ right-handed world with y up in pyrender and glTF, as here; any unit.
 from __future__ import annotations
 
 import hashlib
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -277,14 +278,14 @@ def _whole(indices: NDArray[Any]) -> NDArray[Any]:
     return indices.astype(np.int64) if whole else indices
 
 
-def cameras_of(source: Any, bounds: NDArray[np.float64]) -> tuple[dict[str, _core.Camera], list[str]]:
+def cameras_of(source: Any) -> tuple[dict[str, _core.Camera], list[str]]:
     """The cameras of a scene by name, and what there is to say of the others."""
     found: dict[str, _core.Camera] = {}
     notes: list[str] = []
     for name, camera, pose in _asked(_cameras(source), "camera", notes):
         label = f"camera {name!r}"
         try:
-            settings = _lens(camera, pose, bounds, label, notes)
+            settings = _lens(camera, label, notes)
             found[unique(name, found)] = camera_at(pose, **settings)
         except ArgumentError as e:
             notes.append(f"left out {label}: {e}")
@@ -310,26 +311,23 @@ def _asked(things: Iterator[T], kind: str, notes: list[str]) -> Iterator[T]:
         notes.append(f"left out a {kind}: {said(e)}")
 
 
-def _lens(
-    theirs: Any, pose: NDArray[np.float64], bounds: NDArray[np.float64], label: str, notes: list[str]
-) -> dict[str, float]:
-    """Field of view, aspect, near and far of another program's camera."""
+def _lens(theirs: Any, label: str, notes: list[str]) -> dict[str, float]:
+    """Field of view or height, aspect, near and far of another program's camera."""
     if hasattr(theirs, "yfov"):
         aspect, far = theirs.aspectRatio, theirs.zfar
         if aspect is None:
             aspect = ASPECT
             notes.append(f"{label} has no aspect ratio: 16:9 is taken; camera.replace(aspect=...) changes it")
-        if far is None:
-            scale = float(np.linalg.norm(pose[:3, 2]))
-            far = (1 + SPARE) * max(farthest(bounds, pose[:3, 3]) / scale, 2 * theirs.znear)
-            notes.append(f"{label} has no far plane: one beyond the scene is taken; camera.replace(far=...) changes it")
+        far = math.inf if far is None else far
         return {"fov_y": float(theirs.yfov), "aspect": float(aspect), "near": float(theirs.znear), "far": float(far)}
     if hasattr(theirs, "fov") and hasattr(theirs, "z_far"):
         across, up = np.tan(0.5 * np.radians(np.asarray(theirs.fov, np.float64)))
         near, far = float(theirs.z_near), float(theirs.z_far)
         return {"fov_y": 2 * float(np.arctan(up)), "aspect": float(across / up), "near": near, "far": far}
     if hasattr(theirs, "xmag"):
-        raise ArgumentError("it is orthographic, and a Camera is a perspective one")
+        # Half the width and half the height.
+        across, up = float(theirs.xmag), float(theirs.ymag)
+        return {"height": 2 * up, "aspect": across / up, "near": float(theirs.znear), "far": float(theirs.zfar)}
     raise ArgumentError(
         f"{type(theirs).__name__} does not say how wide its picture is; sl.Camera.from_matrices takes its matrices"
     )

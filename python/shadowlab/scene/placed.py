@@ -37,8 +37,16 @@ def length_scale(matrix: NDArray[np.float64]) -> float:
     return scale
 
 
-def camera_at(pose: NDArray[np.float64], *, fov_y: float, aspect: float, near: float, far: float) -> _core.Camera:
-    """The camera of a pose; near and far are in local units.
+def camera_at(
+    pose: NDArray[np.float64],
+    *,
+    aspect: float,
+    near: float,
+    far: float,
+    fov_y: float | None = None,
+    height: float | None = None,
+) -> _core.Camera:
+    """The camera of a pose, orthographic where it has a height; near, far and height are in local units.
 
     Raises
     ------
@@ -47,9 +55,15 @@ def camera_at(pose: NDArray[np.float64], *, fov_y: float, aspect: float, near: f
     """
     scale = length_scale(pose)
     # Turned at the origin and moved afterwards, so that a place far away takes no digits from the direction.
-    turned = _core.Camera.look_at(
-        (0.0, 0.0, 0.0), -pose[:3, 2], up=pose[:3, 1], fov_y=fov_y, aspect=aspect, near=near * scale, far=far * scale
-    )
+    origin, forward, up = (0.0, 0.0, 0.0), -pose[:3, 2], pose[:3, 1]
+    near, far = near * scale, far * scale
+    if height is None:
+        lens = {} if fov_y is None else {"fov_y": fov_y}
+        turned = _core.Camera.look_at(origin, forward, up=up, aspect=aspect, near=near, far=far, **lens)
+    else:
+        turned = _core.Camera.orthographic(
+            origin, forward, up=up, height=height * scale, aspect=aspect, near=near, far=far
+        )
     return turned.replace(eye=pose[:3, 3])
 
 
@@ -62,7 +76,9 @@ def moved_camera(camera: _core.Camera, matrix: NDArray[np.float64]) -> _core.Cam
         As `length_scale`.
     """
     scale, turn = length_scale(matrix), matrix[:3, :3]
+    lens = {"height": camera.height * scale} if camera.is_orthographic else {}
     return camera.replace(
+        **lens,
         eye=matrix[:3, :3] @ camera.eye + matrix[:3, 3],
         forward=turn @ camera.forward,
         up=turn @ camera.up,

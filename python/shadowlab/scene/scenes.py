@@ -125,8 +125,7 @@ class Scene(_core.Scene):
         -----
         ShadowlabWarning
             For what is left out: faces that are not finite, alpha tests without texture coordinates, points and lines,
-            orthographic cameras, cameras and lights in mirrored or sheared frames. For a camera without an aspect ratio
-            or a far plane, which gets one.
+            cameras and lights in mirrored or sheared frames. For a camera without an aspect ratio, which gets one.
 
         Examples
         --------
@@ -136,7 +135,7 @@ class Scene(_core.Scene):
         """
         found = gathered(source)
         made = cls(*found.arrays())
-        cameras, notes = cameras_of(source, made.bounds)
+        cameras, notes = cameras_of(source)
         lights, others = lights_of(source, made.bounds)
         warn_notes(notes + others, stacklevel=3)
         return made._with(cameras, lights)

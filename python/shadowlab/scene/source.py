@@ -12,6 +12,8 @@ from ..travel import Value
 
 #: In `Source.given`: the name of the file's camera that was taken, and that of each of its lights.
 NAMED_CAMERA, NAMED_LIGHT = "camera", "light-name"
+#: What else may be given beside a camera's name, by the command line's options.
+OF_NAMED_CAMERAS = ("fov-deg", "ortho-height", "shift", "near", "far")
 UNKNOWN_SCENE = "scene = ...  # the scene of this study"
 
 

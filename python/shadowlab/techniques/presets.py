@@ -159,6 +159,7 @@ def presets() -> pd.DataFrame:
 
 def receivers_body(scene: _core.Scene, camera: _core.Camera, light: Light) -> ReceiversBody | None:
     """The body as our LiSPSM sees it; None where there is no warp (the light along the view, nothing seen)."""
+    camera = camera.bounded(scene)
     p = _core.Technique("lispsm", near="delta-z", **BODY).parameterize(scene, camera, light, resolution=1024)
     (only,) = p.partitions
     numbers = dict(only.values)

@@ -133,6 +133,24 @@ def parse_vector(text: str, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def parse_pair(text: str, name: str) -> tuple[float, float]:
+    """Two finite numbers, separated by a comma or spaces.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    """
+    parts = text.replace(",", " ").split()
+    try:
+        x, y = (float(part) for part in parts)
+    except ValueError:
+        raise ArgumentError(f"{name}: expected two numbers such as 0,0.5, got {text!r}") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ArgumentError(f"{name}: expected two finite numbers, got {text!r}")
+    return x, y
+
+
 def parse_size(text: str) -> tuple[int, int]:
     """Width and height in pixels of `1280x720`.
 

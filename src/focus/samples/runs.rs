@@ -30,7 +30,8 @@ pub(super) struct Run {
     /// Middle and half sides of a box around them, relative to the eye.
     pub middle: DVec3,
     half: DVec3,
-    /// At most the least distance of the eye from a plane of theirs.
+    /// At most the least product of a normal of theirs with the way to it ([`Camera::way_to`]): before a perspective eye how far it
+    /// lies off their planes.
     off_plane: f64,
 }
 
@@ -43,19 +44,20 @@ impl<'a> Chosen<'a> {
         moved: DVec3,
     ) -> Self {
         let single = moved.as_vec3();
+        let parallel = picture.filter(|p| p.camera.is_orthographic()).map(|p| p.camera.forward().as_vec3());
         let run = |k: usize| {
             let (first, end) = (RUN * k, (RUN * (k + 1)).min(indices.len()));
             let (mut low, mut high, mut off_plane) = (Vec3::INFINITY, Vec3::NEG_INFINITY, f32::INFINITY);
             for &i in &indices[first..end] {
                 let [p, n] = [points[i as usize], normals[i as usize]].map(Vec3::from_array);
                 (low, high) = (low.min(p), high.max(p));
-                off_plane = off_plane.min(n.dot(single + p).abs());
+                off_plane = off_plane.min(n.dot(parallel.unwrap_or(single + p)).abs());
             }
             let [low, high] = [low, high].map(|p| p.as_dvec3());
             let (middle, farthest) = (moved + 0.5 * (low + high), moved.abs() + low.abs().max(high.abs()));
             // By rounding a sample, or a product of it, may have a little more than its box.
             let half = 0.5 * (high - low) + 8.0 * f64::EPSILON * farthest;
-            let reach = farthest.length() + moved.length();
+            let reach = if parallel.is_some() { 1.0 } else { farthest.length() + moved.length() };
             // A NaN, of numbers beyond f32, is no bound at all.
             let off_plane = (f64::from(off_plane) - PRODUCT_ERROR * reach).max(0.0);
             Run { first, end, middle, half, off_plane }
@@ -101,9 +103,7 @@ impl Run {
     }
     /// Camera depths of their pixels, out to the corners, at the least and at the most.
     pub fn depths(&self, picture: &Picture) -> [f64; 2] {
-        let [near, far] = self.range(picture.camera.forward());
-        let span = picture.depth_shares_within(far, self.off_plane);
-        [near * span[0], far * span[1]]
+        picture.depths_within(self.range(picture.camera.forward()), self.off_plane)
     }
     /// How far a corner of a pixel of theirs lies from its sample at the most.
     #[inline(always)]

@@ -292,7 +292,13 @@ impl Samples {
     }
     fn known(&self, camera: &Camera, light: &Light, region: &Region) -> Option<&Outlines> {
         let whole = region.functionals().is_empty() && self.shadows.as_ref().is_some_and(|s| s.light == *light);
-        self.outlines.as_ref().filter(|known| whole && known.camera == *camera)
+        // A far plane in place of an infinite one changes nothing where it is behind all samples.
+        let is_same = |known: &Outlines| {
+            let behind = known.depths.is_none_or(|depths| depths[1] <= camera.far());
+            let far = if known.camera.far().is_finite() || !behind { known.camera.far() } else { camera.far() };
+            known.camera.with_depths(known.camera.near(), far).is_ok_and(|known| known == *camera)
+        };
+        self.outlines.as_ref().filter(|known| whole && is_same(known))
     }
     fn of_indices<'a>(&'a self, indices: &'a [u32], eye: DVec3) -> Chosen<'a> {
         Chosen::new([&self.points, &self.normals], indices, self.picture.as_ref(), self.origin - eye)

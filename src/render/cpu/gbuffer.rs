@@ -12,7 +12,7 @@ use crate::image::GBuffer;
 use crate::memory::{unwritten, written};
 use crate::progress::Progress;
 use crate::render::check_extent;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, PixelRay, Scene};
 
 /// The G-buffer of what `pass` sees.
 pub fn gbuffer(pass: &mut Pass, camera: &Camera) -> Result<GBuffer> {
@@ -33,9 +33,7 @@ fn resolve(
     let n = pixel_count(size);
     let width = size[0] as usize;
     let first_ids = first_ids(scene);
-    // Rays are affine in the pixel, so three of them tell all.
-    let corner = camera.pixel_ray(0.5, 0.5, size);
-    let (right, down) = (camera.pixel_ray(1.5, 0.5, size) - corner, camera.pixel_ray(0.5, 1.5, size) - corner);
+    let rays = Rays::new(camera, size);
     let eye_from_origin = camera.eye() - scene.origin();
     let (mut position, mut normal) = (unwritten::<[f32; 3]>(n)?, unwritten::<[f32; 3]>(n)?);
     let (mut triangle, mut instance) = (unwritten::<i32>(n)?, unwritten::<i32>(n)?);
@@ -60,11 +58,10 @@ fn resolve(
                 _ => Surface::new(scene, camera, &first_ids, ids[x]),
             };
             known = Some(surface);
-            let ray = corner + x as f64 * right + y as f64 * down;
-            let (t, n) = surface.seen_along(camera, ray, f64::from(depth[x]));
-            depth[x] = ndc_depth(camera, t) as f32;
-            let p_from_eye = t * ray;
-            position[x].write((eye_from_origin + p_from_eye).as_vec3().to_array());
+            let ray = rays.at(x, y);
+            let (t, n) = surface.seen_along(camera, &ray, f64::from(depth[x]));
+            depth[x] = camera.volume().ndc_depth(t) as f32;
+            position[x].write((eye_from_origin + ray.at(t)).as_vec3().to_array());
             normal[x].write(n.as_vec3().to_array());
             triangle[x].write(surface.triangle);
             instance[x].write(surface.instance);
@@ -75,6 +72,30 @@ fn resolve(
     let (position, normal) = unsafe { (written(position), written(normal)) };
     let (triangle, instance) = unsafe { (written(triangle), written(instance)) };
     Ok(GBuffer { size, origin: scene.origin(), depth, position, normal, triangle, instance })
+}
+
+/// The rays through the centres of pixels: affine in the pixel, so three of them tell all.
+struct Rays {
+    first: PixelRay,
+    right: PixelRay,
+    down: PixelRay,
+}
+
+impl Rays {
+    fn new(camera: &Camera, size: [u32; 2]) -> Self {
+        let first = camera.pixel_ray(0.5, 0.5, size);
+        let from_first = |x: f64, y: f64| {
+            let ray = camera.pixel_ray(x, y, size);
+            PixelRay { from_eye: ray.from_eye - first.from_eye, direction: ray.direction - first.direction }
+        };
+        Self { first, right: from_first(1.5, 0.5), down: from_first(0.5, 1.5) }
+    }
+
+    fn at(&self, x: usize, y: usize) -> PixelRay {
+        let (x, y) = (x as f64, y as f64);
+        let of = |part: fn(&PixelRay) -> DVec3| part(&self.first) + x * part(&self.right) + y * part(&self.down);
+        PixelRay { from_eye: of(|ray| ray.from_eye), direction: of(|ray| ray.direction) }
+    }
 }
 
 /// The scene-wide number of each instance's first triangle.
@@ -133,36 +154,24 @@ impl Surface {
         }
     }
 
-    /// The camera depth at which the ray from the eye meets the triangle's plane, and the unit normal towards the eye.
+    /// The camera depth at which a pixel's ray meets the triangle's plane, and the unit normal towards the eye.
     ///
-    /// `ray` has camera depth 1. A triangle seen nearly edge on covers pixels on the grid that its plane misses by up to
+    /// A triangle seen nearly edge on covers pixels on the grid that its plane misses by up to
     /// 1/512 pixel, where the plane is met far away; the point is therefore held within the camera depths of the triangle.
     /// A plane seen exactly edge on, or none (no area), leaves the rasterised depth.
-    fn seen_along(&self, camera: &Camera, ray: DVec3, to_far: f64) -> (f64, DVec3) {
-        let along = self.normal.dot(ray);
-        let t = self.normal.dot(self.corner) / along;
-        let t = if t.is_finite() { t } else { eye_depth(camera, to_far) };
+    fn seen_along(&self, camera: &Camera, ray: &PixelRay, to_far: f64) -> (f64, DVec3) {
+        let along = self.normal.dot(ray.direction);
+        let t = self.normal.dot(self.corner - ray.from_eye) / along;
+        let t = if t.is_finite() { t } else { camera.volume().depth_before_far(to_far) };
         // Not `clamp`: a triangle on the far plane may have its ends in the wrong order by a rounding.
         let t = t.max(self.depths[0]).min(self.depths[1]);
         let normal = match self.normal {
-            DVec3::ZERO => -ray.normalize(),
+            DVec3::ZERO => -ray.direction.normalize(),
             n if along > 0.0 => -n,
             n => n,
         };
         (t, normal)
     }
-}
-
-/// The camera depth of a depth from -1 at the near plane to 0 at the far plane.
-fn eye_depth(camera: &Camera, to_far: f64) -> f64 {
-    let (near, far) = (camera.near(), camera.far());
-    near * far / (near - to_far * (far - near))
-}
-
-/// The NDC depth, 0 at the near plane and 1 at the far plane, of a camera depth.
-fn ndc_depth(camera: &Camera, depth: f64) -> f64 {
-    let (near, far) = (camera.near(), camera.far());
-    far * (depth - near) / (depth * (far - near))
 }
 
 /// The unit vector along the cross product, at any scale of the edges; zero where they are parallel.

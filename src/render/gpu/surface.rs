@@ -11,11 +11,14 @@ use super::draw_list::Draw;
 use super::scene_cache::DeviceScene;
 use crate::scene::{Camera, Scene};
 
-/// The eye's space of surface.wgsl: world axes, origin at the eye, lengths in `unit` world units.
+/// The eye's space of surface.wgsl: world axes, origin at a perspective eye, or on the view axis of parallel rays beside the
+/// scene; lengths in `unit` world units.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EyeSpace {
     pub eye: DVec3,
     pub unit: f64,
+    /// The camera depth of the origin.
+    depth: f64,
 }
 
 /// `View` of surface.wgsl.
@@ -33,6 +36,11 @@ pub(super) struct View {
     unit: f32,
     first_slot: u32,
     end_slot: u32,
+    rays: u32,
+    center: [f32; 3],
+    nearest: f32,
+    shift: [f32; 2],
+    depth_at_origin: f32,
     unused: u32,
 }
 
@@ -59,11 +67,17 @@ impl View {
 impl EyeSpace {
     /// The space of a camera in a scene.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
-        let eye = camera.eye();
+        // Parallel rays come from no point: the origin is where single precision has digits for the scene.
+        let depth = if camera.is_orthographic() {
+            camera.depth_of(scene.origin()).clamp(camera.near(), camera.far())
+        } else {
+            0.0
+        };
+        let eye = if camera.is_orthographic() { camera.eye() + camera.forward() * depth } else { camera.eye() };
         let reach = (scene.bounds().min - eye).abs().max((scene.bounds().max - eye).abs()).max_element();
         // A power of two divides without rounding; clamped so that it and its inverse stay normal numbers.
         let unit = if reach > 0.0 { 2f64.powi((reach.log2().ceil() as i32).clamp(-1000, 1000)) } else { 1.0 };
-        Self { eye, unit }
+        Self { eye, unit, depth }
     }
 
     /// A length of this space.
@@ -71,15 +85,30 @@ impl EyeSpace {
         (world / self.unit) as f32
     }
 
+    /// The camera depth of this space, whose origin need not be at depth 0.
+    pub fn camera_depth(&self, world: f64) -> f32 {
+        self.length(world - self.depth)
+    }
+
     /// The view of an image; rows and slots are for the caller to fill in.
     pub fn view(&self, scene: &Scene, camera: &Camera, size: [u32; 2]) -> View {
-        let (tan_x, tan_y) = camera.tan_half_fov();
+        let (half, shift) = (camera.half_size(), camera.volume().shift);
+        let parallel = camera.is_orthographic();
+        // Tangents, or lengths of this space.
+        let unit = if parallel { self.unit } else { 1.0 };
+        let (right, up) = (camera.right() * (half.x / unit), camera.up() * (half.y / unit));
+        let straight = if parallel { DVec3::ZERO } else { camera.forward() };
         View {
-            right: (camera.right() * tan_x).as_vec3().to_array(),
+            right: right.as_vec3().to_array(),
             width: size[0],
-            up: (camera.up() * tan_y).as_vec3().to_array(),
+            up: up.as_vec3().to_array(),
             height: size[1],
             forward: camera.forward().as_vec3().to_array(),
+            rays: u32::from(parallel),
+            center: (straight + right * shift.x + up * shift.y).as_vec3().to_array(),
+            nearest: if parallel { self.camera_depth(camera.near()).max(f32::MIN) } else { 0.0 },
+            shift: shift.as_vec2().to_array(),
+            depth_at_origin: self.depth as f32,
             eye_minus_origin: (self.eye - scene.origin()).as_vec3().to_array(),
             // What a G-buffer stores is f32 in world units; a unit outside of that range cannot be stored either way.
             unit: self.unit.clamp(f32::MIN_POSITIVE.into(), f32::MAX.into()) as f32,

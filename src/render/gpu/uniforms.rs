@@ -127,7 +127,7 @@ impl EyeSpace {
         let map = |partition: &Partition| {
             // Those that end where the last does have no end: Parameterization::first_map.
             let end = partition.eye_depth[1];
-            let depth_end = if end >= farthest { f32::MAX } else { self.length(end).clamp(f32::MIN, f32::MAX) };
+            let depth_end = if end >= farthest { f32::MAX } else { self.camera_depth(end).clamp(f32::MIN, f32::MAX) };
             Ok(Map { depth_end, ..Map::new(partition, self.unit, resolution)? })
         };
         p.relative_to(self.eye)?.partitions.iter().map(map).collect()

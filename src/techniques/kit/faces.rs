@@ -33,7 +33,7 @@ pub(in crate::techniques) fn side_by_side(parts: Vec<Maps>) -> Maps {
     let selection = if parts.iter().any(by_depth) { Selection::Depth } else { Selection::Containment };
     let mut all = Maps { maps: Vec::with_capacity(parts.len()), selection, notes: Vec::new() };
     let ends = parts.iter().flat_map(|part| &part.maps).map(|map| map.eye_depth[1]);
-    let farthest = ends.fold(0.0, f64::max);
+    let farthest = ends.fold(f64::NEG_INFINITY, f64::max);
     for mut part in parts {
         if selection == Selection::Depth {
             // The last has no end, nor has any map that is found by containment.

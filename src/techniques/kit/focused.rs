@@ -65,7 +65,7 @@ impl Focused {
             (Fitting::UnitCube, focus, _) => {
                 let seen = Seen::of(self, part)?;
                 let near_far = seen.depths.filter(|_| self.range == Range::Seen && focus != Focus::Scene);
-                let cut = match near_far.map(with_length) {
+                let cut = match near_far.map(|depths| with_length(depths, camera)) {
                     Some([near, far]) => camera.with_depths(near, far)?,
                     None => *camera,
                 };

@@ -25,7 +25,7 @@ impl LightSpace {
     pub fn of(view: &FocusedView) -> Self {
         match (&view.light, view.spot()) {
             (_, Some(spot)) => {
-                Self::Placed { frame: spot.frame, apex: spot.frustum.apex, tan_half: spot.frustum.tan_half[0] }
+                Self::Placed { frame: spot.frame, apex: spot.frustum.apex, tan_half: spot.frustum.half[0] }
             }
             (Light::Directional(light), _) => Self::Directional(frame_of_view(view, light.direction())),
             // Refused before: a point light has no single map.

@@ -30,8 +30,13 @@ pub struct Part<'a> {
 /// their difference are left.
 const LEAST_LENGTH: f64 = 1.0 / (1 << 26) as f64;
 
-/// Depths with a length, whatever they are: nothing seen, or one depth alone, still gets a valid map.
-pub fn with_length([near, far]: [f64; 2]) -> [f64; 2] {
+/// Depths of a camera with a length, whatever they are: nothing seen, or one depth alone, still gets a valid map.
+pub fn with_length([near, far]: [f64; 2], camera: &Camera) -> [f64; 2] {
+    if camera.is_orthographic() {
+        // Depths may be of either sign, or 0.
+        let scale = near.abs().max(far.abs()).max(camera.far() - camera.near());
+        return [near.min(far - LEAST_LENGTH * scale), far];
+    }
     [near.min(far * (1.0 - LEAST_LENGTH)), far]
 }
 

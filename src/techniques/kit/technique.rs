@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::fit::MapSize;
 use crate::focus::{Focus, FocusedView, Samples};
 use crate::geometry::Rows;
-use crate::note::{Note, gathered};
+use crate::note::{Kind, Note, gathered};
 use crate::parameterization::{Parameterization, Rectilinear, Region, Value};
 use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
@@ -86,11 +86,16 @@ pub trait Technique: Debug + Send + Sync {
         self.serves(light)?;
         let size = MapSize::new(resolution)?;
         check(self.needs(), samples, light)?;
-        let part = Part { scene, camera: *camera, light: *light, size, samples, region: Region::ALL, progress };
+        // Depths are divided, and bodies have corners: an infinite far plane is moved to the end of the scene.
+        let camera = camera.bounded(scene.bounds());
+        let part = Part { scene, camera, light: *light, size, samples, region: Region::ALL, progress };
         let Maps { maps, selection, mut notes } = match light {
             Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
             _ => self.maps(&part)?,
         };
+        if !camera.far().is_finite() && self.settings().contains(&("stable", Value::Flag(true))) {
+            notes.push(Note::new(Kind::EndMoves, &[("far", part.camera.far())]));
+        }
         notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
         Ok(Parameterization {
             technique: self.spec().name.to_string(),

@@ -51,6 +51,9 @@ impl WarpSpace {
         casters: &ConvexBody,
         notes: &mut Vec<Note>,
     ) -> Option<Result<Self, Detail>> {
+        if view.camera.is_orthographic() {
+            return Some(Err(Detail::ParallelRays)).filter(|_| !matches!(view.light, Light::Point(_)));
+        }
         match (&view.light, view.spot()) {
             (Light::Directional(l), _) => Some(Self::directional(view, l.direction(), towards, casters)),
             (_, Some(spot)) => {
@@ -63,6 +66,9 @@ impl WarpSpace {
     }
     /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3); where no warp can act, the reason.
     pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, Detail> {
+        if view.camera.is_orthographic() {
+            return Err(Detail::ParallelRays);
+        }
         let (frame, across) = LightFrame::towards(along, towards).ok_or(Detail::LightAlongAxis)?;
         if across < LEAST_KAPPA {
             return Err(Detail::LightAlongAxis);
@@ -120,7 +126,7 @@ impl WarpSpace {
             count += 1.0;
         }
         let (first_x, spot_depth) = (first_x / count, spot_depth / count);
-        let tangent = spot.frustum.tan_half[0];
+        let tangent = spot.frustum.half[0];
         let back = |y: f64| {
             let (x, y) = (axis.y * first_x + axis.x * y, -axis.x * first_x + axis.y * y);
             let across = (spot.frame.right * x + spot.frame.up * y) * tangent;

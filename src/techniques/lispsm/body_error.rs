@@ -210,7 +210,7 @@ impl<'a> Sampler<'a> {
         let [near, far] = view.eye_depth;
         let across = self.constant.or_else(|| footprint(&space.rows, &view.rays, p))?;
         let depth = (p - view.eye).dot(view.camera.forward()).max(near);
-        let heights = 0.5 / (depth * view.camera.tan_half_fov().1);
+        let heights = 0.5 / (depth * view.camera.half_size().y);
         let weight = if self.weight_exponent == 0.0 { 1.0 } else { (depth / far).powf(self.weight_exponent) };
         let area = heights * heights * weight;
         // Each of m_s and m_t of the storage factor counts by the root of the weight of their product.

@@ -115,7 +115,7 @@ impl Technique for OptimalPartition {
         }
         let mut all = Maps { maps: Vec::with_capacity(made), selection: Selection::Depth, notes };
         for ends in borders.windows(2) {
-            let [near, far] = with_length([ends[0], ends[1]]);
+            let [near, far] = with_length([ends[0], ends[1]], &part.camera);
             let camera = part.camera.with_depths(near, far)?;
             let Maps { mut maps, notes, .. } = self.inner.maps(&Part { camera, ..*part })?;
             for map in &mut maps {
@@ -182,7 +182,7 @@ impl OptimalPartition {
     }
     /// Corners of what the maps of a run hold of an interval of depths, in the coordinates of the light's rays.
     fn hull(&self, part: &Part, ends: [f64; 2]) -> Result<Vec<DVec2>> {
-        let [near, far] = with_length(ends);
+        let [near, far] = with_length(ends, &part.camera);
         let camera = part.camera.with_depths(near, far)?;
         let outline = part.samples.and_then(|samples| match self.settings.holds() {
             Holds::Shadow => samples.shaded_outline(&camera, &part.light, &part.region),
@@ -205,7 +205,7 @@ fn quantiles(edges: &[RayEdge], camera: &Camera) -> Vec<f64> {
         sum += weight;
         let is_due = sum >= all * borders.len() as f64 / INTERVALS as f64;
         let (middle, last) = (0.5 * (depth + next), borders[borders.len() - 1]);
-        if is_due && next - depth > SAME_DEPTH * next && last < middle && middle < camera.far() {
+        if is_due && next - depth > SAME_DEPTH * camera.distance_at(next) && last < middle && middle < camera.far() {
             borders.push(middle);
         }
     }

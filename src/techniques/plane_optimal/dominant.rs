@@ -58,6 +58,7 @@ pub struct DominantPlane {
 struct Seen {
     p: DVec3,
     normal: DVec3,
+    /// [`Camera::distance_at`](crate::scene::Camera::distance_at) its depth.
     depth: f64,
 }
 
@@ -90,7 +91,7 @@ impl Candidate {
 fn facing<'a>(view: &'a FocusedView, region: &'a Region, samples: &'a Samples) -> impl Iterator<Item = Seen> + 'a {
     samples.lit(&view.camera, &view.light, region).filter_map(|(point, normal)| {
         let p = point - view.camera.eye();
-        Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.forward().dot(p) })
+        Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.distance_at(view.camera.forward().dot(p)) })
     })
 }
 
@@ -105,7 +106,7 @@ fn at_edges<'a>(
         let (point, normal) = samples.sample(edge.sample as usize);
         let p = point - view.camera.eye();
         samples.counts(&view.camera, &view.light, region, point, normal).then_some(())?;
-        Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.forward().dot(p) })
+        Some(Seen { p, normal: normal.try_normalize()?, depth: view.camera.distance_at(view.camera.forward().dot(p)) })
     })
 }
 

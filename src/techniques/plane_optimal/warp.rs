@@ -223,13 +223,14 @@ fn through_plane(
     if pi.w.abs() > farthest(view.eye) / f64::EPSILON {
         return Err(Unsuited::plane(Detail::PlaneTooFar, &[]));
     }
-    let eye_height = pi.dot(view.eye.extend(1.0));
-    if eye_height.abs() <= LEAST_KAPPA * farthest(view.eye) {
+    // Of parallel rays the eye is a point at infinity, and its height a sine.
+    let parallel = view.camera.is_orthographic();
+    let eye_height = if parallel { pi.dot(view.camera.forward().extend(0.0)) } else { pi.dot(view.eye.extend(1.0)) };
+    if eye_height.abs() <= LEAST_KAPPA * if parallel { 1.0 } else { farthest(view.eye) } {
         return Err(Unsuited::plane(Detail::EyeInPlane, &[]));
     }
-    let (tx, ty) = view.camera.tan_half_fov();
-    let row = |v: DVec3| {
-        let screen = v.extend(-v.dot(view.eye));
+    let [tx, ty] = view.camera.half_size().to_array();
+    let row = |screen: DVec4| {
         // (9.1)
         let sheared = screen - pi * (screen.dot(light) / light_height);
         match light.w {
@@ -238,17 +239,21 @@ fn through_plane(
             _ => sheared,
         }
     };
-    let (x, y, w) = (row(view.camera.right() / tx), row(view.camera.up() / ty), row(view.camera.forward()));
+    let from_eye = |v: DVec3| v.extend(-v.dot(view.eye));
+    let (x, y) = (row(from_eye(view.camera.right() / tx)), row(from_eye(view.camera.up() / ty)));
+    let w = if parallel { row(DVec4::W) } else { row(from_eye(view.camera.forward())) };
+    // Parallel rays see all depths at one scale.
+    let depths = if parallel { [1.0; 2] } else { view.eye_depth };
     let served = match view.outline {
         Some(outline) => {
             let w_row = outline.rays.homography(&Rows { x, y, z: DVec4::W, w }).row(2);
             let corners = outline.corners.iter().map(|p| w_row.dot(p.extend(1.0)));
             let (w_min, w_max) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), w| (a.min(w), b.max(w)));
-            let floor = view.eye_depth[0] / view.eye_depth[1];
+            let floor = depths[0] / depths[1];
             if w_min < LEAST_SHARE.min(floor) * w_max || w_max <= 0.0 {
                 let edges = part.samples.and_then(|s| s.ray_edges(&part.camera, &part.light, &part.region, MOST_EDGES));
                 let edges = edges.map_or_else(Vec::new, |(_, edges)| edges);
-                let found = leaned(outline, w_row, view.eye_depth, &edges, &part.size);
+                let found = leaned(outline, w_row, depths, &edges, &part.size);
                 let (rows, lean) = found.ok_or_else(|| uncovered(view, part, plane, w))?;
                 values.push(("lean", lean));
                 return Ok(rows);

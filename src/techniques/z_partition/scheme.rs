@@ -14,7 +14,7 @@
 //!      near       C1              C2                        far     which its receivers' depths do not
 //! ```
 
-use super::splits::{blended, equal_log};
+use super::splits::{Measure, blended, equal_shares};
 use crate::error::{Error, Result};
 use crate::focus::{Focus, FocusedView};
 use crate::note::{self, Note};
@@ -46,7 +46,8 @@ pub static SPEC: Spec = Spec {
             kind: Kind::Choice(&["uniform", "logarithmic", "practical", "min-max", "equal-log"]),
             doc: "where the depths are split: equally long, equally long in ratio, a blend of both; or from samples of what is \
                   seen, equally long in ratio between the least and the greatest depth (min-max), or with equal shares of \
-                  the logarithmic depths in which anything is seen (equal-log)",
+                  the logarithmic depths in which anything is seen (equal-log); of an orthographic camera lengths stand for \
+                  ratios and logarithms",
         },
         ParamSpec {
             name: "blend",
@@ -59,7 +60,8 @@ pub static SPEC: Spec = Spec {
             name: "distances",
             unit: "world units",
             default: Default::Choice("none"),
-            kind: Kind::Numbers { words: &["none"], count: [1, MOST - 1], min: f64::MIN_POSITIVE, max: f64::MAX },
+            // Of an orthographic camera depths may be negative.
+            kind: Kind::Numbers { words: &["none"], count: [1, MOST - 1], min: f64::MIN, max: f64::MAX },
             doc: "camera depths of the borders between splits, ascending, instead of count and splits",
         },
         ParamSpec {
@@ -274,8 +276,13 @@ impl ZPartition {
             Range::Body => body(),
             Range::Seen => seen().unwrap_or_else(body),
         };
+        let measure = Measure::of(camera);
+        let by_ratio = !matches!(self.rule, Rule::Distances(_) | Rule::Blended(0.0));
+        if measure == Measure::Length && by_ratio {
+            notes.push(Note::new(note::Kind::EvenSplits, &[]));
+        }
         let mut served = match &self.rule {
-            Rule::Blended(blend) => between(&blended(whole[0], whole[1], self.count, *blend)),
+            Rule::Blended(blend) => between(&blended(whole[0], whole[1], self.count, measure.blend(*blend))),
             Rule::Distances(distances) => between(&borders(distances, whole, planes, notes)),
             Rule::MinMax | Rule::EqualLog => self.sampled(part, whole, notes),
         };
@@ -299,7 +306,8 @@ impl ZPartition {
                 }
             }
         };
-        let split = |(i, &serves): (usize, &[f64; 2])| Split { serves, covers: with_length(covered(i, serves)) };
+        let split =
+            |(i, &serves): (usize, &[f64; 2])| Split { serves, covers: with_length(covered(i, serves), camera) };
         served.iter().enumerate().map(split).collect()
     }
     /// Splits from the depths of what is seen.
@@ -307,14 +315,16 @@ impl ZPartition {
         let Part { camera, light, region, .. } = part;
         let lit = part.samples.into_iter().flat_map(|samples| samples.lit(camera, light, region));
         let depths: Vec<f64> = lit.map(|(p, _)| camera.depth_of(p)).collect();
-        let (near, far) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(*d), b.max(*d)));
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (near, far) = depths.iter().fold(ends, |(a, b), d| (a.min(*d), b.max(*d)));
+        let measure = Measure::of(camera);
         if depths.is_empty() {
             notes.push(Note::new(note::Kind::NoLitSample, &[]));
-            return between(&blended(whole[0], whole[1], self.count, 1.0));
+            return between(&blended(whole[0], whole[1], self.count, measure.blend(1.0)));
         }
         let mut splits = match self.rule {
-            Rule::EqualLog => equal_log(&depths, self.count),
-            _ => between(&blended(near, far, self.count, 1.0)),
+            Rule::EqualLog => equal_shares(&depths, self.count, measure),
+            _ => between(&blended(near, far, self.count, measure.blend(1.0))),
         };
         match self.cover {
             Cover::Samples => {

@@ -173,7 +173,8 @@ pub fn assert_contract(what: &str, v: &View, r: &Receivers, p: &Parameterization
         let m = partition.shadow_clip_from_world;
         assert!(m.is_finite(), "{what}: {m:?}");
         let [near, far] = partition.eye_depth;
-        assert!(near > 0.0 && near <= far && far.is_finite(), "{what}: {:?}", partition.eye_depth);
+        let begins = near > 0.0 || v.camera.is_orthographic();
+        assert!(begins && near <= far && far.is_finite(), "{what}: {:?}", partition.eye_depth);
         assert!(partition.values.iter().all(|(_, x)| x.is_finite()), "{what}: {:?}", partition.values);
         assert!(partition.region.functionals().iter().all(|f| f.is_finite()), "{what}: {:?}", partition.region);
         let rows = Rows::of(&m);
@@ -275,7 +276,10 @@ fn assert_pairs(what: &str, v: &View, r: &Receivers, p: &Parameterization, sampl
         // The rounding of a depth at the ends of all of them, where there is no other map.
         let served = |k: usize| {
             let [near, far] = p.partitions[k].eye_depth;
-            !seen || within([near * (1.0 - TOLERANCE), far * (1.0 + TOLERANCE)])
+            let room = |depth: f64| {
+                TOLERANCE * if v.camera.is_orthographic() { depth.abs().max(v.camera.volume().height()) } else { depth }
+            };
+            !seen || within([near - room(near), far + room(far)])
         };
         let made_for = (0..locals.len()).find(|&k| served(k) && holds(k, q));
         assert!(

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use glam::{DMat3, DVec3};
-use shadowlab::scene::{Camera, Light, PointLight, Scene, SpotLight};
+use glam::{DMat3, DVec2, DVec3};
+use shadowlab::scene::{Camera, Light, PointLight, Scene, SpotLight, ViewVolume};
 use shadowlab::techniques::{Kind, Spec, Value};
 
 use crate::support::views::{Random, cube, directional, mesh, placed, square};
@@ -53,7 +53,7 @@ impl Configuration {
         let offset = if size >= 1.0 { far_off } else { DVec3::ZERO };
         let (kind, parts) = parts(random, size, offset);
         let scene = placed(&parts);
-        let camera = camera(random, &scene, size);
+        let camera = varied(&camera(random, &scene, size), &mut Random(seed.wrapping_mul(0x9FB2_1C65_1E98_DF25)));
         let (light_kind, light) = light(random, &scene, &camera, size);
         let resolution = pick(&[3, 4, 5, 16, 100, 512, 2048, 16384], random);
         let what = format!("{kind} of size {size:.3} at {offset}, {light_kind}");
@@ -136,6 +136,32 @@ fn camera(random: &mut Random, scene: &Scene, size: f64) -> Camera {
     let depth = (target - eye).length();
     let near = depth * ratio.powf(-random.unit()) * pick(&[1.0, 1.0, 1.0, 1.0, 0.3, 3.0], random);
     Camera::look_at(eye, target, up, f64::to_radians(degrees), aspect, near, near * ratio).expect("a camera")
+}
+
+/// The camera as it is, or another that stands there: with parallel rays, a shifted picture, no end, an extreme aspect.
+fn varied(camera: &Camera, random: &mut Random) -> Camera {
+    let volume = camera.volume();
+    let (near, far) = (volume.near, volume.far);
+    let aspect = pick(&[volume.aspect, volume.aspect, 0.05, 20.0, log_between(random, 0.05, 20.0)], random);
+    let mut random_shift = || {
+        let edge = pick(&[0.0, 0.3, 1.0, -1.0, 2.5], random);
+        DVec2::new(edge, random.between(-1.5, 1.5)) * pick(&[1.0, 1.0, 1e-9, 40.0], random)
+    };
+    let shift = random_shift();
+    let volume = match random.below(8) {
+        0..4 => volume,
+        4 => ViewVolume { aspect, ..volume }.shifted(shift),
+        5 => ViewVolume { aspect, ..volume }.with_depths(near, f64::INFINITY),
+        kind => {
+            // As high as the perspective one is somewhere between its planes; depths of either sign.
+            let depth = log_between(random, near, far.min(1e3 * near));
+            let height = volume.height() * depth;
+            let near = pick(&[near, -near, -far, 0.0], random);
+            let volume = ViewVolume::orthographic(height, aspect, near, far);
+            if kind == 6 { volume } else { volume.shifted(shift) }
+        }
+    };
+    camera.with_volume(volume).expect("a camera")
 }
 
 fn light(random: &mut Random, scene: &Scene, camera: &Camera, size: f64) -> (String, Light) {

@@ -42,10 +42,10 @@ fn first_plate(eye: DVec3, ray: DVec3, plates: &[(DVec3, f64)]) -> (Option<usize
 /// an angle, are left out.
 fn wrong_pixels(renderer: &dyn Renderer, camera: &Camera, plates_of: &[(DVec3, f64)]) -> usize {
     let g = renderer.gbuffer(&plates(plates_of), camera, SIZE, &Progress::new()).unwrap();
-    let half_pixel = camera.tan_half_fov().1 / f64::from(SIZE[1]);
+    let half_pixel = camera.half_size().y / f64::from(SIZE[1]);
     let wrong = (0..g.triangle.len()).filter(|&i| {
         let (x, y) = ((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5);
-        let (expected, margin) = first_plate(camera.eye(), camera.pixel_ray(x, y, SIZE), plates_of);
+        let (expected, margin) = first_plate(camera.eye(), camera.pixel_ray(x, y, SIZE).direction, plates_of);
         let shown = (g.triangle[i] >= 0).then_some(g.triangle[i] as usize / 2);
         shown != expected && margin > 0.1 * half_pixel
     });

@@ -97,7 +97,7 @@ fn look(shown: &LibraryScene, size: [u32; 2]) -> Vec<Option<(f64, bool)>> {
         .into_par_iter()
         .map(|k| {
             let (x, y) = (f64::from(k % size[0]) + 0.5, f64::from(k / size[0]) + 0.5);
-            let ray = camera.pixel_ray(x, y, size);
+            let ray = camera.pixel_ray(x, y, size).direction;
             let z = nearest(crossings(solids, camera.eye(), ray))?;
             // Stepped back by a millionth, far above the rounding and far below any detail.
             let p = camera.eye() + ray * (z * (1.0 - 1e-6));

@@ -57,7 +57,7 @@ impl Boxes {
             if let Some(spot) = view.spot() {
                 // A point at this depth along the axis may be that much farther away, at a corner of the map with its border.
                 let inset = MapSize::new([resolution; 2]).expect("a size").inset();
-                let slant = 1.0_f64.hypot(spot.frustum.tan_half[0] / inset.x * std::f64::consts::SQRT_2);
+                let slant = 1.0_f64.hypot(spot.frustum.half[0] / inset.x * std::f64::consts::SQRT_2);
                 nearest = nearest.max(spot.frustum.near * slant);
             }
             if view.coverage == Coverage::NothingSeen {
@@ -98,7 +98,7 @@ impl Boxes {
             _ => true,
         };
         let normal = self.boxes[i].normals()[random.below(6)];
-        let normal = if normal.dot(p) > 0.0 { -normal } else { normal };
+        let normal = if normal.dot(part.view.camera.way_to(p)) > 0.0 { -normal } else { normal };
         within.then_some(Receiver { p, normal })
     }
     /// Points as a renderer would hand over, with the normals of their boxes' sides.

@@ -2,6 +2,7 @@
 
 pub mod boxes;
 pub mod by_body;
+pub mod cameras;
 pub mod cpu;
 pub mod foliage;
 #[cfg(feature = "gpu")]

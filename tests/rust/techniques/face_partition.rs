@@ -54,16 +54,8 @@ fn leaves_through(frustum: &Frustum, q: DVec3, along: DVec3) -> (usize, f64) {
 #[test]
 fn every_ray_is_in_the_region_of_the_face_it_leaves_through() {
     let (scene, camera) = filled(1.0, 30.0, 1.1);
-    let (tx, ty) = camera.tan_half_fov();
-    let frustum = Frustum {
-        apex: camera.eye(),
-        right: camera.right(),
-        up: camera.up(),
-        forward: camera.forward(),
-        tan_half: [tx, ty],
-        near: camera.near(),
-        far: camera.far(),
-    };
+    let frustum = camera.frustum_at(camera.eye());
+    let [tx, ty] = frustum.half;
     let mut random = Random(23);
     let mut checked = [0; 6];
     for i in 0..60 {

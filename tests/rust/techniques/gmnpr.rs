@@ -136,7 +136,7 @@ fn at_any_azimuth_the_whole_frustum_has_the_printed_lambda() {
             assert_eq!(s.view.receivers.vertices().len(), 8);
             let acute = theta.min(PI - theta);
             // u lies in the plane of view and light; its reach in the frustum is that of the corner it points to.
-            let (tan_x, tan_y) = c.tan_half_fov();
+            let [tan_x, tan_y] = c.half_size().to_array();
             let tan_phi = azimuth.sin().abs() * tan_x + azimuth.cos().abs() * tan_y;
             let expected = lambda_gmnpr([0.7, 60.0], tan_phi, acute);
             for body in ["clipped", "frustum"] {

@@ -154,7 +154,7 @@ fn the_company_of_other_rays_changes_no_answer() {
             let fov = 1.2 / reach;
             let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, fov, 1.0, 0.01, 1e3).unwrap();
             let pixels = (0..97 * 97).map(|i| (f64::from(i % 97) + 0.5, f64::from(i / 97) + 0.5));
-            let d: Vec<[f64; 3]> = pixels.map(|(x, y)| camera.pixel_ray(x, y, [97, 97]).to_array()).collect();
+            let d: Vec<[f64; 3]> = pixels.map(|(x, y)| camera.pixel_ray(x, y, [97, 97]).direction.to_array()).collect();
             let o = vec![eye.to_array(); d.len()];
             let together = tracer.first_hit(&o, &d, &Progress::new()).unwrap();
             assert!(together.iter().filter(|h| h.instance >= 0).count() > 2000);

@@ -73,8 +73,9 @@ fn mask(scene: &Scene, camera: &Camera, light: &Light) -> Vec<i8> {
 
 fn pixels(camera: &Camera) -> impl Iterator<Item = DVec3> {
     let camera = *camera;
-    (0..SIZE[1])
-        .flat_map(move |y| (0..SIZE[0]).map(move |x| camera.pixel_ray(f64::from(x) + 0.5, f64::from(y) + 0.5, SIZE)))
+    (0..SIZE[1]).flat_map(move |y| {
+        (0..SIZE[0]).map(move |x| camera.pixel_ray(f64::from(x) + 0.5, f64::from(y) + 0.5, SIZE).direction)
+    })
 }
 
 fn count(data: &[i8], value: i8) -> usize {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -65,7 +66,8 @@ def map_table(run: Run, camera: Camera) -> str:
     lines = []
     for i, part in enumerate(parts):
         near, far = part.eye_depth
-        depths = "all" if near <= camera.near and far >= camera.far else f"{near:.4g} to {far:.4g}"
+        last = camera.far if math.isfinite(camera.far) else parts[-1].eye_depth[1]
+        depths = "all" if near <= camera.near and far >= last else f"{near:.4g} to {far:.4g}"
         values = ", ".join(f"{escape(key)} {value:.6g}" for key, value in part.values.items()) or "–"
         head = f"{swatch(css_rgb(map_colour(i)))}{i + 1}" if len(parts) > 1 else "1"
         cells = "".join(f"<td>{cell}</td>" for cell in (escape(part.technique), depths, values))

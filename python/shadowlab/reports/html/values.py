@@ -17,7 +17,7 @@ from ... import pictures
 from ...scene.source import Source
 from ...text import format_value
 from ...text.checks import picture_size
-from ..study_record import light_text, vector
+from ..study_record import lens_text, light_text, vector
 from .parts import data_uri
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def camera_rows(camera: Camera) -> list[tuple[str, str]]:
     """A camera as names and texts."""
     return [
         ("eye", f"{vector(camera.eye)}, looking along {vector(camera.forward)}"),
-        ("view", f"{math.degrees(camera.fov_y):.4g}° high, aspect {camera.aspect:.4g}"),
+        ("view", lens_text(camera)),
         ("depth range", f"{camera.near:.4g} to {camera.far:.4g}"),
     ]
 

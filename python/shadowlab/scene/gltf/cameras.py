@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
 from ...errors import ArgumentError
-from ..foreign import ASPECT, SPARE
-from ..placed import ROUNDING, camera_at, farthest, unique
+from ..foreign import ASPECT
+from ..placed import ROUNDING, camera_at, unique
 from .graph import Graph
 from .items import JsonObject
 
-Bounds = Callable[[], NDArray[np.float64]]
 
-
-def cameras_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]) -> dict[str, _core.Camera]:
+def cameras_in(graph: Graph, nodes: list[int], notes: list[str]) -> dict[str, _core.Camera]:
     """The cameras at nodes, by name: the node's, else the camera's.
 
     Parameters
@@ -25,8 +23,6 @@ def cameras_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str])
     graph : Graph
     nodes : list of int
         Those of the active scene, in the order of the file.
-    bounds : callable
-        The box (2, 3) of the scene; asked for only where a camera has no far plane.
     notes : list of str
         Gets what is completed and left out.
     """
@@ -39,15 +35,13 @@ def cameras_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str])
         lens = lenses[node.index("camera", len(lenses), "cameras")]
         name = unique(node.name or lens.name or f"camera {len(found) + 1}", found)
         try:
-            found[name] = camera_at_node(lens, graph.world[index], bounds, f"camera {name!r}", notes)
+            found[name] = camera_at_node(lens, graph.world[index], f"camera {name!r}", notes)
         except ArgumentError as e:
             notes.append(f"left out camera {name!r}: {e}")
     return found
 
 
-def camera_at_node(
-    lens: JsonObject, pose: NDArray[np.float64], bounds: Bounds, label: str, notes: list[str]
-) -> _core.Camera:
+def camera_at_node(lens: JsonObject, pose: NDArray[np.float64], label: str, notes: list[str]) -> _core.Camera:
     """The camera of a lens and its pose, world from camera.
 
     Raises
@@ -63,12 +57,14 @@ def camera_at_node(
     settings = lens.needed(kind)
     turned, scale = rigid_pose(pose)
     near = settings.number("znear") * scale[2]
-    far = settings.number("zfar") * scale[2] if "zfar" in settings.value else None
     if kind == "orthographic":
-        return orthographic(settings, turned, scale, near, settings.number("zfar") * scale[2])
-    if far is None:
-        far = (1 + SPARE) * max(farthest(bounds(), turned[:3, 3]), 2 * near)
-        notes.append(f"{label} has no far plane: one beyond the scene is taken; camera.replace(far=...) changes it")
+        # Half the width and half the height.
+        half = settings.number("xmag") * scale[0], settings.number("ymag") * scale[1]
+        if not min(half) > 0:
+            raise ArgumentError(f"xmag and ymag: expected half the picture's size, above 0, got {half[0]:g}, {half[1]:g}")
+        far = settings.number("zfar") * scale[2]
+        return camera_at(turned, height=2 * half[1], aspect=half[0] / half[1], near=near, far=far)
+    far = settings.number("zfar") * scale[2] if "zfar" in settings.value else math.inf
     aspect = ASPECT
     if "aspectRatio" in settings.value:
         aspect = settings.number("aspectRatio")
@@ -81,34 +77,6 @@ def camera_at_node(
             raise ArgumentError(f"yfov: expected radians above 0 and below pi, got {fov_y:g}")
         fov_y = float(2 * np.arctan(np.tan(0.5 * fov_y) * scale[1] / scale[2]))
     return camera_at(turned, fov_y=fov_y, aspect=aspect * scale[0] / scale[1], near=near, far=far)
-
-
-def orthographic(
-    settings: JsonObject, pose: NDArray[np.float64], scale: tuple[float, float, float], near: float, far: float
-) -> _core.Camera:
-    """The parallel camera of half a width and half a height.
-
-    Raises
-    ------
-    ArgumentError
-        Where cameras are perspective ones alone, or for a size that is none.
-    """
-    make = getattr(_core.Camera, "orthographic", None)
-    if make is None:
-        raise ArgumentError("it is orthographic, and a Camera is a perspective one")
-    width, height = settings.number("xmag") * scale[0], settings.number("ymag") * scale[1]
-    if not (width > 0 and height > 0):
-        raise ArgumentError(f"xmag and ymag: expected half the picture's size, above 0, got {width:g} and {height:g}")
-    made: _core.Camera = make(
-        pose[:3, 3],
-        pose[:3, 3] - pose[:3, 2],
-        pose[:3, 1],
-        height=2 * height,
-        aspect=width / height,
-        near=near,
-        far=far,
-    )
-    return made
 
 
 def rigid_pose(pose: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[float, float, float]]:

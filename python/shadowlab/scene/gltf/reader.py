@@ -125,7 +125,7 @@ def gather(reading: Reading) -> None:
 
     if found.index:
         check_extent(found, document.given.name)
-        found.cameras.update(cameras_in(graph, sorted(active), bounds, document.notes))
+        found.cameras.update(cameras_in(graph, sorted(active), document.notes))
         found.lights.update(lights_in(graph, sorted(visible), bounds, document.notes))
     if names := list(reading.materials.blended):
         shown = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")

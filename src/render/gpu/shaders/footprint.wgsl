@@ -61,11 +61,13 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
     let facing = dot(to_centre, s.normal);
 
     // Gradients of the pixel's coordinates. Its NDC are exact, so nothing of what is seen edge on cancels in them.
-    let scale = 0.5 * vec2f(f32(view.width), -f32(view.height)) / s.depth;
+    let scale = 0.5 * vec2f(f32(view.width), -f32(view.height)) / w_at(s.depth);
     let per_right = 1.0 / dot(view.right, view.right);
     let per_up = 1.0 / dot(view.up, view.up);
-    let pixel_x = scale.x * (per_right * view.right - ndc.x * view.forward);
-    let pixel_y = scale.y * (per_up * view.up - ndc.y * view.forward);
+    // From the view axis; places of parallel rays do not move with depth.
+    let turning = select(ndc + view.shift, vec2f(), view.rays == PARALLEL);
+    let pixel_x = scale.x * (per_right * view.right - turning.x * view.forward);
+    let pixel_y = scale.y * (per_up * view.up - turning.y * view.forward);
 
     var t: Texel;
     let step_x = (factor.x / facing) * cross(g_y, s.normal);
@@ -74,7 +76,7 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
     t.major = larger_singular_value(t.on_surface);
 
     // Unit ways from the eye and from the light; the light is on the side of the normal.
-    let ray = ray_through(ndc);
+    let ray = ray_through(ndc).direction;
     let ray_length = length(ray);
     let e = ray / ray_length;
     let d = to_centre * (select(1.0, -1.0, facing > 0.0) / distance_to_centre);
@@ -152,7 +154,7 @@ fn footprint(@builtin(global_invocation_id) invocation: vec3u) {
         t.perspective_ts.x,
         t.perspective_ts.y,
         t.projection,
-        view.unit * s.depth,
+        view.unit * s.depth + view.depth_at_origin,
     );
     for (var k = 0u; k < PLANES; k++) {
         result[k * n + i] = bitcast<u32>(numbers[k]);

@@ -1,13 +1,14 @@
 // The surface that a pixel shows: the ray through its centre meets the plane of its triangle.
 //
-// Space "eye": world axes, origin at the eye, in units of a power of two near the size of scene and view, so that single
+// Space "eye": world axes, origin at a perspective eye, or of parallel rays on the view axis, in units of a power of two near the size of scene and view, so that single
 // precision is relative to the eye and its range is never left.
 // Group 0: 0 view, 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
 // vertex indices.
 // Part of gbuffer.wgsl, lookup.wgsl and footprint.wgsl, which see to one pixel an invocation.
 
 struct View {
-    // Where the ray through NDC (x, y) meets camera depth 1: forward + x * right + y * up.
+    // NDC (x, y) is center + x * right + y * up: where rays from the eye meet camera depth 1, or where parallel ones meet the
+    // origin's depth.
     right: vec3f,
     width: u32,
     up: vec3f,
@@ -22,7 +23,19 @@ struct View {
     // The slots whose geometry is bound.
     first_slot: u32,
     end_slot: u32,
+    // FROM_EYE or PARALLEL.
+    rays: u32,
+    center: vec3f,
+    // No surface is nearer. Depths are those along the view from the origin of this space.
+    nearest: f32,
+    // The picture's middle from the view axis, in half widths and half heights.
+    shift: vec2f,
+    // World units.
+    depth_at_origin: f32,
 }
+
+const FROM_EYE = 0u;
+const PARALLEL = 1u;
 
 struct Placement {
     eye_from_local_x: vec4f,
@@ -42,7 +55,7 @@ struct Placement {
 
 struct Surface {
     p_eye: vec3f,
-    // Camera depth.
+    // Along the view, from the origin.
     depth: f32,
     // Unit, on the side that the eye sees.
     normal: vec3f,
@@ -73,9 +86,25 @@ fn ndc_of(pixel: vec2u) -> vec2f {
     return vec2f(2.0 * f32(pixel.x) + 1.0 - size.x, size.y - 2.0 * f32(pixel.y) - 1.0) / size;
 }
 
-// Where the ray through a place of the image meets camera depth 1.
-fn ray_through(ndc: vec2f) -> vec3f {
-    return view.forward + ndc.x * view.right + ndc.y * view.up;
+struct Ray {
+    // At depth 0.
+    origin: vec3f,
+    // Of depth 1.
+    direction: vec3f,
+}
+
+// The ray through a place of the image.
+fn ray_through(ndc: vec2f) -> Ray {
+    let place = view.center + ndc.x * view.right + ndc.y * view.up;
+    if view.rays == PARALLEL {
+        return Ray(place, view.forward);
+    }
+    return Ray(vec3f(), place);
+}
+
+// What places across the view are divided by at a depth.
+fn w_at(depth: f32) -> f32 {
+    return select(depth, 1.0, view.rays == PARALLEL);
 }
 
 // Of a pixel that shows the triangle `id.y` of slot `id.x - 1`.
@@ -104,22 +133,22 @@ fn surface(pixel: vec2u, id: vec2u) -> Surface {
     let depth_a = dot(a, view.forward);
     let depth_b = depth_a + dot(ab, view.forward);
     let depth_c = depth_a + dot(ac, view.forward);
-    let nearest = max(min(depth_a, min(depth_b, depth_c)), 0.0);
+    let nearest = max(min(depth_a, min(depth_b, depth_c)), view.nearest);
     let farthest = max(depth_a, max(depth_b, depth_c));
 
     var s: Surface;
     s.triangle = id.y;
     s.instance = placement.instance;
     if area > 0.0 {
-        let facing = dot(across, ray);
+        let facing = dot(across, ray.direction);
         s.normal = across / select(area, -area, facing > 0.0);
-        s.depth = clamp(select(nearest, dot(across, a) / facing, facing != 0.0), nearest, farthest);
+        s.depth = clamp(select(nearest, dot(across, a - ray.origin) / facing, facing != 0.0), nearest, farthest);
     } else {
         // No area, yet a pixel of it on the grid of sub-pixels: it faces whoever looks.
-        s.normal = -normalize(ray);
+        s.normal = -normalize(ray.direction);
         s.depth = nearest;
     }
-    s.p_eye = s.depth * ray;
+    s.p_eye = ray.origin + s.depth * ray.direction;
     return s;
 }
 

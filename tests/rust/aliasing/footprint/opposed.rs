@@ -19,7 +19,7 @@ const OF_MAPS: f64 = 1e-7;
 fn perspective_on_the_axis_is_the_cross_section_over_depth() {
     // On the axis of square pixels every turn of a cross-section is as long: J(h) is a turn of it, whatever h is.
     let (_, scene, camera) = by_hand().into_iter().find(|s| s.0 == "town").expect("the town");
-    let focal_px = 0.5 * f64::from(SIZES.image[1]) / camera.tan_half_fov().1;
+    let focal_px = 0.5 * f64::from(SIZES.image[1]) / camera.half_size().y;
     let q = camera.eye() + camera.forward() * 30.0;
     for text in ["uniform", "lispsm", "psm", "xpsm"] {
         for tilt in TILTS {

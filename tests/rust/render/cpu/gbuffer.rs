@@ -60,7 +60,7 @@ fn pixels_show_what_rays_hit() {
     let (mut shown, mut differing) = (0, 0);
     for (i, &triangle) in g.triangle.iter().enumerate() {
         let (x, y) = ((i as u32 % size[0]) as f64 + 0.5, (i as u32 / size[0]) as f64 + 0.5);
-        let ray = camera.pixel_ray(x, y, size);
+        let ray = camera.pixel_ray(x, y, size).direction;
         let mut nearest = (f64::INFINITY, -1, -1);
         for instance in 0..2 {
             for t in 0..150 {

@@ -75,7 +75,7 @@ fn gbuffers_agree_on_every_library_scene() {
             seen += usize::from(b.triangle[i] >= 0);
             let (apart, n) = (vector(a.position[i]) - vector(b.position[i]), vector(b.normal[i]));
             // The plane is off by a rounding, so the ray meets it farther off the flatter it comes.
-            let ray = s.camera.pixel_ray((i % 512) as f64 + 0.5, (i / 512) as f64 + 0.5, size).normalize();
+            let ray = s.camera.pixel_ray((i % 512) as f64 + 0.5, (i / 512) as f64 + 0.5, size).direction.normalize();
             let limit = rounding / ray.dot(n).abs().max(f64::MIN_POSITIVE);
             let is_same_place = apart.length() <= limit;
             if (a.triangle[i], a.instance[i]) != (b.triangle[i], b.instance[i]) {

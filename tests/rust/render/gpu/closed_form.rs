@@ -121,7 +121,7 @@ fn gbuffer_tells_position_normal_triangle_and_instance_under_mirrored_and_sheare
         }
         let p = DVec3::from_array(g.position[i].map(f64::from)) + g.origin;
         let (pixel_x, pixel_y) = ((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5);
-        let ray = camera.pixel_ray(pixel_x, pixel_y, [96, 64]);
+        let ray = camera.pixel_ray(pixel_x, pixel_y, [96, 64]).direction;
         // Planes: y = -1, and the span of (0, 0, -1) and (1, 1, 0) through (0, 3, 0).
         let (normal, offset) = match g.instance[i] {
             0 => (DVec3::Y, -1.0),

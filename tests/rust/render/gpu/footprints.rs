@@ -237,7 +237,7 @@ impl Pixel {
         let towards = ray * (-facing.signum() / ray.length());
         let cos_d = facing.abs() / ray.length();
         // Pixels that a texel's step would have if nothing of it were lost along the eye's ray, over those it has.
-        let (tan_x, tan_y) = v.camera.tan_half_fov();
+        let [tan_x, tan_y] = v.camera.half_size().to_array();
         let pixels =
             [self.size[0] / tan_x, self.size[1] / tan_y].map(|s| 0.5 * s / depth).into_iter().fold(0.0, f64::max)
                 * (p.length() / depth);

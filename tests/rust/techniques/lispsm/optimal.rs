@@ -39,7 +39,7 @@ fn error(p: &Parameterization, view: &FocusedView, norm: &str, near_weight: f64,
 fn mean(view: &FocusedView, f: impl Fn(DVec3) -> f64) -> f64 {
     let (grid, steps) = (40, 200);
     let camera = &view.camera;
-    let (tx, ty) = camera.tan_half_fov();
+    let [tx, ty] = camera.half_size().to_array();
     let (mut sum, mut count) = (0.0, 0.0);
     let images: Vec<DVec2> = view
         .receivers

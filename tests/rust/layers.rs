@@ -43,7 +43,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
     (
         "techniques",
-        &["error", "fit", "focus", "geometry", "image", "note", "parameterization", "progress", "rays", "scene", "simd"],
+        &[
+            "error",
+            "fit",
+            "focus",
+            "geometry",
+            "image",
+            "note",
+            "parameterization",
+            "progress",
+            "rays",
+            "scene",
+            "simd",
+        ],
     ),
     // What is seen is drawn by a renderer and divided among maps; techniques get it as data.
     (

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::footprint::{check_surfaces, local_maps};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
-use crate::memory::check_images;
+use crate::memory::{check_images, with_room};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light};
@@ -47,8 +47,13 @@ pub fn locate(
     let pixels = surfaces.triangle.len();
     check_images("gbuffer", 1, surfaces.size, size_of::<[f64; 2]>() + size_of::<i16>())?;
     let width = surfaces.size[0] as usize;
-    let mut texel = vec![[f64::NAN; 2]; pixels];
-    let mut map = vec![Footprint::NOTHING; pixels];
+    let (mut texel, mut map) = (with_room("gbuffer", pixels)?, with_room("gbuffer", pixels)?);
+    // Touched step by step: so much memory takes longer than a wait for Ctrl-C may.
+    for filled in (0..pixels).step_by(TEXELS_AT_ONCE).map(|first| pixels.min(first + TEXELS_AT_ONCE)) {
+        progress.check()?;
+        texel.resize(filled, [f64::NAN; 2]);
+        map.resize(filled, Footprint::NOTHING);
+    }
     let rows = texel.par_chunks_mut(width).zip(map.par_chunks_mut(width)).enumerate();
     rows.try_for_each(|(y, (texel, map))| {
         progress.check()?;

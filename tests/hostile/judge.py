@@ -26,6 +26,7 @@ SYNONYMS = {
     "params": ".*",
     "parts": ".*",
     # What is looked up by name, and what is read.
+    "value": "value|convention",
     "name": "name|scene|technique|preset|kind",
     "path": "path|file",
 }

@@ -70,7 +70,7 @@ impl Samples {
             return Ok((Vec::new(), 0.0));
         }
         let reach = (REACH_SHARE * f64::from(picture.size[0].max(picture.size[1]))).ceil() as u16;
-        let distance = shadows.distance(picture.size);
+        let distance = shadows.distance(picture.size, &check)?;
         let eye = picture.camera.eye();
         let width = picture.size[0] as usize;
         let near_edge = |i: usize| {
@@ -175,13 +175,17 @@ impl Shadows {
         if points > 0.0 { flips / points } else { 0.0 }
     }
     /// Pixels to the nearest edge, the larger of both axes' counts.
-    fn distance(&self, size: [u32; 2]) -> Vec<u16> {
+    ///
+    /// # Errors
+    /// Those of `check`, which is asked once a row.
+    fn distance(&self, size: [u32; 2], check: impl Fn() -> Result<()>) -> Result<Vec<u16>> {
         let [w, h] = size.map(|n| n as usize);
         let state = |i: usize| self.image[i];
         let decided = |i: usize| TruthMask::is_decided(state(i));
         let differ = |i: usize, j: usize| decided(i) && decided(j) && state(i) != state(j);
         let mut distance = vec![u16::MAX; w * h];
         for y in 0..h {
+            check()?;
             for x in 0..w {
                 let i = y * w + x;
                 if x + 1 < w && differ(i, i + 1) {
@@ -193,20 +197,24 @@ impl Shadows {
             }
         }
         // Two passes, each over the half of the neighbours that come before.
-        let mut pass = |order: &mut dyn Iterator<Item = usize>, back: isize| {
-            for i in order {
-                let (x, y) = ((i % w) as isize, (i / w) as isize);
-                for (dx, dy) in [(1, 0), (-1, 1), (0, 1), (1, 1)] {
-                    let (nx, ny) = (x - back * dx, y - back * dy);
-                    if (0..w as isize).contains(&nx) && (0..h as isize).contains(&ny) {
-                        let other = distance[(ny * w as isize + nx) as usize];
-                        distance[i] = distance[i].min(other.saturating_add(1));
-                    }
+        let mut pixel = |i: usize, back: isize| {
+            let (x, y) = ((i % w) as isize, (i / w) as isize);
+            for (dx, dy) in [(1, 0), (-1, 1), (0, 1), (1, 1)] {
+                let (nx, ny) = (x - back * dx, y - back * dy);
+                if (0..w as isize).contains(&nx) && (0..h as isize).contains(&ny) {
+                    let other = distance[(ny * w as isize + nx) as usize];
+                    distance[i] = distance[i].min(other.saturating_add(1));
                 }
             }
         };
-        pass(&mut (0..w * h), 1);
-        pass(&mut (0..w * h).rev(), -1);
-        distance
+        for y in 0..h {
+            check()?;
+            (y * w..(y + 1) * w).for_each(|i| pixel(i, 1));
+        }
+        for y in (0..h).rev() {
+            check()?;
+            (y * w..(y + 1) * w).rev().for_each(|i| pixel(i, -1));
+        }
+        Ok(distance)
     }
 }

@@ -5,6 +5,7 @@ use std::io::Write;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Avx2, Kernel, Portable, has_avx2};
+use crate::progress::Progress;
 use crate::scene::Mesh;
 use crate::trace::hierarchy::{Box3, Item, LEAF, NO_ITEM, Packet, Tree, WIDTH};
 use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, WorldRay};

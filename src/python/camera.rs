@@ -7,10 +7,10 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arguments::{array, number, number_or, rows3};
+use super::arguments::{array, number, number_or};
 use super::camera_changes::{aimed, replaced};
 use super::camera_matrices::from_matrices;
-use super::convert::{image, instance_of, mat4_to_array, size2, vec3_to_array};
+use super::convert::{image, instance_of, mat4_to_array, rows3, size2, vec3_to_array};
 use super::exceptions::argument_error;
 use super::scene::PyScene;
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};

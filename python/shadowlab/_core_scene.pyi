@@ -5,9 +5,9 @@ from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self, Unpack, disjoint_base
+from typing_extensions import Self, disjoint_base
 
-from ._core_types import AlphaTestLike, CameraChanges, ConventionLike
+from ._core_types import AlphaTestLike
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 

@@ -61,7 +61,7 @@ def camera_at_node(lens: JsonObject, pose: NDArray[np.float64], label: str, note
         # Half the width and half the height.
         half = settings.number("xmag") * scale[0], settings.number("ymag") * scale[1]
         if not min(half) > 0:
-            raise ArgumentError(f"xmag and ymag: expected half the picture's size, above 0, got {half[0]:g}, {half[1]:g}")
+            raise ArgumentError(f"xmag, ymag: expected half the picture's size, above 0, got {half[0]:g}, {half[1]:g}")
         far = settings.number("zfar") * scale[2]
         return camera_at(turned, height=2 * half[1], aspect=half[0] / half[1], near=near, far=far)
     far = settings.number("zfar") * scale[2] if "zfar" in settings.value else math.inf

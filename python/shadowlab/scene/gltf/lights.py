@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 from typing import TYPE_CHECKING
 
@@ -12,13 +13,14 @@ from ... import _core
 from ...errors import ArgumentError
 from ..foreign import SPARE
 from ..placed import farthest, unique
-from .cameras import Bounds
 from .extensions import PUNCTUAL
 from .graph import Graph
 from .items import JsonObject
 
 if TYPE_CHECKING:
     from ...types import Light
+
+Bounds = Callable[[], NDArray[np.float64]]
 
 
 def lights_in(graph: Graph, nodes: list[int], bounds: Bounds, notes: list[str]) -> dict[str, Light]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Directions are told apart as far as products of single-precision matrices keep them: a few 2^-24.
 SAME_DIRECTION = 1e-6
 # Cells of a map along x and y, and of its depths, that are looked at. Chosen because more change no answer.
-CELLS, DEPTHS = 12, 24
+CELLS, DEPTH_STEPS = 12, 24
 # How much more of one map than of the other has to be seen. Chosen because in 500 random views that was wrong in 2 % of
 # the maps at the most, and in 7 % with half as much.
 MORE_SEEN = 2.0
@@ -88,7 +88,7 @@ def along_view(matrix: np.ndarray, camera: Camera) -> bool:
 def seen_share(matrices: np.ndarray, camera: Camera, scene: Scene | None) -> float:
     """The share of the maps in which there is something of the camera's frustum, and of the scene's bounds."""
     across = (np.arange(CELLS) + 0.5) / (0.5 * CELLS) - 1.0
-    depth = (np.arange(DEPTHS) + 0.5) / DEPTHS
+    depth = (np.arange(DEPTH_STEPS) + 0.5) / DEPTH_STEPS
     ndc = np.stack(np.meshgrid(across, across, depth, [1.0], indexing="ij"), axis=-1).reshape(-1, 4)
     shares = []
     for m in matrices:
@@ -98,5 +98,5 @@ def seen_share(matrices: np.ndarray, camera: Camera, scene: Scene | None) -> flo
         if scene is not None:
             low, high = (np.asarray(corner) * points[:, 3:] for corner in scene.bounds)
             seen &= ((low <= points[:, :3]) & (points[:, :3] <= high)).all(axis=1)
-        shares.append(seen.reshape(-1, DEPTHS).any(axis=1).mean())
+        shares.append(seen.reshape(-1, DEPTH_STEPS).any(axis=1).mean())
     return float(np.mean(shares))

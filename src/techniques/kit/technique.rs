@@ -87,8 +87,8 @@ pub trait Technique: Debug + Send + Sync {
         let size = MapSize::new(resolution)?;
         check(self.needs(), samples, light)?;
         // Depths are divided, and bodies have corners: an infinite far plane is moved to the end of the scene.
-        let camera = camera.bounded(scene.bounds());
-        let part = Part { scene, camera, light: *light, size, samples, region: Region::ALL, progress };
+        let bounded = camera.bounded(scene.bounds());
+        let part = Part { scene, camera: bounded, light: *light, size, samples, region: Region::ALL, progress };
         let Maps { maps, selection, mut notes } = match light {
             Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
             _ => self.maps(&part)?,

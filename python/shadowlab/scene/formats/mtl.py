@@ -63,12 +63,12 @@ def _materials(text: bytes) -> dict[bytes | None, AlphaTexture]:
         if word == b"newmtl":
             name = rest[0].strip() if rest else b""
         elif word.lower() == b"map_d" and rest:
-            file, clamped = _texture(rest[0])
+            file, clamped = _map_file(rest[0])
             found[name] = AlphaTexture(file, clamped)
     return found
 
 
-def _texture(words: bytes) -> tuple[str, bool]:
+def _map_file(words: bytes) -> tuple[str, bool]:
     """The file after the options, and whether the texture is clamped."""
     rest, clamped = words.strip(), False
     while rest.startswith(b"-"):

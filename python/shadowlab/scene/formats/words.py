@@ -28,14 +28,14 @@ def plain_text(data: bytes) -> bytes:
 
 def without_comments(data: bytes) -> bytes:
     """The text without what follows a "#" at the beginning of a word; its lines stay."""
-    return _HASH.sub(_kept, data) if b"#" in data else data
+    return _HASH.sub(_kept_text, data) if b"#" in data else data
 
 
 #: Begins with a letter that can be searched for, which looking back first cannot.
 _HASH = re.compile(rb"#[^\n]*")
 
 
-def _kept(match: re.Match[bytes]) -> bytes:
+def _kept_text(match: re.Match[bytes]) -> bytes:
     """What stays of a line from its first "#" on."""
     place = match.start()
     if place == 0 or match.string[place - 1 : place].isspace():
@@ -65,7 +65,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
     return np.add.reduceat(begins, np.concatenate([[0], ends[:-1] + 1]), dtype=np.int64)
 
 
-def numbers_in(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
+def numbers_of(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
     found = _parsed_numbers(text, dtype)
     if found is not None:

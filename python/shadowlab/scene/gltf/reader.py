@@ -56,7 +56,7 @@ class Use(NamedTuple):
 
 
 @dataclass(eq=False)
-class Reading:
+class Gathering:
     """A document while its scene is gathered."""
 
     document: Document
@@ -91,14 +91,14 @@ def read_gltf(given: Given) -> Gathered:
         with np.errstate(all="ignore"):
             document = document_of(given)
             accessors = Accessors.of(document)
-            reading = Reading(document, accessors, graph_of(document), Materials(accessors))
+            reading = Gathering(document, accessors, graph_of(document), Materials(accessors))
             gather(reading)
     except MemoryError as e:
         raise LoadError(f"{given.name}: expected a file that fits into memory, got one that does not ({e})") from e
     return reading.found
 
 
-def gather(reading: Reading) -> None:
+def gather(reading: Gathering) -> None:
     """Meshes, places, cameras and lights of the active scene."""
     document, graph, found = reading.document, reading.graph, reading.found
     active, hidden = graph.active(), graph.invisible()
@@ -134,7 +134,7 @@ def gather(reading: Reading) -> None:
     found.notes.extend(dict.fromkeys(document.notes))
 
 
-def collect_places(reading: Reading, nodes: list[int]) -> None:
+def collect_places(reading: Gathering, nodes: list[int]) -> None:
     """Finds where meshes stand.
 
     Raises
@@ -180,7 +180,7 @@ def collect_places(reading: Reading, nodes: list[int]) -> None:
         document.notes.append(f"left out {left_out} placed mesh{'es' if left_out > 1 else ''} of scale 0, without area")
 
 
-def add_mesh(reading: Reading, use: Use) -> None:
+def add_mesh(reading: Gathering, use: Use) -> None:
     """Adds the primitives of a mesh as nodes show it."""
     document, accessors = reading.document, reading.accessors
     mesh = document.meshes[use.mesh]
@@ -234,7 +234,7 @@ def mesh_of_primitive(primitive: Primitive, vertices: NDArray[Any], alpha: Alpha
         return None
 
 
-def skinned(reading: Reading, use: Use, i: int, primitive: Primitive, vertices: NDArray[Any]) -> NDArray[Any]:
+def skinned(reading: Gathering, use: Use, i: int, primitive: Primitive, vertices: NDArray[Any]) -> NDArray[Any]:
     """The vertices as the skin of a use poses them."""
     skin = reading.document.skins[use.skin]
     if use.skin not in reading.joints:

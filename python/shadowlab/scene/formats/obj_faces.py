@@ -9,7 +9,7 @@ import numpy as np
 
 from .obj_lines import FACE, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, ObjLines
 from .polygons import Indices
-from .words import numbers_of, readable, spaces, words_per_line
+from .words import plain_numbers, readable, spaces, words_per_line
 
 _SLASH = ord("/")
 
@@ -60,7 +60,7 @@ def faces_of(lines: ObjLines) -> ObjFaces:
         for after in (b" ", b"\t", b"\n"):
             text = text.replace(b"/" + after, b"/0" + after)
         text = text.replace(b"/", b" ")
-    values = numbers_of(text, np.int64)
+    values = plain_numbers(text, np.int64)
     at = np.cumsum(slashes + 1) - (slashes + 1)
     if len(values) != int((slashes + 1).sum()) or (len(slashes) and slashes.max() > 2):
         raise _first_wrong(lines)

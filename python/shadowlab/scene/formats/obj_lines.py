@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import LoadError
 from .given import Given
-from .words import first_that_is_no_number, numbers_of, plain_text, readable, without_comments, words_per_line
+from .words import first_that_is_no_number, plain_numbers, plain_text, readable, without_comments, words_per_line
 
 BLANK, VERTEX, VERTEX_TEXTURE, VERTEX_NORMAL, FACE, STROKE, OTHER = range(7)
 #: Bytes of the words that begin the lines of each kind.
@@ -104,7 +104,7 @@ class ObjLines:
         lines = self.of_kind(kind)
         text = self.block(kind)
         counts = words_per_line(text)
-        values = numbers_of(text)
+        values = plain_numbers(text)
         if len(values) != int(counts.sum()):
             for line in lines.tolist():
                 words = self.line(line).split()[1:]

@@ -15,7 +15,7 @@ from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
 from .polygons import polygon_faces
-from .words import numbers_of, plain_text, readable, without_comments, words_per_line
+from .words import plain_numbers, plain_text, readable, without_comments, words_per_line
 
 _KEYWORD = re.compile(rb"\s*((?:ST)?C?N?)(4?)(n?)OFF\b[ \t]*(BINARY)?", re.ASCII)
 
@@ -40,7 +40,7 @@ def read_off(given: Given) -> Gathered:
     counts = words_per_line(text)
     counts = counts[counts > 0]
     starts = np.concatenate([[0], np.cumsum(counts)])
-    values = numbers_of(text)
+    values = plain_numbers(text)
     if not len(counts) or len(values) < 2 or counts[0] < 2:
         raise LoadError(
             f"{name}: expected the numbers of vertices and faces after {keyword[1].decode()}OFF; check the file"

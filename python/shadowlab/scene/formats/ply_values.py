@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from .given import Given
 from .ply_header import PlyElement, PlyHeader, PlyProperty
-from .words import numbers_of, plain_text, words_per_line
+from .words import plain_numbers, plain_text, words_per_line
 
 PlyArray = NDArray[Any]
 #: Letters of `struct` for numpy's types.
@@ -154,7 +154,7 @@ class _Text:
         counts = words_per_line(text)
         self.counts = counts[counts > 0]
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
-        self.values = numbers_of(text)
+        self.values = plain_numbers(text)
 
     def expect(self, element: PlyElement) -> None:
         if element.count > len(self.counts) - self.row:

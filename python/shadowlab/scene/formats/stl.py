@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import LoadError
 from ..foreign import Gathered
 from .given import Given
-from .words import numbers_of, plain_text, readable
+from .words import plain_numbers, plain_text, readable
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -91,12 +91,12 @@ def _facets(given: Given, body: bytes) -> np.ndarray[tuple[int, ...], np.dtype[n
     bare = body
     for phrase in _PHRASES:
         bare = bare.replace(phrase, b" ")
-    values = numbers_of(bare)
+    values = plain_numbers(bare)
     if len(values) == 12 * facets:
         return np.ascontiguousarray(values.reshape(-1, 12)[:, 3:]).reshape(-1, 3)
     # Facets without a normal, or with one that is no number, have corners all the same.
     lines = re.findall(rb"\bvertex\b([^\n]*)", body)
-    values = numbers_of(b" ".join(lines))
+    values = plain_numbers(b" ".join(lines))
     if len(lines) != 3 * facets or len(values) != 9 * facets or any(len(line.split()) != 3 for line in lines):
         raise LoadError(f"{given.name}: expected three vertices of three numbers in each facet; check the file")
     return values.reshape(-1, 3)

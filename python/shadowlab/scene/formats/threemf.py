@@ -18,7 +18,7 @@ from .archives import Archive
 from .given import Given
 from .parts import Part, place_parts
 from .units import METRES
-from .words import numbers_of
+from .words import plain_numbers
 from .xml import child, children, floats, local, parsed_xml
 
 _MODEL = "3d/3dmodel.model"
@@ -150,7 +150,7 @@ class _Package:
         x, y, z = names
         rows = () if of is None else of.iterchildren(f"{{*}}{tag}")
         texts = [f"{row.get(x)} {row.get(y)} {row.get(z)}" for row in rows]
-        values = numbers_of(" ".join(texts).encode(), dtype)
+        values = plain_numbers(" ".join(texts).encode(), dtype)
         if len(values) != 3 * len(texts):
             raise LoadError(f"{self.given.name}: expected {', '.join(names)} as numbers for {what}; check the file")
         return values.reshape(-1, 3)

@@ -65,7 +65,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
     return np.add.reduceat(begins, np.concatenate([[0], ends[:-1] + 1]), dtype=np.int64)
 
 
-def numbers_of(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
+def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
     found = _parsed_numbers(text, dtype)
     if found is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from .words import numbers_of, readable
+from .words import plain_numbers, readable
 
 
 def parsed_xml(name: str, data: bytes) -> Any:
@@ -67,7 +67,7 @@ def floats(name: str, text: str | None, what: str, count: int | None = None) -> 
     LoadError
         For a word that is no number, or another count of them.
     """
-    found = numbers_of((text or "").encode())
+    found = plain_numbers((text or "").encode())
     words = len((text or "").split())
     if len(found) != words or (count is not None and words != count):
         wanted = "numbers" if count is None else f"{count} numbers"
@@ -77,7 +77,7 @@ def floats(name: str, text: str | None, what: str, count: int | None = None) -> 
 
 def integers(name: str, text: str | None, what: str) -> NDArray[np.int64]:
     """The whole numbers of an element; see `floats`."""
-    found = numbers_of((text or "").encode(), np.int64)
+    found = plain_numbers((text or "").encode(), np.int64)
     if len(found) != len((text or "").split()):
         raise LoadError(
             f"{name}: expected whole numbers for {what}, got {readable((text or '').encode())}; check the file"

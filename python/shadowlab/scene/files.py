@@ -21,7 +21,7 @@ from .scenes import Scene
 
 if TYPE_CHECKING:
     from ..types import Up
-    from .foreign import Gathered
+    from .gathered import Gathered
 
 
 def load_scene(

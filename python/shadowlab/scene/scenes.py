@@ -18,7 +18,9 @@ from ..text.checked import a_length, a_number
 from ..travel import check_version, checksum, damaged
 from .alpha_test import AlphaTest
 from .axes import up_axis, up_keyword
-from .foreign import cameras_of, gathered, lights_of, to_trimesh, warn_left_out, warn_notes
+from .foreign import gathered, to_trimesh
+from .foreign_views import cameras_of, lights_of
+from .gathered import warn_left_out, warn_notes
 from .placed import moved_camera, moved_light, unique
 
 if TYPE_CHECKING:

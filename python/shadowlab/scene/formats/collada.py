@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .collada_mesh import ColladaMeshes
 from .collada_transforms import node_matrix
 from .given import Given

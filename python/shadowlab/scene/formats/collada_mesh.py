@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 from .polygons import Indices, triangulated, with_holes
 from .strips import fan_triangles, strip_triangles

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...errors import LoadError
 from ..alpha_test import AlphaTest, Wrap
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given, OutsideError, inside
 from .words import plain_text, without_comments
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import LoadError
 from ..alpha_test import AlphaTest
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 from .mtl import AlphaTexture, alpha_test_of, library_of
 from .obj_faces import ObjFaces, faces_of

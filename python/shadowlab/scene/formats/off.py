@@ -12,7 +12,7 @@ import re
 import numpy as np
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 from .polygons import polygon_faces
 from .words import plain_numbers, plain_text, readable, without_comments, words_per_line

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 
 Matrix = NDArray[np.float64]

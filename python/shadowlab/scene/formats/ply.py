@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 from .ply_header import ply_header
 from .ply_values import PlyLists, PlyValues, ply_values

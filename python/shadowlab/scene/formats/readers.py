@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ...errors import LoadError, SceneError, ShadowlabError
-from ..foreign import Gathered, collected
+from ..foreign import collected
+from ..gathered import Gathered
 from ..gltf.reader import read_gltf
 from .archives import ARCHIVES, PACKED, Archive, unpacked
 from .collada import read_collada

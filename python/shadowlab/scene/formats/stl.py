@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .given import Given
 from .words import plain_numbers, plain_text, readable
 

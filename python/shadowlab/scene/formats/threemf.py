@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..foreign import Gathered
+from ..gathered import Gathered
 from .archives import Archive
 from .given import Given
 from .parts import Part, place_parts

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...errors import ArgumentError
-from ..foreign import ASPECT
+from ..foreign_views import ASPECT
 from ..placed import ROUNDING, camera_at, unique
 from .graph import Graph
 from .items import JsonObject

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...errors import ArgumentError
-from ..foreign import SPARE
+from ..foreign_views import SPARE
 from ..placed import farthest, unique
 from .extensions import PUNCTUAL
 from .graph import Graph

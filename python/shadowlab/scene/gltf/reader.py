@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ... import _core
 from ...errors import LoadError, SceneError
 from ..alpha_test import AlphaTest
-from ..foreign import Gathered
 from ..formats.given import Given
+from ..gathered import Gathered
 from .accessors import Accessors
 from .cameras import cameras_in
 from .document import Document, document_of

@@ -22,7 +22,9 @@ def diagnose_options(commands: Commands, shared: ArgumentParser) -> None:
         description=diagnose_command.__doc__,
     )
     diagnose.add_argument(
-        "mine", metavar="MINE", help="npy, json or text, in this program's convention or as json says"
+        "mine",
+        metavar="MINE",
+        help="npy, json or text, in this program's convention or as json says",
     )
     diagnose.add_argument("theirs", metavar="THEIRS", help="npy, json or text, in any convention")
     view_options(diagnose, optional=True)
@@ -43,5 +45,6 @@ def diagnose_command(options: Namespace) -> int:
     theirs = read(Path(options.theirs))["matrix"]
     found = diagnose(mine, theirs, camera=camera, scene=scene, resolution=resolution)
     left = f"{found.texels:.6g} texels, {found.depth:.6g} of depth"
-    print(f"{found}\nconvention: {found.convention}\nlargest difference: {left}")
+    whose = "" if found.side == "theirs" else f" of {found.side}"
+    print(f"{found}\nconvention{whose}: {found.convention}\nlargest difference: {left}")
     return 0 if found.same else 1

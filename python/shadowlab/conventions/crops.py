@@ -18,6 +18,10 @@ from .pair import SAME_TEXELS, Explanation, Pair, Seen, affine_fit, undone, with
 # of the crops that fit into a map only these places are more likely a tile than another map.
 TILES_ALONG = 8
 LARGEST_BORDER = 8
+# Mistakes that are crops.
+BIAS_TWICE = "a bias matrix applied twice to x and y"
+TWICE_EXTENT = "twice the extent, a radius taken for a diameter?"
+HALF_EXTENT = "half the extent, a diameter taken for a radius?"
 
 
 def affine_of(pair: Pair, seen: Seen) -> tuple[np.ndarray, np.ndarray] | None:
@@ -110,12 +114,13 @@ def crop(pair: Pair, seen: Seen, maps: np.ndarray, offsets: np.ndarray) -> Expla
     if twice_biased(scales, offsets, pair.half):
         u, v = ((offsets - np.abs(scales))[0]).round(2) + 0.0  # no negative zero
         words = [
-            "a bias matrix applied twice to x and y, or a tile of an atlas: "
+            f"{BIAS_TWICE}, or a tile of an atlas: "
             f"{u:g}, {v:g}, 0.5, 0.5 (u, v, width, height); name the tile if it is one"
         ]
+    mistaken = any(name in text for text in words for name in (BIAS_TWICE, TWICE_EXTENT, HALF_EXTENT))
     words = [*words_of(convention), *words]
     cost = seen.cost + len(words_of(convention)) - len(words_of(seen.convention)) + 4
-    return Explanation(convention, tuple(words), left, 0.0, left <= SAME_TEXELS, cost=cost)
+    return Explanation(convention, tuple(words), left, 0.0, left <= SAME_TEXELS, cost=cost, mistaken=mistaken)
 
 
 def crop_words(pair: Pair, place: np.ndarray, k: int) -> str:
@@ -131,9 +136,9 @@ def crop_words(pair: Pair, place: np.ndarray, k: int) -> str:
     text = ", ".join(parts)
     if np.abs(shifts).max() * pair.half <= SAME_TEXELS:
         if np.abs(scales - 0.5).max() * pair.half <= SAME_TEXELS:
-            text += ": twice the extent, a radius taken for a diameter?"
+            text += f": {TWICE_EXTENT}, or in {pair.whose} {HALF_EXTENT}"
         elif np.abs(scales - 2.0).max() * pair.half <= SAME_TEXELS:
-            text += ": half the extent, a diameter taken for a radius?"
+            text += f": {HALF_EXTENT}, or in {pair.whose} {TWICE_EXTENT}"
     return text
 
 

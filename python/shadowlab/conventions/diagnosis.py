@@ -7,35 +7,26 @@ of all that leave nothing over, the simplest is told. What no convention explain
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ..errors import ArgumentError
 from ..text.checks import whole
 from ..travel import Value
+from .account import account_of, better_of, is_same, texels_text
 from .convention import Convention
 from .fields import Tile, matrices_of, tiles_of
-from .lights import angle_between, same_light
 from .mistakes import mistake
-from .pair import SAME_DEPTH, Explanation, Pair
+from .pair import Pair, Side
 from .points import points_of_map
-from .search import NO_PLACES, OPPOSITE, explain
+from .search import explain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .._core import Camera, Scene
     from ..types import Maps
-
-# Entries of single precision, multiplied a few times, stand a few 2^-24 apart.
-SAME_SCALE = 1e-6
-# Depths of theirs by slope and start of ours, where a change of the range was made once too often.
-DEPTH_MISTAKES = {
-    (0.5, 0.5): "depths biased by 0.5 z + 0.5 though they are in [0, 1] without: OpenGL's bias on another range",
-    (0.25, 0.75): "depths biased by 0.5 z + 0.5 twice",
-    (4.0, -3.0): "depths turned into [-1, 1] by 2 z - 1 twice",
-}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,20 +38,27 @@ class Diagnosis(Value):
     same : bool
         Whether both are one map, once they are written in one convention.
     convention : Convention
-        How theirs is written, as far as one can tell: `convention.to_ours(theirs)` is to be held against mine.
+        How the matrix of `side` is written, as far as one can tell: what `convention.to_ours` makes of it is to be held
+        against the other.
     differences : tuple of str
-        What sets them apart, in words; nothing where the matrices are equal.
+        What sets them apart, in words; nothing where the matrices are equal. Those without a name are about theirs.
     texels : float
-        How far apart one point lands in both maps at the most, in texels of mine, once the convention is undone.
+        How far apart one point lands in both maps at the most, in texels of the other matrix, once the convention is
+        undone.
     depth : float
         The same for depths, which span 0 to 1.
+    side : "theirs" or "mine"
+        The matrix that is written otherwise or has the mistake, as far as one can tell.
     """
+
+    STATE_VERSION: ClassVar[int] = 2
 
     same: bool
     convention: Convention
     differences: tuple[str, ...]
     texels: float
     depth: float
+    side: Side = "theirs"
 
     def __str__(self) -> str:
         """One sentence."""
@@ -84,15 +82,17 @@ def diagnose(
 ) -> Diagnosis:
     """What sets somebody's shadow matrix apart from one of ours: its convention, or a difference of so many texels.
 
+    Either of the two can be ours. A convention of theirs is looked for first, then one of mine; a mistake in either has
+    the same name, with the matrix that has it as far as anything says which. The `Parameterization` of a technique is
+    known to be a map of the world in our convention; of an array nothing is known.
+
     Parameters
     ----------
-    mine : Parameterization, or (4, 4) or (K, 4, 4) array_like
-        shadow_clip_from_world in our convention.
-    theirs : Parameterization, or (4, 4) or (K, 4, 4) array_like
-        As many matrices in any convention.
+    mine, theirs : Parameterization, or (4, 4) or (K, 4, 4) array_like
+        As many matrices each: shadow_clip_from_world in our convention, and anybody's in any convention.
     camera : Camera, optional
-        Differences are measured at the corners of its frustum, as far as mine has them in its map; at the corners of
-        mine's unit cube where there is none.
+        Differences are measured at the corners of its frustum, as far as the map has them; at the corners of the map's
+        unit cube where these are too few. Mistakes with its matrices are named only where it is given.
     scene : Scene, optional
         Leaves away what of the frustum lies outside of the scene's bounds.
     resolution : int
@@ -118,71 +118,34 @@ def diagnose(
     """
     resolution = whole("resolution", resolution)
     check_view(camera, scene)
-    ours, depths = stack_of("mine", mine)
-    others, _ = stack_of("theirs", theirs)
-    if len(ours) != len(others):
-        raise ArgumentError(
-            f"theirs: expected as many matrices as mine ({len(ours)}), got {len(others)}; compare one by one"
-        )
-    points = [points_of_map(m, 2.0 / resolution, d, camera, scene) for m, d in zip(ours, depths, strict=True)]
-    pair = Pair(ours, others, points, resolution, None if tile is None else tiles_of(tile))
-    found = explain(pair)
-    if not is_same(found):
-        found = mistake(pair, found, camera) or found
-    differences = (*found.differences, *scale_of(found, pair), *depth_of(found, pair))
-    if not is_same(found) and not found.named:
-        differences += (real_difference(found, pair),)
-    return Diagnosis(is_same(found), found.convention, differences, found.texels, found.depth)
+    sides = {"mine": stack_of("mine", mine), "theirs": stack_of("theirs", theirs)}
+    count, others = (len(stack) for stack, _ in sides.values())
+    if count != others:
+        raise ArgumentError(f"theirs: expected as many matrices as mine ({count}), got {others}; compare one by one")
+
+    def pair(names: tuple[Side, Side], tile: Tile | Sequence[Tile] | None) -> Pair:
+        (one, ranges), (other, _) = (sides[name] for name in reversed(names))
+        points = [points_of_map(m, 2.0 / resolution, d, camera, scene) for m, d in zip(one, ranges, strict=True)]
+        return Pair(one, other, points, resolution, None if tile is None else tiles_of(tile), names)
+
+    theirs_first, mine_first = pair(("theirs", "mine"), tile), pair(("mine", "theirs"), None)
+    # A map of the world in our convention for certain is the one that the other is held against.
+    pairs = [mine_first] if is_made_here(theirs) and not is_made_here(mine) else [theirs_first]
+    pairs += [mine_first] * (not is_made_here(mine) and not is_made_here(theirs))
+    accounts = [account_of(pairs[0], explain(pairs[0]))]
+    if not is_same(accounts[0].found):
+        accounts += [account_of(each, explain(each)) for each in pairs[1:]]
+    best = accounts[0] if len(accounts) == 1 else better_of(*accounts)
+    if not is_same(best.found):
+        named = mistake(pairs, [account.found for account in accounts], camera, scene)
+        best = best if named is None else account_of(*named)
+    found = best.found
+    return Diagnosis(is_same(found), found.convention, best.differences, found.texels, found.depth, best.pair.who)
 
 
-def is_same(found: Explanation) -> bool:
-    """Whether an explanation leaves nothing over."""
-    return found.whole and found.depth <= SAME_DEPTH
-
-
-def scale_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
-    """A constant factor of the whole matrix, which no map shows."""
-    if not found.whole:
-        return ()
-    # Rows of places alone: depths may have a range of their own.
-    mine = pair.ours[:, [0, 1, 3]]
-    other = found.convention.to_ours(pair.theirs)[:, [0, 1, 3]]
-    factors = np.sum(mine * other, axis=(1, 2)) / np.sum(mine * mine, axis=(1, 2))
-    if np.all(np.abs(factors - 1.0) <= SAME_SCALE):
-        return ()
-    texts = " and ".join(dict.fromkeys(f"{factor:.6g}" for factor in factors))
-    if factors.min() < 0:
-        return (f"scaled by {texts}: the same map, but w is negative, so that hardware clips all of it",)
-    return (f"scaled by {texts}, which no map shows",)
-
-
-def depth_of(found: Explanation, pair: Pair) -> tuple[str, ...]:
-    """Depths that differ where places do not, by more than their direction."""
-    if found.depth <= SAME_DEPTH or not found.crop or OPPOSITE in found.differences:
-        return ()
-    q = pair.project(found.convention.changed(**NO_PLACES).to_ours(pair.theirs))
-    for (slope, start), words in DEPTH_MISTAKES.items():
-        mine = 1.0 - pair.ndc[:, 2] if found.convention.reversed_z else pair.ndc[:, 2]
-        # The check fails for infinite q too.
-        if np.abs(q[:, 2] - (slope * mine + start)).max() <= SAME_DEPTH:
-            return (words,)
-    return (f"depths differ by up to {found.depth:.3g} of the range: other near and far planes",)
-
-
-def real_difference(found: Explanation, pair: Pair) -> str:
-    """A difference that no convention explains."""
-    finite = np.isfinite(found.texels)
-    apart = f"up to {texels_text(found.texels)} apart" if finite else "some points of mine lie behind its centre"
-    if same_light(pair, found.convention):
-        return f"another warp or crop of the same light: {apart}"
-    angle = angle_between(pair)
-    turned = "" if angle is None else f"; the directions are {angle:.3g}° apart"
-    return f"another light: {apart}{turned}"
-
-
-def texels_text(texels: float) -> str:
-    """A number of texels, three digits where it has fewer than four before the point."""
-    return f"{texels:,.0f} texels" if texels >= 100 else f"{texels:.3g} texels"
+def is_made_here(value: object) -> bool:
+    """Whether maps come from a technique, and so are maps of the world in our convention."""
+    return hasattr(value, "partitions") and all(part.lift is not None for part in value.partitions)
 
 
 def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, float]]]:

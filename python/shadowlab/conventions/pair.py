@@ -28,7 +28,7 @@ class Explanation:
     """A convention, and what it leaves over.
 
     `whole` says that nothing is left of places in the map, `named` that what is left has a name in `differences`,
-    `crop` that depths may still differ by what is to be told.
+    `crop` that depths may still differ by what is to be told, `mistaken` that the name is that of a mistake.
     """
 
     convention: Convention
@@ -39,6 +39,7 @@ class Explanation:
     named: bool = True
     cost: float = 0.0
     crop: bool = True
+    mistaken: bool = False
 
 
 class Pair:

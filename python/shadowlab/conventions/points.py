@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 EDGES = [(i, j) for i, j in itertools.combinations(range(8), 2) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1]
 
+# Points that reach less far in NDC, such as the corners of a near plane close to the eye, are an affine image of each
+# other under any two maps, nearly. Chosen because it is a thousand times what counts as the same, 1/256 of a texel.
+LEAST_SPREAD = 0.01
+
 
 def frustum_corners(camera: Camera, near: float, far: float) -> np.ndarray:
     """(8, 3) corners of the part of a camera's frustum between two depths."""
@@ -65,6 +69,11 @@ def common_corners(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.array(found).reshape(-1, 3)
 
 
+def volume_spread(points: np.ndarray) -> float:
+    """How far points (N, 3) reach along the direction in which they reach least: 0 where they lie in one plane."""
+    return float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1])
+
+
 def unit_cube_corners(shadow_clip_from_world: np.ndarray) -> np.ndarray:
     """(8, 4) homogeneous world points, w not made 1, of the corners of a map's unit cube, with clip w above 0."""
     ndc = np.column_stack([2.0 * CORNERS[:, :2] - 1.0, CORNERS[:, 2], np.ones(8)])
@@ -96,7 +105,6 @@ def points_of_map(
         points = np.column_stack([seen, np.ones(len(seen))])
         clip = points @ matrix.T
         inside = (clip[:, 3] > 0) & (np.abs(clip[:, :2]) <= (1.0 + texel) * clip[:, 3:]).all(axis=1)
-        # Fewer span no volume.
-        if near < far and inside.sum() >= 4:
+        if near < far and inside.sum() >= 4 and volume_spread(clip[inside, :3] / clip[inside, 3:]) >= LEAST_SPREAD:
             return np.asarray(points[inside])
     return unit_cube_corners(matrix)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from .. import _core
 from ..errors import ArgumentError
 from ..text.checks import whole
 from ..travel import Value
@@ -133,7 +132,9 @@ def diagnose(
     # A map of the world in our convention for certain is the one that the other is held against.
     pairs = [mine_first] if is_made_here(theirs) and not is_made_here(mine) else [theirs_first]
     pairs += [mine_first] * (not is_made_here(mine) and not is_made_here(theirs))
-    accounts = [account_of(each, explain(each)) for each in pairs]
+    accounts = [account_of(pairs[0], explain(pairs[0]))]
+    if not is_same(accounts[0].found):
+        accounts += [account_of(each, explain(each)) for each in pairs[1:]]
     best = accounts[0] if len(accounts) == 1 else better_of(*accounts)
     if not is_same(best.found):
         named = mistake(pairs, [account.found for account in accounts], camera, scene)
@@ -149,7 +150,7 @@ def is_made_here(value: object) -> bool:
 
 def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """(K, 4, 4) matrices and the camera depths of each."""
-    if isinstance(value, _core.Parameterization):
+    if hasattr(value, "matrices") and hasattr(value, "partitions"):
         if any(part.post_warp != "none" for part in value.partitions):
             raise ArgumentError(
                 f"{name}: expected maps that are matrices alone, got one with a post-warp; "

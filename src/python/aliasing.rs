@@ -97,6 +97,10 @@ impl PyMisclassified {
         let same = self.m == other.m && a.shape() == b.shape();
         Ok(same && equal_lists(a.readonly().as_slice()?, b.readonly().as_slice()?))
     }
+    // Not by what `==` makes of both: the other side may answer with anything.
+    fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(!self.__eq__(py, other)?)
+    }
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         let mut digest = Digest::new(NAME, Numbers::Equal);
         digest.list(self.head().bytes());

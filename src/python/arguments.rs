@@ -89,6 +89,15 @@ pub fn whole_number(value: &Bound<'_, PyAny>) -> PyResult<Option<i64>> {
     value.extract::<i64>().map(Some).or_else(|error| refusable(value.py(), error).map(|_| None))
 }
 
+/// Something to call.
+pub fn callable(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Py<PyAny>> {
+    if value.is_callable() {
+        return Ok(value.clone().unbind());
+    }
+    let fix = "give a function, or None";
+    Err(argument_error(value.py(), name, "a function of how much is done and of how much", shown(value), fix))
+}
+
 /// A text.
 pub fn word(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyResult<String> {
     let text = value.cast::<PyString>().ok().and_then(|text| text.to_cow().ok().map(|text| text.into_owned()));

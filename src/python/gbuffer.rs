@@ -203,6 +203,10 @@ impl PyGBuffer {
     fn instance(&self, py: Python<'_>) -> Py<PyArray2<i32>> {
         self.instance.clone_ref(py)
     }
+    // Not by what `==` makes of both: the other side may answer with anything.
+    fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(!self.__eq__(py, other)?)
+    }
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         if std::ptr::eq(self, &*other) {
             return Ok(true);

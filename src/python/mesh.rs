@@ -109,6 +109,10 @@ impl PyMesh {
         let (a, b) = (&self.mesh, &other.mesh);
         Ok(Arc::ptr_eq(a, b) || hash_of(py, a)? == hash_of(py, b)?)
     }
+    // Not by what `==` makes of both: the other side may answer with anything.
+    fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(!self.__eq__(py, other)?)
+    }
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(first_eight(&hash_of(py, &self.mesh)?))
     }

@@ -356,6 +356,10 @@ impl PySamples {
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         Ok(std::ptr::eq(self, &*other) || self.identity(py)? == other.identity(py)?)
     }
+    // Not by what `==` makes of both: the other side may answer with anything.
+    fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(!self.__eq__(py, other)?)
+    }
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(first_eight(&self.identity(py)?))
     }

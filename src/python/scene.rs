@@ -113,11 +113,18 @@ impl PyScene {
         transforms: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = meshes.py();
-        let (Some(mesh_index), Some(transforms)) = (mesh_index, transforms) else {
-            // Another scene: its geometry, which both share from then on.
-            let other = scene(meshes)?;
-            let other = other.get();
-            return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
+        let (mesh_index, transforms) = match (mesh_index, transforms) {
+            (Some(mesh_index), Some(transforms)) => (mesh_index, transforms),
+            (None, None) => {
+                // Another scene: its geometry, which both share from then on.
+                let fix = "give meshes with mesh_index and transforms, or one Scene";
+                let other = instance_of::<Self>(meshes, "meshes", fix)?.get();
+                return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
+            }
+            (given, _) => {
+                let name = if given.is_none() { "mesh_index" } else { "transforms" };
+                return Err(argument_error(py, name, "one for each instance", "none", "give both, or neither"));
+            }
         };
         let fix = "make them with shadowlab._core.Mesh, or use Scene.from_arrays";
         let meshes = items(meshes, "meshes", "a sequence of Mesh", fix)?;
@@ -138,7 +145,10 @@ impl PyScene {
                 let fix = "a scene places meshes by affine maps; divide by the corner element or drop the projection";
                 return Err(argument_error(py, &name, "a last row of 0, 0, 0, 1", got, fix));
             }
-            let mesh = u32::try_from(mesh).unwrap_or(u32::MAX);
+            let Some(mesh) = u32::try_from(mesh).ok().filter(|&mesh| (mesh as usize) < meshes.len()) else {
+                let expected = format!("the place of one of the {} meshes, from 0", meshes.len());
+                return Err(argument_error(py, &format!("mesh_index[{i}]"), expected, mesh, "give one of them"));
+            };
             instances.push(Instance { mesh, world_from_mesh: DAffine3::from_mat4(mat4_from_rows(rows)) });
         }
         let points: usize =
@@ -169,6 +179,10 @@ impl PyScene {
         let (a, b) = (&self.scene, &other.scene);
         let counts = |s: &Scene| (s.meshes().len(), s.instances().len(), s.triangle_count());
         Ok(a.is(b) || (counts(a) == counts(b) && hash_of(py, a)? == hash_of(py, b)?))
+    }
+    // Not by what `==` makes of both: the other side may answer with anything.
+    fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
+        Ok(!self.__eq__(py, other)?)
     }
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(first_eight(&hash_of(py, &self.scene)?))

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
-use super::arguments::number_or;
+use super::arguments::{callable, number_or};
 use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
@@ -22,9 +22,10 @@ pub fn trace_shadow_mask<'py>(
     #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
     #[pyo3(from_py_with = light)] light: crate::Light,
     size: &Bound<'py, PyAny>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
     let py = size.py();
+    let progress = progress.map(|report| callable(report, "progress")).transpose()?;
     let size = size2(size, "size")?;
     let (scene, camera) = (scene.get(), &camera.get().camera);
     let tracer = scene.tracer(py, progress.as_ref())?;

@@ -127,6 +127,7 @@ MEANING: dict[str, Callable[[], Any]] = {
         )
     },
     "ax": lambda: None,
+    "alpha": lambda: None,
     "angle_deg": lambda: 60.0,
     "angles_deg": lambda: [40.0, 60.0],
     "aspect": lambda: 16 / 9,
@@ -179,6 +180,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "params": dict,
     "partition": lambda: world().p.partitions[0],
     "phases": lambda: 1,
+    "pixels": lambda: [[0.5, 0.5]],
     "picture": lambda: np.zeros((9, 16, 3), np.uint8),
     "points": _world("seen"),
     "position": lambda: (0.0, 5.0, 0.0),
@@ -192,6 +194,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "seed": lambda: 1,
     "segments": lambda: np.zeros((1, 2, 2)),
     "shadow_clip_from_world": lambda: world().p.matrix,
+    "shift": lambda: (0.1, -0.1),
     "side": lambda: 4,
     "size": lambda: SIZE,
     "slack": lambda: 1.1,
@@ -221,6 +224,7 @@ MEANING: dict[str, Callable[[], Any]] = {
 #: What arguments mean to one callable, or to all methods of a class.
 OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Camera.look_at": {"up": lambda: (0.0, 1.0, 0.0)},
+    "Camera.orthographic": {"up": lambda: (0.0, 1.0, 0.0), "height": lambda: 4.0},
     "Camera.from_matrices": {"view": lambda: world().camera.view, "convention": lambda: None, "far": lambda: None},
     "Camera.replace": {"changes": lambda: {"eye": (0.0, 1.0, 9.0)}},
     "Convention": {
@@ -279,7 +283,9 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Study.save": {"directory": lambda: Path("study")},
     "Study.save_arrays": {"path": lambda: Path("arrays.npz")},
     "Source.of_scene": {},
-    "sl.load_scene": {"path": lambda: model()},
+    "sl.load_scene": {
+        "source": lambda: model(), "unit": lambda: None, "kind": lambda: "obj", "limits": lambda: sl.Limits(size=1000),
+    },
     "sl.set_threads": {"n": lambda: 2},
     "sl.diagnose": {"mine": lambda: np.eye(4), "theirs": lambda: np.eye(4), "tile": lambda: None},
     "sl.default_view": {"focus": lambda: None, "view": lambda: "above"},

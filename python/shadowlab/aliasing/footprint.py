@@ -374,7 +374,11 @@ def as_maps(parameterization: Maps, resolution: Size | None) -> tuple[_core.Para
     """The parameterization that is meant, and width and height of its maps."""
     p = parameterization
     if not isinstance(p, _core.Parameterization):
-        p = _core.Parameterization.from_matrix(checked_array("parameterization", p))
+        matrices = checked_array("parameterization", p)
+        try:
+            p = _core.Parameterization.from_matrix(matrices)
+        except ArgumentError as e:
+            raise ArgumentError(f"parameterization: {e}") from e
     return p, sides_of("resolution", p.resolution if resolution is None else resolution)
 
 

@@ -18,6 +18,7 @@ from typing import IO, cast
 
 from ...errors import LoadError
 from .given import Given, inside
+from .limits import check_limit
 
 #: Endings of archives, longer ones first, and how they are packed.
 ARCHIVES = {
@@ -99,9 +100,9 @@ class _Counter:
         """Counts bytes that came from so many packed ones in all."""
         self.total += count
         limits, name = self.given.limits, self.given.name
-        limits.check(name, "size", self.total, "bytes unpacked")
+        check_limit(limits, name, "size", self.total, "bytes unpacked")
         if self.total > _HARMLESS:
-            limits.check(name, "ratio", self.total / max(packed, 1), "bytes for each packed byte")
+            check_limit(limits, name, "ratio", self.total / max(packed, 1), "bytes for each packed byte")
 
 
 class _Counted:
@@ -134,10 +135,10 @@ def _zip(given: Given) -> Archive:
     end = data.rfind(b"PK\x05\x06")
     listed = int.from_bytes(data[end + 12 : end + 16], "little") if end >= 0 else 0
     directory = data[max(end - listed, 0) : max(end, 0)]
-    given.limits.check(given.name, "entries", directory.count(b"PK\x01\x02"), "files in an archive")
+    check_limit(given.limits, given.name, "entries", directory.count(b"PK\x01\x02"), "files in an archive")
     packed = zipfile.ZipFile(io.BytesIO(data))
     infos = packed.infolist()
-    given.limits.check(given.name, "entries", len(infos), "files in an archive")
+    check_limit(given.limits, given.name, "entries", len(infos), "files in an archive")
     by_name: dict[str, zipfile.ZipInfo] = {}
     for info in infos:
         name = _entry(given, info.filename, stat.S_ISLNK(info.external_attr >> 16))
@@ -147,10 +148,10 @@ def _zip(given: Given) -> Archive:
 
     def read(name: str) -> bytes:
         info = by_name[name]
-        given.limits.check(given.name, "size", info.file_size, f"bytes of {name!r}")
+        check_limit(given.limits, given.name, "size", info.file_size, f"bytes of {name!r}")
         if info.file_size > _HARMLESS:
             ratio = info.file_size / max(info.compress_size, 1)
-            given.limits.check(given.name, "ratio", ratio, "bytes for each packed byte")
+            check_limit(given.limits, given.name, "ratio", ratio, "bytes for each packed byte")
         parts = []
         with _unpacking(f"{given.name}/{name}"), packed.open(info) as stream:
             while part := stream.read(_CHUNK):
@@ -168,13 +169,13 @@ def _tar(given: Given, packing: str) -> Archive:
     with tarfile.open(fileobj=cast("IO[bytes]", stream), mode="r|", bufsize=_CHUNK) as packed:
         for member in packed:
             entries += 1
-            given.limits.check(given.name, "entries", entries, "files in an archive")
+            check_limit(given.limits, given.name, "entries", entries, "files in an archive")
             name = _entry(given, member.name, member.issym() or member.islnk())
             if member.isdir():
                 continue
             if not member.isreg() or member.issparse():
                 raise LoadError(f"{given.name}: expected regular files, got {name!r} of another kind; pack it anew")
-            given.limits.check(given.name, "size", member.size, f"bytes of {name!r}")
+            check_limit(given.limits, given.name, "size", member.size, f"bytes of {name!r}")
             content = packed.extractfile(member)
             files.setdefault(name, b"" if content is None else content.read())
     return Archive(list(files), files.__getitem__)

@@ -10,7 +10,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ...errors import LoadError
-from .limits import Limits
+from .limits import Limits, check_limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def outside(name: str, reference: str) -> OutsideError:
 
 def _bytes_of(path: Path, limits: Limits) -> bytes:
     try:
-        limits.check(str(path), "size", path.stat().st_size, "bytes")
+        check_limit(limits, str(path), "size", path.stat().st_size, "bytes")
         return path.read_bytes()
     except OSError as e:
         raise LoadError(f"{path}: expected a readable file, could not read it ({e.strerror or e}); check it") from e

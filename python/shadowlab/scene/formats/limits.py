@@ -55,28 +55,30 @@ class Limits(Value):
                 what = "number" if field.name == "ratio" else "whole number"
                 raise ArgumentError(f"{field.name}: expected a {what} above 0, got {shown(value)}; give a limit")
 
-    def check(self, name: str, limit: str, asked: float, what: str) -> None:
-        """Nothing, where what a file asks for is within a limit.
 
-        Parameters
-        ----------
-        name : str
-            The file.
-        limit : str
-            The field of this class.
-        asked : float
-            The amount.
-        what : str
-            What the amount counts, for the error.
+def check_limit(limits: Limits, name: str, limit: str, asked: float, what: str) -> None:
+    """Nothing, where what a file asks for is within a limit.
 
-        Raises
-        ------
-        LoadError
-            Beyond it.
-        """
-        most = getattr(self, limit)
-        if not asked <= most:
-            raise LoadError(
-                f"{name}: expected at most {most:,} {what}, got {asked:,}; for a file that is meant so, "
-                f"load_scene(..., limits=sl.Limits({limit}=...)) takes more"
-            )
+    Parameters
+    ----------
+    limits : Limits
+    name : str
+        The file.
+    limit : str
+        The field of `Limits`.
+    asked : float
+        The amount.
+    what : str
+        What the amount counts, for the error.
+
+    Raises
+    ------
+    LoadError
+        Beyond it.
+    """
+    most = getattr(limits, limit)
+    if not asked <= most:
+        raise LoadError(
+            f"{name}: expected at most {most:,} {what}, got {asked:,}; for a file that is meant so, "
+            f"load_scene(..., limits=sl.Limits({limit}=...)) takes more"
+        )

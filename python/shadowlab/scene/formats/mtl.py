@@ -16,6 +16,7 @@ from ...errors import LoadError
 from ..alpha_test import AlphaTest, Wrap
 from ..gathered import Gathered
 from .given import Given, OutsideError, inside
+from .limits import check_limit
 from .words import plain_text, without_comments
 
 #: Options of texture maps by how many words follow; others have one.
@@ -124,7 +125,7 @@ def _opacity(given: Given, data: bytes) -> NDArray[np.uint8] | None:
         warnings.simplefilter("ignore")
         try:
             with Image.open(io.BytesIO(data)) as image:
-                given.limits.check(given.name, "elements", image.width * image.height, "texels of a texture")
+                check_limit(given.limits, given.name, "elements", image.width * image.height, "texels of a texture")
                 has_alpha = "A" in image.getbands() or "transparency" in image.info
                 grey = image.convert("RGBA").getchannel("A") if has_alpha else image.convert("L")
                 return np.asarray(grey, np.uint8)

@@ -14,6 +14,7 @@ import numpy as np
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
+from .limits import check_limit
 from .polygons import polygon_faces
 from .words import plain_numbers, plain_text, readable, without_comments, words_per_line
 
@@ -49,7 +50,7 @@ def read_off(given: Given) -> Gathered:
     for count, what in ((vertex_count, "vertices"), (face_count, "faces")):
         if not (count >= 0 and count == np.floor(count)):
             raise LoadError(f"{name}: expected a whole number of {what}, got {count:g}; check the file")
-        given.limits.check(name, "elements", float(count), what)
+        check_limit(given.limits, name, "elements", float(count), what)
     v, f = int(vertex_count), int(face_count)
     if 1 + v + f > len(counts) or starts[1 + v + f] > len(values):
         raise LoadError(

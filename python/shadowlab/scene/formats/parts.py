@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
+from .limits import check_limit
 
 Matrix = NDArray[np.float64]
 
@@ -35,7 +36,7 @@ def place_parts(
     """
     counts = _counts(given, parts, [key for key, _ in roots])
     total = sum(counts[key] for key, _ in roots)
-    given.limits.check(given.name, "instances", total, "placed meshes")
+    check_limit(given.limits, given.name, "instances", total, "placed meshes")
     stack = [root for root in reversed(roots) if counts[root[0]]]
     while stack:
         key, matrix = stack.pop()

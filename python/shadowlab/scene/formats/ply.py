@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
+from .limits import check_limit
 from .ply_header import ply_header
 from .ply_values import PlyLists, PlyValues, ply_values
 from .polygons import polygon_faces
@@ -43,7 +44,7 @@ def read_ply(given: Given) -> Gathered:
         faces.append(triangles)
     if (lists := _lists(given, values, "tristrips")) is not None:
         corners = _indices(given, lists.values, len(points), strips=True)
-        given.limits.check(given.name, "elements", len(corners), "corners of triangle strips")
+        check_limit(given.limits, given.name, "elements", len(corners), "corners of triangle strips")
         faces.append(strip_triangles(corners, lists.counts))
     count = sum(map(len, faces))
     if not count and not found.degenerate:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...errors import LoadError
 from .given import Given
+from .limits import check_limit
 from .words import readable
 
 #: Types by name, as numpy's codes.
@@ -88,7 +89,7 @@ def ply_header(given: Given) -> PlyHeader:
             encoding = words[1]
         elif words[0] == "element" and len(words) == 3 and words[2].isdecimal() and len(words[2]) < _LONGEST_COUNT:
             count = int(words[2])
-            given.limits.check(given.name, "elements", count, f"{words[1]} elements")
+            check_limit(given.limits, given.name, "elements", count, f"{words[1]} elements")
             elements.append(PlyElement(words[1], count))
         elif words[0] == "property" and elements and (made := _property(words, encoding)) is not None:
             elements[-1].properties.append(made)

@@ -10,7 +10,7 @@ from ...errors import ArgumentError, LoadError
 from ...text import shown
 from .archives import ARCHIVES, PACKED
 from .given import Given
-from .limits import Limits
+from .limits import Limits, check_limit
 
 _PART = 1 << 20
 
@@ -75,7 +75,7 @@ def _path(source: str | os.PathLike[str]) -> Path:
 
 
 def _of_bytes(name: str, kind: str, data: bytes, limits: Limits) -> Given:
-    limits.check(name, "size", len(data), "bytes")
+    check_limit(limits, name, "size", len(data), "bytes")
     return Given(name, kind, lambda: data, lambda _: None, limits)
 
 
@@ -119,5 +119,5 @@ def _read(stream: Any, name: str, limits: Limits) -> bytes:
             break
         parts.append(bytes(part))
         total += len(part)
-        limits.check(name, "size", total, "bytes")
+        check_limit(limits, name, "size", total, "bytes")
     return b"".join(parts)

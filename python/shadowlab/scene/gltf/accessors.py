@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..formats.limits import check_limit
 from .buffers import Buffers, ViewBytes
 from .document import Document
 from .items import JsonObject
@@ -75,7 +76,7 @@ class Accessors:
             raise accessor.wrong("type", f"{' or '.join(types)} for {item.where}.{key}")
         count = accessor.whole("count")
         limits = self.document.given.limits
-        limits.check(accessor.file, "elements", count, f"elements in {accessor.where}")
+        check_limit(limits, accessor.file, "elements", count, f"elements in {accessor.where}")
         normalized = accessor.flag("normalized", False) and kind != "<f4"
         return Layout(accessor, count, WIDTHS[accessor.text("type")], np.dtype(kind), normalized)
 

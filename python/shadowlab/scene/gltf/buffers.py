@@ -7,6 +7,7 @@ import binascii
 from dataclasses import dataclass, field
 from urllib.parse import unquote_to_bytes
 
+from ..formats.limits import check_limit
 from .document import Document
 from .extensions import HOW, MESHOPT, installed
 from .items import JsonObject
@@ -65,7 +66,7 @@ class Buffers:
         if not installed("meshoptimizer"):
             raise packed.broken("expected a decoder, since the view has no data without compression", HOW)
         limits = self.document.given.limits
-        limits.check(packed.file, "elements", count, f"elements in {packed.where}")
+        check_limit(limits, packed.file, "elements", count, f"elements in {packed.where}")
         self.document.expand(length)
         data = decoded_view(packed, bytes(self._cut(packed)), count, stride)
         return ViewBytes(memoryview(data), stride_of(view))
@@ -91,7 +92,7 @@ class Buffers:
         if index not in self._buffers:
             item = self.document.buffers[index]
             length = item.whole("byteLength", least=1)
-            self.document.given.limits.check(item.file, "size", length, f"bytes in {item.where}")
+            check_limit(self.document.given.limits, item.file, "size", length, f"bytes in {item.where}")
             data = self._bytes(index, item)
             if len(data) < length:
                 raise item.broken(f"expected {length:,} bytes, got {len(data):,}: it is truncated")

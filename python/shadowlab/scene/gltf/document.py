@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from ...errors import LoadError
 from ..formats.given import Given
+from ..formats.limits import check_limit
 from .extensions import checked_extensions
 from .items import FIX, JsonObject, brief
 
@@ -101,8 +102,12 @@ class Document:
         self.expanded += asked
         if self.expanded > FREE_BYTES:
             ratio = self.expanded / max(self.size, 1)
-            self.given.limits.check(
-                self.given.name, "ratio", round(ratio, 1), "bytes in memory for each byte of the file"
+            check_limit(
+                self.given.limits,
+                self.given.name,
+                "ratio",
+                round(ratio, 1),
+                "bytes in memory for each byte of the file",
             )
 
 

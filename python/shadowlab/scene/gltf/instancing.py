@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..formats.limits import check_limit
 from .accessors import WIDTHS, Accessors
 from .extensions import INSTANCING
 from .graph import TRANSFORM_BYTES, transforms_of, unit_quaternions
@@ -37,7 +38,7 @@ def instances_of(node: JsonObject, accessors: Accessors) -> NDArray[np.float64] 
         raise attributes.broken(f"expected attributes with one element per instance, got {told}")
     count = next(iter(counts.values()))
     limits = accessors.document.given.limits
-    limits.check(node.file, "instances", count, f"instances at {node.place}")
+    check_limit(limits, node.file, "instances", count, f"instances at {node.place}")
     accessors.document.expand(count * TRANSFORM_BYTES)
     parts = []
     for name, (kind, default) in PLACING.items():

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...errors import LoadError
 from ..alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap
+from ..formats.limits import check_limit
 from .accessors import Accessors
 from .extensions import AVIF, SPECULAR_GLOSSINESS, TEXTURE_TRANSFORM, WEBP
 from .items import JsonObject
@@ -126,7 +127,7 @@ class Materials:
                 warnings.simplefilter("ignore")
                 picture = Image.open(io.BytesIO(data))
                 width, height = picture.size
-                document.given.limits.check(image.file, "elements", width * height, f"pixels in {image.where}")
+                check_limit(document.given.limits, image.file, "elements", width * height, f"pixels in {image.where}")
                 document.expand(4 * width * height)
                 transparent = picture.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info
                 if not transparent:

@@ -17,6 +17,7 @@ from ... import _core
 from ...errors import LoadError, SceneError
 from ..alpha_test import AlphaTest
 from ..formats.given import Given
+from ..formats.limits import check_limit
 from ..gathered import Gathered
 from .accessors import Accessors
 from .cameras import cameras_in
@@ -172,7 +173,7 @@ def collect_places(reading: Gathering, nodes: list[int]) -> None:
         placed = len(transforms) * len(document.primitives(mesh))
         total += placed
         if total > limits.instances:
-            limits.check(node.file, "instances", total, "placed meshes")
+            check_limit(limits, node.file, "instances", total, "placed meshes")
         document.expand(TRANSFORM_BYTES * placed)
         if len(transforms):
             reading.places.append((use, transforms))

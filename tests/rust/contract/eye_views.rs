@@ -51,7 +51,7 @@ impl Judge<'_> {
     /// Through the centre of a pixel, of camera depth 1.
     fn ray(&self, i: usize) -> DVec3 {
         let centre = self.centre(i);
-        self.camera.pixel_ray(centre.x, centre.y, self.size)
+        self.camera.pixel_ray(centre.x, centre.y, self.size).direction
     }
 
     /// The corners of a triangle, relative to the eye.
@@ -64,7 +64,7 @@ impl Judge<'_> {
 
     /// Pixels of a point before the eye.
     fn pixel(&self, p: DVec3) -> DVec2 {
-        let (tx, ty) = self.camera.tan_half_fov();
+        let DVec2 { x: tx, y: ty } = self.camera.half_size();
         let depth = p.dot(self.camera.forward());
         let ndc = DVec2::new(p.dot(self.camera.right()) / (depth * tx), p.dot(self.camera.up()) / (depth * ty));
         DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * DVec2::from_array(self.size.map(f64::from))

@@ -117,7 +117,7 @@ fn check(quads: &[Quad], map: &DAffine3, eye: DVec3, target: DVec3, light: &Ligh
     let mask = tracer.shadow_mask(&camera, &placed, SIZE, &Progress::new()).unwrap().data;
     let back = map.inverse();
     let ray = |i: usize| camera.pixel_ray((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5, SIZE);
-    let rays: Vec<[f64; 3]> = (0..mask.len()).map(|i| ray(i).to_array()).collect();
+    let rays: Vec<[f64; 3]> = (0..mask.len()).map(|i| ray(i).direction.to_array()).collect();
     let hits = tracer.first_hit(&vec![camera.eye().to_array(); rays.len()], &rays, &Progress::new()).unwrap();
     let (mut counts, mut asked, mut undecided) = ([0; 2], 0, 0);
     for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.triangle >= 0) {

@@ -118,7 +118,8 @@ impl PyScene {
             (None, None) => {
                 // Another scene: its geometry, which both share from then on.
                 let fix = "give meshes with mesh_index and transforms, or one Scene";
-                let other = instance_of::<Self>(meshes, "meshes", fix)?.get();
+                let other = instance_of::<Self>(meshes, "meshes", fix)?;
+                let other = other.get();
                 return Ok(Self { scene: other.scene.clone(), traced: Arc::clone(&other.traced) });
             }
             (given, _) => {

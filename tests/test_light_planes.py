@@ -80,7 +80,7 @@ def test_the_view_before_the_warp_has_depths_within_the_unit(robots):
         clip = matrix @ np.append(point, 1.0)
         assert (robots.bounds[0] < point).all()
         assert 0 < clip[2] / clip[3] < 1
-        x, y, w = plane.project(point)[0]
+        x, y, w = plane.project(point[None])[0]
         np.testing.assert_allclose(clip[:2] / clip[3], [(x / w - 0.5) / 2.5, (y / w - 1.5) / 2.5], atol=1e-12)
 
 

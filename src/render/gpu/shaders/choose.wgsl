@@ -60,7 +60,10 @@ const EDGE_ON = 4.0 / 8388608.0;
 fn faces_light(p: vec3f, normal: vec3f) -> bool {
     let v = choice.light.xyz - choice.light.w * p;
     let distance = length(v);
-    if !(dot(normal, v) > EDGE_ON * distance) {
+    // Of a placed light the difference errs by roundings of both places: a lamp in the plane of a wall is edge-on to it
+    // however near it is.
+    let reach = distance + choice.light.w * dot(abs(normal), abs(p) + abs(choice.light.xyz));
+    if !(dot(normal, v) > EDGE_ON * reach) {
         return false;
     }
     if choice.light.w == 0.0 {

@@ -54,7 +54,7 @@ def view(height=6, width=8):
     return types.SimpleNamespace(triangle=triangle, normal=normal, position=np.zeros((height, width, 3)))
 
 
-SUN = types.SimpleNamespace(kind="directional", direction=np.array([0.0, -1.0, 0.0]))
+SUN = sl.DirectionalLight((0.0, -1.0, 0.0))
 
 
 def lone_axes():

@@ -257,7 +257,7 @@ def test_wrong_arguments_are_said_before_any_work(view, monkeypatch, keywords, e
         (2, (0.3, -1, 0.1), "lights: expected a DirectionalLight, a SpotLight or a PointLight, got float"),
         (2, {"a": 3}, "lights: expected .* for 'a', got int"),
         (2, {" ": sl.DirectionalLight((0, -1, 0))}, "lights: expected labels with letters"),
-        (2, {1: sl.DirectionalLight((0, -1, 0)), "1": sl.DirectionalLight((0, -1, 1))}, "lights: the label '1' comes"),
+        (2, {1: sl.DirectionalLight((0, -1, 0)), "1": sl.DirectionalLight((0, -1, 1))}, "lights: expected text, got 1"),
     ],
 )
 def test_views_of_another_type_are_told(view, place, value, message):

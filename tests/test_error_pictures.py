@@ -137,7 +137,7 @@ def test_other_values_take_the_place_of_the_major_extent():
     ("given", "says"),
     [
         ({"values": np.ones((3, 2))}, r"values: expected numbers of shape \(2, 3\)"),
-        ({"values": "abc"}, "values: expected numbers"),
+        ({"values": "abc"}, "values: expected an array of float64"),
         ({"values": np.full((2, 3), np.nan)}, "got NaN"),
         ({"values": np.full((2, 3), -1.0)}, "negative"),
         ({"gbuffer": view(2, 3)}, "expected both or neither"),

@@ -278,8 +278,8 @@ def test_the_example():
 
 
 def test_an_array_that_is_one_number_is_a_side():
-    assert sides_of(np.array(5)) == sides_of(5) == (5, 5)
-    assert sides_of(np.array([5, 6])) == (5, 6)
+    assert sides_of("size", np.array(5)) == sides_of("size", np.int64(5)) == sides_of("size", 5) == (5, 5)
+    assert sides_of("size", np.array([5, 6])) == (5, 6)
 
 
 def test_a_matrix_of_another_light_is_warned_of_and_measured_all_the_same():

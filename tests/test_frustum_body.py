@@ -72,7 +72,7 @@ def test_what_is_no_camera_light_or_point_is_refused():
     for given, says in (((3, light), "camera: expected a Camera"), ((camera, None), "light: expected")):
         with pytest.raises(ArgumentError, match=says):
             sl.aliasing.halfway_normals([[0, 0, -3]], *given)
-    with pytest.raises(ArgumentError, match="points: expected numbers"):
+    with pytest.raises(ArgumentError, match="points: expected an array"):
         sl.aliasing.halfway_normals("x", camera, light)
     with pytest.raises(ArgumentError, match="steps: expected at most"):
         sl.aliasing.outline(camera, steps=10**9)

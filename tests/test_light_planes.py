@@ -173,7 +173,7 @@ def test_the_lattice_is_a_picture_in_the_colours_of_maps(robots, seen):
     [
         ({"every": 0}, "every: expected a whole number"),
         ({"every": 2.5}, "every: expected a whole number"),
-        ({"width_px": -1.0}, "width_px: expected a positive"),
+        ({"width_px": -1.0}, "width_px: expected a finite number above 0"),
         ({"mask": np.ones((3, 3))}, r"mask: expected shape \(180, 320\)"),
     ],
 )

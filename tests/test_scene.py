@@ -112,7 +112,7 @@ def test_projective_transform_is_refused():
         sl.Scene([mesh], [0], projective[None])
     with pytest.raises(ArgumentError, match="16 finite numbers"):
         sl.Scene([mesh], [0], np.diag([np.nan, 1, 1, 1])[None])
-    with pytest.raises(ArgumentError, match="below 1"):
+    with pytest.raises(ArgumentError, match="the place of one of the 1 meshes"):
         sl.Scene([mesh], [1], np.eye(4)[None])
     with pytest.raises(SceneError, match="no instance"):
         sl.Scene([mesh], [], np.zeros((0, 4, 4)))

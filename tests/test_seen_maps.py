@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.errors import ArgumentError, ShadowlabWarning
+from shadowlab.errors import ArgumentError, ShadowlabWarning, UnknownNameError
 
 SCENES = ("courtyard", "robots", "ceiling", "skylight", "dueling")
 BODY = "lispsm:near=delta-z,range=body,fit=exact"
@@ -220,7 +220,7 @@ def test_what_samples_cannot_be(robots):
         sl.Samples.from_arrays([[0, 0, 0]], [[0, 2, 0]], camera)
     with pytest.raises(ArgumentError, match="finite"):
         sl.Samples.from_arrays([[np.nan, 0, 0]], [[0, 1, 0]], camera)
-    with pytest.raises(ArgumentError, match="shadows"):
+    with pytest.raises(UnknownNameError, match="shadows.*mapped"):
         robots.samples(shadows="drawn")
     with pytest.raises(ArgumentError, match="count"):
         robots.samples(count=0)

@@ -137,7 +137,7 @@ impl Read {
         let aspect = scale.y / scale.x;
         // Of a perspective they are multiplied with z, whose sign is the view's.
         let towards = if is_perspective { -w.z } else { -1.0 };
-        let shift = DVec2::new(right, up) * moved * towards;
+        let shift = moved * towards;
         let shift = DVec2::from_array(shift.to_array().map(|s| if s.abs() <= NO_SHIFT { 0.0 } else { s }));
         let (lens, forward, near, far) = if is_perspective {
             let (near, far) = of_perspective(z.z * w.z, z.w, depths, far)?;

@@ -384,5 +384,8 @@ def as_maps(parameterization: Maps, resolution: Size | None) -> tuple[_core.Para
 
 def sides_of(name: str, sides: Size) -> tuple[int, int]:
     """Width and height of a side or a pair, checked."""
-    width, height = (sides, sides) if isinstance(sides, (int, np.integer)) else pair(name, sides)
+    given: object = sides
+    if isinstance(given, np.ndarray) and given.ndim == 0:
+        given = given[()]
+    width, height = (given, given) if isinstance(given, (int, np.integer)) else pair(name, given)
     return whole(name, width), whole(name, height)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
-from ..text.checked import A_GBUFFER, A_LIGHT, a_count, checked, numbers_in
+from ..text.checked import A_LIGHT, a_count, a_gbuffer, checked, numbers_in
 from ..types import RGB
 from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, same_size, shade, truth_mask, widened
 
@@ -41,7 +41,7 @@ STRIPE_PX = 6
 
 
 @checked(
-    gbuffer=A_GBUFFER,
+    gbuffer=a_gbuffer,
     light=A_LIGHT,
     truth=numbers_in(np.int8, None, None),
     cause_image=numbers_in(np.int64, None, None),

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..aliasing.codes import Difference
 from ..errors import ArgumentError
-from ..text.checked import A_GBUFFER, A_LIGHT, a_count, checked, items_of, numbers_in
+from ..text.checked import A_LIGHT, a_count, a_gbuffer, checked, items_of, numbers_in
 from ..trace import Truth
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
 
 
-@checked(gbuffer=A_GBUFFER, light=A_LIGHT, mask=numbers_in(np.float32, None, None))
+@checked(gbuffer=a_gbuffer, light=A_LIGHT, mask=numbers_in(np.float32, None, None))
 def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
 
@@ -123,7 +123,7 @@ def truth_mask(truth: np.ndarray) -> np.ndarray:
 
 
 @checked(
-    gbuffer=A_GBUFFER,
+    gbuffer=a_gbuffer,
     light=A_LIGHT,
     truth=numbers_in(np.int8, None, None),
     image=numbers_in(np.int8, None, None),

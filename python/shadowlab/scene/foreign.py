@@ -67,7 +67,7 @@ def _collected(source: Any) -> Gathered:
             _of_pyrender_mesh(node.mesh, node.name or "a mesh", pose, found)
     elif has_all(source, "primitives"):
         _of_pyrender_mesh(source, getattr(source, "name", None) or "the mesh", np.eye(4), found)
-    elif has_all(source, "vertices", "faces"):
+    elif hasattr(source, "vertices") and hasattr(source, "faces"):
         # A mesh alone: what is wrong with it is an error, and nothing to leave out.
         mesh = mesh_of(source, alpha_of_trimesh(source, found.notes, "the mesh"))
         found.meshes[0] = mesh

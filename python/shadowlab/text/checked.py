@@ -1,4 +1,4 @@
-"""Arguments of a function checked by name before it runs: `@checked(gbuffer=A_GBUFFER, width=a_count(1, 64))`.
+"""Arguments of a function checked by name before it runs: `@checked(gbuffer=a_gbuffer, width=a_count(1, 64))`.
 
 A check takes the name and the value, and returns what the function gets; its error names the argument, what was
 expected, what came and what to do.
@@ -73,7 +73,28 @@ A_LIGHT = instance(
     "a DirectionalLight, a SpotLight or a PointLight",
     "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
 )
-A_GBUFFER = instance(_core.GBuffer, "a GBuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
+
+
+def a_gbuffer(name: str, value: object) -> object:
+    """A G-buffer, or anything with its pictures: `triangle` (H, W), `normal` and `position` (H, W, 3).
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    """
+    if isinstance(value, _core.GBuffer):
+        return value
+    if not has_all(value, "triangle", "normal", "position"):
+        fix = "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one"
+        raise ArgumentError(f"{name}: expected a GBuffer, got {type(value).__name__}; {fix}")
+    of: Any = value
+    shape = checked_array(f"{name}.triangle", of.triangle, np.int64, (None, None)).shape
+    for picture in ("normal", "position"):
+        checked_array(f"{name}.{picture}", getattr(of, picture), np.float64, (*shape, 3))
+    return value
+
+
 A_PARTITION = instance(_core.Partition, "a Partition", "take one of Parameterization.partitions")
 A_PARAMETERIZATION = instance(_core.Parameterization, "a Parameterization", "technique.parameterize(...) makes one")
 

@@ -203,7 +203,7 @@ def test_a_score_of_shadows_wants_some_and_light():
 
 
 def test_the_names_of_views_are_checked():
-    with pytest.raises(sl.errors.UnknownNameError, match="along.*above.*against"):
+    with pytest.raises(sl.errors.UnknownNameError, match=r"along.*above.*against"):
         sl.default_view(hall(), view="below")
     with pytest.raises(sl.errors.ArgumentError, match="scene"):
         sl.default_views("hall.glb")

@@ -140,7 +140,7 @@ def test_views_are_values(view: sl.View) -> None:
     [
         ({"scene": 1}, "scene: expected a Scene"),
         ({"camera": None}, "camera: expected a Camera"),
-        ({"light": "sun"}, "light: expected a DirectionalLight"),
+        ({"light": "sun"}, "light: expected a light.*DirectionalLight"),
         ({"light": []}, "light: expected at least one"),
         ({"size": (0, 5)}, "size: expected a whole number above 0"),
         ({"size": (1, 2, 3)}, "size: expected"),

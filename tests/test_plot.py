@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+import shadowlab as sl
 from shadowlab import pictures, plot
 from shadowlab.pictures.eye import widened
 from shadowlab.pictures.frustum import clip_segment
@@ -17,10 +18,8 @@ RNG = np.random.default_rng(7)
 
 
 def camera(eye=(0.0, 2.0, 5.0), near=0.1, far=100.0):
-    return types.SimpleNamespace(
-        eye=np.array(eye), right=np.array([1.0, 0, 0]), up=np.array([0.0, 1, 0]), forward=np.array([0.0, 0, -1]),
-        fov_y=1.0, aspect=1.5, near=near, far=far,
-    )  # fmt: skip
+    place = np.array(eye)
+    return sl.Camera.look_at(place, place - (0, 0, 1), fov_y=1.0, aspect=1.5, near=near, far=far)
 
 
 def view(height=6, width=8):
@@ -32,7 +31,7 @@ def view(height=6, width=8):
     return types.SimpleNamespace(triangle=triangle, normal=normal, position=np.zeros((height, width, 3)))
 
 
-SUN = types.SimpleNamespace(kind="directional", direction=np.array([0.0, -1.0, 0.0]))
+SUN = sl.DirectionalLight((0.0, -1.0, 0.0))
 
 
 def perspective_map(seed):
@@ -117,7 +116,7 @@ def test_shadow_is_darker_and_nothing_is_background():
 def test_a_spot_lights_along_its_rays():
     g = view()
     g.position[..., 0] = np.linspace(-9, 9, 8)
-    spot = types.SimpleNamespace(kind="spot", position=np.array([0.0, 3.0, 0.0]), direction=np.array([0.0, -1, 0]))
+    spot = sl.SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), cone_angle=2.0, range=50.0)
     picture = pictures.shade(g, spot, np.ones((6, 8), np.float32)).astype(int).sum(axis=-1)
     assert picture[3, 3] > picture[3, 0]  # the grazing edge is darker than the middle
     at_light = view()

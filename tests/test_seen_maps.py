@@ -220,7 +220,7 @@ def test_what_samples_cannot_be(robots):
         sl.Samples.from_arrays([[0, 0, 0]], [[0, 2, 0]], camera)
     with pytest.raises(ArgumentError, match="finite"):
         sl.Samples.from_arrays([[np.nan, 0, 0]], [[0, 1, 0]], camera)
-    with pytest.raises(UnknownNameError, match="shadows.*mapped"):
+    with pytest.raises(UnknownNameError, match=r"shadows.*mapped"):
         robots.samples(shadows="drawn")
     with pytest.raises(ArgumentError, match="count"):
         robots.samples(count=0)

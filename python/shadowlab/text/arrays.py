@@ -138,7 +138,7 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     with np.errstate(all="ignore"):
         # Unsigned indices are fine; real numbers as indices are not.
         casting: Any = "unsafe" if raw.dtype.kind == "u" and dtype.kind == "i" else "same_kind"
-        found = np.require(raw.astype(dtype, casting=casting, order="C"), requirements=["C", "A"])
+        found = np.require(raw.astype(dtype, casting=casting, order="C", copy=False), requirements=["C", "A"])
     if raw.dtype.kind in "iu" and dtype.kind in "iu" and raw.dtype != found.dtype and not bool((raw == found).all()):
         raise ValueError(f"numbers that {dtype} does not hold")
     return found

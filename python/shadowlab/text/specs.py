@@ -18,6 +18,8 @@ BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
 
 # Parentheses within parentheses, as in src/techniques/text.rs: more than any text has that means something.
 MOST_PARENTHESES = 64
+# Pixels along a side of a picture, as of the renderers.
+LONGEST_PICTURE = 16384
 
 #: What a text can say: a flag, a number, a word, or a tuple of numbers or of such tuples.
 Parsed: TypeAlias = "bool | int | float | str | tuple[Parsed, ...]"
@@ -157,14 +159,16 @@ def parse_size(text: str) -> tuple[int, int]:
     Raises
     ------
     ArgumentError
-        For anything but two whole numbers above 0.
+        For anything but two whole numbers from 1 to `LONGEST_PICTURE`.
     """
     parts = text.lower().replace("×", "x").replace(",", "x").split("x")
     if len(parts) == 2 and all(part.strip().isascii() and part.strip().isdigit() for part in parts):
         width, height = (int(part) for part in parts)
-        if width > 0 and height > 0:
+        if min(width, height) > 0 and max(width, height) <= LONGEST_PICTURE:
             return width, height
-    raise ArgumentError(f"size: expected width x height in pixels, such as 1280x720, both above 0, got {shown(text)}")
+    raise ArgumentError(
+        f"size: expected width x height in pixels, such as 1280x720, 1 to {LONGEST_PICTURE} each, got {shown(text)}"
+    )
 
 
 def parse_resolutions(text: str) -> list[int]:

@@ -53,7 +53,7 @@ impl Configuration {
         let offset = if size >= 1.0 { far_off } else { DVec3::ZERO };
         let (kind, parts) = parts(random, size, offset);
         let scene = placed(&parts);
-        let camera = varied(&camera(random, &scene, size), &mut Random(seed.wrapping_mul(0x9FB2_1C65_1E98_DF25)));
+        let camera = varied(&camera(random, &scene, size), size, &mut Random(seed.wrapping_mul(0x9FB2_1C65_1E98_DF25)));
         let (light_kind, light) = light(random, &scene, &camera, size);
         let resolution = pick(&[3, 4, 5, 16, 100, 512, 2048, 16384], random);
         let what = format!("{kind} of size {size:.3} at {offset}, {light_kind}");
@@ -139,7 +139,7 @@ fn camera(random: &mut Random, scene: &Scene, size: f64) -> Camera {
 }
 
 /// The camera as it is, or another that stands there: with parallel rays, a shifted picture, no end, an extreme aspect.
-fn varied(camera: &Camera, random: &mut Random) -> Camera {
+fn varied(camera: &Camera, size: f64, random: &mut Random) -> Camera {
     let volume = camera.volume();
     let (near, far) = (volume.near, volume.far);
     let aspect = pick(&[volume.aspect, volume.aspect, 0.05, 20.0, log_between(random, 0.05, 20.0)], random);
@@ -155,7 +155,8 @@ fn varied(camera: &Camera, random: &mut Random) -> Camera {
         kind => {
             // As high as the perspective one is somewhere between its planes; depths of either sign.
             let depth = log_between(random, near, far.min(1e3 * near));
-            let height = volume.height() * depth;
+            // Positions of samples are f32 from the middle of the scene: smaller pictures show their steps.
+            let height = (volume.height() * depth).max(1e-4 * size);
             let near = pick(&[near, -near, -far, 0.0], random);
             let volume = ViewVolume::orthographic(height, aspect, near, far);
             if kind == 6 { volume } else { volume.shifted(shift) }

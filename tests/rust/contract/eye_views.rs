@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use shadowlab::image::GBuffer;
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::scene::PixelRay;
 use shadowlab::trace::{Hit, Tracer};
 use shadowlab::{Camera, Progress, Scene};
 
@@ -48,10 +49,10 @@ impl Judge<'_> {
         DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
     }
 
-    /// Through the centre of a pixel, of camera depth 1.
-    fn ray(&self, i: usize) -> DVec3 {
+    /// Through the centre of a pixel.
+    fn ray(&self, i: usize) -> PixelRay {
         let centre = self.centre(i);
-        self.camera.pixel_ray(centre.x, centre.y, self.size).direction
+        self.camera.pixel_ray(centre.x, centre.y, self.size)
     }
 
     /// The corners of a triangle, relative to the eye.
@@ -62,11 +63,11 @@ impl Judge<'_> {
         mesh.triangles()[triangle as usize].map(|i| map.transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
     }
 
-    /// Pixels of a point before the eye.
+    /// Pixels of a point before the eye, from which it is told.
     fn pixel(&self, p: DVec3) -> DVec2 {
-        let DVec2 { x: tx, y: ty } = self.camera.half_size();
-        let depth = p.dot(self.camera.forward());
-        let ndc = DVec2::new(p.dot(self.camera.right()) / (depth * tx), p.dot(self.camera.up()) / (depth * ty));
+        let w = self.camera.w_at(p.dot(self.camera.forward()));
+        let across = DVec2::new(p.dot(self.camera.right()), p.dot(self.camera.up()));
+        let ndc = across / (w * self.camera.half_size()) - self.camera.volume().shift;
         DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * DVec2::from_array(self.size.map(f64::from))
     }
 
@@ -74,7 +75,8 @@ impl Judge<'_> {
     fn is_on_edge(&self, face: (i32, i32), centre: DVec2) -> bool {
         let corners = self.corners(face);
         let depth = |p: DVec3| p.dot(self.camera.forward());
-        // Halfway to the near plane nothing is out of proportion; the cut itself is an edge, too.
+        // Halfway to the near plane nothing is out of proportion, and for parallel rays nowhere; the cut itself is an edge, too.
+        let before = if self.camera.is_orthographic() { f64::NEG_INFINITY } else { 0.5 * self.camera.near() };
         let cut_at = |near: f64, k: usize| {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
             let (a, b) = if depth(a) < depth(b) { (b, a) } else { (a, b) };
@@ -82,8 +84,7 @@ impl Judge<'_> {
             let end = if is_cut { a.lerp(b, (depth(a) - near) / (depth(a) - depth(b))) } else { b };
             (depth(a) > near).then_some((a, end, is_cut))
         };
-        let mut edges: Vec<[DVec3; 2]> =
-            (0..3).filter_map(|k| cut_at(0.5 * self.camera.near(), k)).map(|(a, b, _)| [a, b]).collect();
+        let mut edges: Vec<[DVec3; 2]> = (0..3).filter_map(|k| cut_at(before, k)).map(|(a, b, _)| [a, b]).collect();
         let cut: Vec<DVec3> =
             (0..3).filter_map(|k| cut_at(self.camera.near(), k)).filter(|c| c.2).map(|c| c.1).collect();
         edges.extend(cut.first_chunk::<2>());
@@ -96,12 +97,12 @@ impl Judge<'_> {
         })
     }
 
-    /// The camera depth at which a ray (camera depth 1) meets the plane of a triangle.
-    fn depth(&self, face: (i32, i32), ray: DVec3) -> f64 {
+    /// The camera depth at which a ray meets the plane of a triangle.
+    fn depth(&self, face: (i32, i32), ray: PixelRay) -> f64 {
         let [a, b, c] = self.corners(face);
         let scale = (b - a).abs().max((c - a).abs()).max_element();
         let normal = ((b - a) / scale).cross((c - a) / scale);
-        normal.dot(a) / normal.dot(ray)
+        normal.dot(a - ray.from_eye) / normal.dot(ray.direction)
     }
 
     fn judge(&self, i: usize, g: &GBuffer, hit: &Hit, tally: &mut Tally) {
@@ -124,7 +125,9 @@ impl Judge<'_> {
         let [near, far] = [self.camera.near(), self.camera.far()];
         let depth_of = |face: (i32, i32)| if face.1 >= 0 { self.depth(face, ray) } else { f64::INFINITY };
         let [a, b] = [depth_of(shown), depth_of(exact)];
-        let alike = |a: f64, b: f64| (a - b).abs() <= self.tolerance.depth * b;
+        // Depths of parallel rays begin anywhere.
+        let size = |b: f64| if self.camera.is_orthographic() { near.abs().max(far.abs()) } else { b };
+        let alike = |a: f64, b: f64| (a - b).abs() <= self.tolerance.depth * size(b);
         if alike(a, b) || alike(a, near) || alike(b, near) || (alike(a.min(b), far) && a.max(b) > far) {
             tally.as_near += 1;
             return;
@@ -135,14 +138,14 @@ impl Judge<'_> {
         ));
     }
 
-    fn judge_position(&self, i: usize, g: &GBuffer, face: (i32, i32), ray: DVec3, centre: DVec2, tally: &mut Tally) {
+    fn judge_position(&self, i: usize, g: &GBuffer, face: (i32, i32), ray: PixelRay, centre: DVec2, tally: &mut Tally) {
         let from_origin = DVec3::from_array(g.position[i].map(f64::from));
         let p = g.origin - self.camera.eye() + from_origin;
         let [a, b, c] = self.corners(face);
         let scale = (b - a).abs().max((c - a).abs()).max_element();
         let normal = ((b - a) / scale).cross((c - a) / scale).normalize_or_zero();
         let reach = from_origin.length() + p.length() + (self.camera.eye() - g.origin).length();
-        let (off_plane, off_ray) = (normal.dot(p - a).abs(), p.reject_from(ray).length());
+        let (off_plane, off_ray) = (normal.dot(p - a).abs(), (p - ray.from_eye).reject_from(ray.direction).length());
         let most = self.tolerance.position * (reach + a.length().max(b.length()).max(c.length()));
         // On the edge of a sliver the plane is met elsewhere, and the point is held within the triangle.
         if (off_plane > most || off_ray > most) && !self.is_on_edge(face, centre) {
@@ -158,9 +161,9 @@ fn run(renderer: &dyn Renderer, tolerance: Tolerance, view: &EyeView, tally: &mu
     let g = renderer.gbuffer(scene, camera, *size, &Progress::new()).expect("a picture");
     let tracer = Tracer::new(scene, &Progress::new()).expect("a hierarchy");
     let judge = Judge { scene, camera, size: *size, tolerance };
-    let rays: Vec<[f64; 3]> = (0..g.depth.len()).map(|i| judge.ray(i).to_array()).collect();
-    let from: Vec<[f64; 3]> =
-        rays.iter().map(|d| (camera.eye() + camera.near() * DVec3::from_array(*d)).to_array()).collect();
+    let rays: Vec<PixelRay> = (0..g.depth.len()).map(|i| judge.ray(i)).collect();
+    let from: Vec<[f64; 3]> = rays.iter().map(|ray| (camera.eye() + ray.at(camera.near())).to_array()).collect();
+    let rays: Vec<[f64; 3]> = rays.iter().map(|ray| ray.direction.to_array()).collect();
     let hits = tracer.first_hit(&from, &rays, &Progress::new()).expect("hits");
     for (i, hit) in hits.iter().enumerate() {
         let hit = if hit.t <= camera.far() - camera.near() { *hit } else { Hit::NONE };

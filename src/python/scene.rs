@@ -135,7 +135,7 @@ impl PyScene {
         let transforms = array::<f64>(transforms, "transforms", &[None, Some(4), Some(4)])?;
         let (mesh_index, transforms) = (mesh_index.as_slice()?, transforms.as_slice()?.as_chunks::<16>().0);
         if mesh_index.len() != transforms.len() {
-            let expected = format!("one matrix for each of the {} instances", mesh_index.len());
+            let expected = format!("one matrix for each of the {} rows of mesh_index", mesh_index.len());
             return Err(argument_error(py, "transforms", expected, transforms.len(), "give as many"));
         }
         let mut instances = Vec::with_capacity(transforms.len());

@@ -226,6 +226,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Camera.look_at": {"up": lambda: (0.0, 1.0, 0.0)},
     "Camera.orthographic": {"up": lambda: (0.0, 1.0, 0.0), "height": lambda: 4.0},
     "Camera.from_matrices": {"view": lambda: world().camera.view, "convention": lambda: None, "far": lambda: None},
+    "Camera.corners": {"depth": lambda: 5.0},
     "Camera.replace": {"changes": lambda: {"eye": (0.0, 1.0, 9.0)}},
     "Convention": {
         "vectors": lambda: "column", "z_range": lambda: (0.0, 1.0), "reversed_z": lambda: False, "x": lambda: "right",

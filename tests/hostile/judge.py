@@ -29,6 +29,7 @@ SYNONYMS = {
     "value": "value|convention",
     "name": "name|scene|technique|preset|kind",
     "path": "path|file",
+    "source": "source|file|bytes",
 }
 
 

@@ -7,11 +7,12 @@ of all that leave nothing over, the simplest is told. What no convention explain
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ..errors import ArgumentError
+from ..text.checked import has_all
 from ..text.checks import whole
 from ..travel import Value
 from .account import account_of, better_of, is_same, texels_text
@@ -145,18 +146,20 @@ def diagnose(
 
 def is_made_here(value: object) -> bool:
     """Whether maps come from a technique, and so are maps of the world in our convention."""
-    return hasattr(value, "partitions") and all(part.lift is not None for part in value.partitions)
+    of: Any = value
+    return has_all(value, "partitions") and all(part.lift is not None for part in of.partitions)
 
 
 def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """(K, 4, 4) matrices and the camera depths of each."""
-    if hasattr(value, "matrices") and hasattr(value, "partitions"):
-        if any(part.post_warp != "none" for part in value.partitions):
+    if has_all(value, "matrices", "partitions"):
+        of: Any = value
+        if any(part.post_warp != "none" for part in of.partitions):
             raise ArgumentError(
                 f"{name}: expected maps that are matrices alone, got one with a post-warp; "
                 "hold its .matrices and what follows them against theirs"
             )
-        return np.asarray(value.matrices), [part.eye_depth for part in value.partitions]
+        return np.asarray(of.matrices), [part.eye_depth for part in of.partitions]
     stack = matrices_of(name, value).reshape(-1, 4, 4)
     for m in stack:
         largest = np.abs(m).max(axis=1, keepdims=True)

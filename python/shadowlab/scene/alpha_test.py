@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError
+from ..text.arrays import checked_array, checked_number
 from ..text.words import shown
 from ..travel import Value
 
@@ -98,25 +99,20 @@ class AlphaTest(Value):
 
 
 def _levels(value: object) -> npt.NDArray[np.uint8]:
-    found = np.asarray(value)
+    try:
+        found = np.asarray(value)
+    except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
+        found = np.empty(0)
     if found.dtype != np.uint8 or found.ndim != 2 or found.size == 0 or max(found.shape) > LONGEST_SIDE:
         raise ArgumentError(
-            f"texture: expected an array (H, W) of uint8 with at least one texel, got shape {found.shape} of "
-            f"{found.dtype}; give the alpha channel alone, 255 for opaque"
+            f"texture: expected an array (H, W) of uint8 with at least one texel, got {shown(value)} (shape "
+            f"{list(found.shape)} of {found.dtype}); give the alpha channel alone, 255 for opaque"
         )
     return _kept(found)
 
 
 def _coordinates(value: Any) -> npt.NDArray[np.float32]:
-    try:
-        found = np.asarray(value)
-        kind = found.dtype.kind
-    except ValueError:
-        found, kind = np.empty(0), "O"
-    if kind not in "fiu" or found.ndim != 2 or found.shape[1] != 2:
-        raise ArgumentError(
-            f"uv: expected an array (V, 2) of numbers, got {shown(value)}; give each vertex its texture coordinates"
-        )
+    found = checked_array("uv", value, np.float64, (None, 2))
     with np.errstate(over="ignore"):
         single = found.astype(np.float32)
     bad = np.flatnonzero(~np.isfinite(single).all(axis=1))
@@ -136,14 +132,14 @@ def _kept(array: npt.NDArray[S]) -> npt.NDArray[S]:
 
 
 def _level(name: str, value: Any) -> float:
-    is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    if not (is_number and np.isfinite(value) and value >= 0):
+    number = checked_number(name, value, "1 is fully opaque", "a finite number of at least 0")
+    if not 0 <= number < float("inf"):
         raise ArgumentError(f"{name}: expected a finite number of at least 0, got {shown(value)}; 1 is fully opaque")
-    return float(value)
+    return number
 
 
 def _wrap(value: Any) -> tuple[Wrap, Wrap]:
-    names = tuple(value) if isinstance(value, (tuple, list)) else ()
+    names = tuple(value) if type(value) in (tuple, list) else ()
     if len(names) != 2 or not all(isinstance(name, str) and name in WRAPS for name in names):
         known = ", ".join(map(repr, WRAPS))
         raise ArgumentError(f"wrap: expected two of {known}, got {shown(value)}; name one for u and one for v")

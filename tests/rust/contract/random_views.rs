@@ -125,8 +125,9 @@ fn check(
         let rows = Rows::of(&m);
         for row in [rows.x, rows.y, rows.w] {
             let along = row.dot(light);
-            // Subnormal numbers have fewer digits.
-            let size = (row * light).abs().element_sum().max(f64::MIN_POSITIVE / f64::EPSILON);
+            // Subnormal numbers have fewer digits, and a part of a row below the rounding of the rest has none.
+            let rest = f64::EPSILON * row.truncate().length() * light.length();
+            let size = ((row * light).abs().element_sum() + rest).max(f64::MIN_POSITIVE / f64::EPSILON);
             assert!(along.abs() <= ROUNDINGS * size, "(0.1): {row} on {light} is {along:e}; {rows:?}");
         }
         // Where w spans more than depth has digits for, or a light far from the origin stands near what it lights.

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...errors import ArgumentError, LoadError
 from ...text import shown
+from ...text.checked import has_all
 from .archives import ARCHIVES, PACKED
 from .given import Given
 from .limits import Limits, check_limit
@@ -32,7 +33,7 @@ def given_source(source: object, kind: str | None, limits: Limits) -> Given:
     if isinstance(source, (str, os.PathLike)):
         path = _path(source)
         return Given.of_file(path, kind or ending_of(path.name), limits)
-    if callable(getattr(source, "read", None)):
+    if has_all(source, "read") and callable(getattr(source, "read", None)):
         return _of_stream(source, kind, limits)
     raise ArgumentError(
         f'source: expected the path of a mesh file, its bytes or an open file, got {shown(source)}; try "scene.glb"'

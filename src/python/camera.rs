@@ -309,6 +309,7 @@ impl PyCamera {
     /// >>> origins, directions = camera.rays([(0, 0), (2, 2)], (2, 2))
     /// >>> origins.tolist(), directions.tolist()
     /// ([[-1.0, 1.0, 9.0], [1.0, -1.0, 9.0]], [[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])
+    #[allow(clippy::type_complexity)]
     fn rays<'py>(
         &self,
         pixels: &Bound<'py, PyAny>,

@@ -137,7 +137,7 @@ fn tile_with<K: Kernel>(shader: &Shader, size: [u32; 2], [left, top]: [usize; 2]
             let mut bits = 0;
             for r in 0..BUNDLE {
                 let [x, y] = at(r);
-                rays[r] = shader.from_eye(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5));
+                rays[r] = shader.world_ray(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5));
                 bits |= u32::from(x < left + tile_width && y < height) << r;
             }
             let answers = shader.pixels::<K>(&rays, bits, &mut stacks);
@@ -178,7 +178,7 @@ impl<'a> Shader<'a> {
 
     /// The ray of a pixel, from where rays begin.
     #[inline(always)]
-    fn from_eye(&self, ray: &PixelRay) -> WorldRay {
+    fn world_ray(&self, ray: &PixelRay) -> WorldRay {
         WorldRay { origin: self.eye + ray.at(self.start), direction: ray.direction }
     }
 

@@ -1,5 +1,7 @@
 //! Views that are hard for a depth buffer: grazing floors, thin gaps, stacks, tiny far triangles, eyes at walls.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use std::fmt;
 use std::sync::Arc;
 
@@ -31,7 +33,7 @@ fn log_between(random: &mut Random, low: f64, high: f64) -> f64 {
 }
 
 fn turned(random: &mut Random) -> DMat3 {
-    DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.28))
+    DMat3::from_axis_angle(random.direction(), random.between(0.0, TAU))
 }
 
 /// A square of n x n squares, uneven as terrain where asked.
@@ -71,7 +73,7 @@ fn things(random: &mut Random) -> (&'static str, Parts, DVec3, DVec3) {
     let scale = |x: f64, y: f64, z: f64| DMat3::from_diagonal(v(x, y, z));
     let n = [1, 4, 30][random.below(3)];
     let around = |random: &mut Random, distance: f64, low: f64| {
-        let turn = random.between(0.0, 6.28);
+        let turn = random.between(0.0, TAU);
         v(distance * turn.cos(), distance * low, distance * turn.sin())
     };
     match random.below(7) {
@@ -112,7 +114,7 @@ fn things(random: &mut Random) -> (&'static str, Parts, DVec3, DVec3) {
         4 => {
             let away = log_between(random, 1e-5, 1e-2);
             let wall = (grid(n, 0.0, random), scale(1.0, 1.0, 1.0), DVec3::ZERO);
-            let other = (grid(n, 0.0, random), DMat3::from_rotation_x(1.5708) * 0.8, v(0.0, 0.0, -0.7));
+            let other = (grid(n, 0.0, random), DMat3::from_rotation_x(FRAC_PI_2) * 0.8, v(0.0, 0.0, -0.7));
             let eye = v(random.between(-0.5, 0.5), away, random.between(-0.5, 0.5));
             let along = eye + v(random.between(-1.0, 1.0), random.between(-0.5, 0.3), random.between(-1.0, 1.0));
             ("an eye close to a wall", vec![wall, other], eye, along)

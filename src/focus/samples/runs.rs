@@ -30,8 +30,8 @@ pub(super) struct Run {
     /// Middle and half sides of a box around them, relative to the eye.
     pub middle: DVec3,
     half: DVec3,
-    /// At most the least product of a normal of theirs with the way to it ([`Camera::way_to`]): before a perspective eye how far it
-    /// lies off their planes.
+    /// At most the least product of a normal of theirs with the way to it ([`crate::scene::Camera::way_to`]): before a
+    /// perspective eye how far it lies off their planes.
     off_plane: f64,
 }
 

@@ -14,6 +14,7 @@ use shadowlab::trace::{Hit, Tracer};
 use shadowlab::{Camera, Progress, Scene};
 
 use super::eye_scenes::EyeView;
+#[cfg(feature = "gpu")]
 use crate::support::gpu;
 
 /// Vertices are rounded to 1/256 px, so that edges move by up to 1/362 px, and by the rounding of what is projected.
@@ -209,6 +210,7 @@ fn the_cpu_shows_what_exact_rays_meet() {
     check(&CpuRenderer::new(), || Tolerance { depth: 16.0 * EPSILON, position: 2.0 * EPSILON }, 600);
 }
 
+#[cfg(feature = "gpu")]
 #[test]
 fn the_gpu_shows_what_exact_rays_meet() {
     let Some(renderer) = gpu::renderer() else { return };

@@ -174,6 +174,11 @@ def studies() -> Any:
     return sl.compare(*view(), ["uniform", "lispsm"], resolution=64, size=SIZE, renderer="cpu", progress=False)
 
 
+def plan() -> Any:
+    """A camera of parallel rays."""
+    return sl.Camera.orthographic((0, 9, 0), (0, 0, 0), (0, 0, -1), height=4, near=-1, far=20)
+
+
 def lens(**changes: Any) -> Any:
     return sl.Camera.look_at((0.0, -0.0, 5.0), (0.1, -0.0, 0.0), near=0.5, far=50.0).replace(**changes)
 
@@ -193,7 +198,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         for n in (1, 2)
     ],
     "Bias": lambda: [sl.Bias(), sl.Bias.none(), sl.Bias(world=0.01), sl.Bias(world=-0.01, slope_limit=np.inf)],
-    "Camera": lambda: [lens(), lens(near=0.25), lens(eye=(1, 2, 3)), lens(up=(1, 1, 0)), view()[1]],
+    "Camera": lambda: [lens(), lens(near=0.25), lens(eye=(1, 2, 3)), lens(up=(1, 1, 0)), plan(), view()[1]],
     "Causes": causes,
     "Convention": lambda: [
         sl.Convention(),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import SimpleNamespace
@@ -335,10 +336,17 @@ for _name in ("LibraryScene", "_core.Scene"):
 
 
 @functools.cache
+def folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder that goes with the process."""
+    return tempfile.TemporaryDirectory()
+
+
+@functools.cache
 def model() -> str:
-    """The path of a small file in the working folder."""
-    Path("model.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    return "model.obj"
+    """The path of a small file."""
+    path = Path(folder().name) / "model.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    return str(path)
 
 
 @functools.cache

@@ -98,6 +98,13 @@ class AlphaTest(Value):
         )
 
 
+def alpha_of_image(image: Any) -> npt.NDArray[np.uint8] | None:
+    """The alpha (H, W) of an image of Pillow; None where it has none. Palettes and the like may hold alpha, too."""
+    if not ({"A", "a"} & set(image.getbands()) or "transparency" in getattr(image, "info", {})):
+        return None
+    return np.asarray(image.convert("RGBA").getchannel("A"), np.uint8)
+
+
 def _levels(value: object) -> npt.NDArray[np.uint8]:
     try:
         found = np.asarray(value)

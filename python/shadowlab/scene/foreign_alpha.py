@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap
+from .alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap, alpha_of_image
 
 
 def alpha_of_trimesh(geometry: Any, notes: list[str], name: str) -> AlphaTest | None:
@@ -54,9 +54,7 @@ def _texture(texture: Any) -> tuple[NDArray[np.uint8] | None, tuple[Wrap, Wrap]]
     if source is None:
         return None, wrap
     if hasattr(source, "getchannel"):
-        # Palettes and the like may hold alpha, too.
-        has_alpha = "A" in source.getbands() or "transparency" in getattr(source, "info", {})
-        return (np.asarray(source.convert("RGBA").getchannel("A")) if has_alpha else None), wrap
+        return alpha_of_image(source), wrap
     pixels = np.asarray(source)
     if pixels.ndim != 3 or pixels.shape[2] not in (2, 4):
         return None, wrap

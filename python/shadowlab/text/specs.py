@@ -125,13 +125,7 @@ def parse_vector(text: str, name: str) -> tuple[float, float, float]:
     ArgumentError
         For anything else.
     """
-    parts = text.replace(",", " ").split()
-    try:
-        x, y, z = (float(part) for part in parts)
-    except ValueError:
-        raise ArgumentError(f"{name}: expected three numbers such as 1,2.5,-3, got {shown(text)}") from None
-    if not all(math.isfinite(v) for v in (x, y, z)):
-        raise ArgumentError(f"{name}: expected three finite numbers, got {shown(text)}")
+    x, y, z = _finite_numbers(text, name, 3, "three", "1,2.5,-3")
     return x, y, z
 
 
@@ -143,14 +137,20 @@ def parse_pair(text: str, name: str) -> tuple[float, float]:
     ArgumentError
         For anything else.
     """
-    parts = text.replace(",", " ").split()
-    try:
-        x, y = (float(part) for part in parts)
-    except ValueError:
-        raise ArgumentError(f"{name}: expected two numbers such as 0,0.5, got {text!r}") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ArgumentError(f"{name}: expected two finite numbers, got {text!r}")
+    x, y = _finite_numbers(text, name, 2, "two", "0,0.5")
     return x, y
+
+
+def _finite_numbers(text: str, name: str, count: int, word: str, example: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise ArgumentError(f"{name}: expected {word} numbers such as {example}, got {shown(text)}")
+    if not all(map(math.isfinite, numbers)):
+        raise ArgumentError(f"{name}: expected {word} finite numbers, got {shown(text)}")
+    return numbers
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..alpha_test import AlphaTest, Wrap
+from ..alpha_test import AlphaTest, Wrap, alpha_of_image
 from ..gathered import Gathered
 from .given import Given, OutsideError, inside
 from .limits import check_limit
@@ -126,9 +126,8 @@ def _opacity(given: Given, data: bytes) -> NDArray[np.uint8] | None:
         try:
             with Image.open(io.BytesIO(data)) as image:
                 check_limit(given.limits, given.name, "elements", image.width * image.height, "texels of a texture")
-                has_alpha = "A" in image.getbands() or "transparency" in image.info
-                grey = image.convert("RGBA").getchannel("A") if has_alpha else image.convert("L")
-                return np.asarray(grey, np.uint8)
+                alpha = alpha_of_image(image)
+                return np.asarray(image.convert("L"), np.uint8) if alpha is None else alpha
         except LoadError:
             raise
         except Exception:  # noqa: BLE001 - each of Pillow's decoders raises what its own parser raises

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
-from ..alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap
+from ..alpha_test import CUTOFF, WRAP_OF, AlphaTest, Wrap, alpha_of_image
 from ..formats.limits import check_limit
 from .accessors import Accessors
 from .extensions import AVIF, SPECULAR_GLOSSINESS, TEXTURE_TRANSFORM, WEBP
@@ -129,10 +129,8 @@ class Materials:
                 width, height = picture.size
                 check_limit(document.given.limits, image.file, "elements", width * height, f"pixels in {image.where}")
                 document.expand(4 * width * height)
-                transparent = picture.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info
-                if not transparent:
-                    return np.full((1, 1), OPAQUE_ALPHA, np.uint8)
-                return np.asarray(picture.convert("RGBA").getchannel("A"), np.uint8)
+                alpha = alpha_of_image(picture)
+                return np.full((1, 1), OPAQUE_ALPHA, np.uint8) if alpha is None else alpha
         except (LoadError, MemoryError):
             raise
         except Exception as e:  # noqa: BLE001 - each of pillow's decoders raises what its parser raises

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec4};
 use rayon::prelude::*;
 
-use super::exact::ExactTriangles;
+use super::exact::{Depths, ExactTriangles};
 use super::guard_band::GuardBand;
 use super::scene_cache::DeviceScene;
 use crate::geometry::Aabb;
@@ -69,6 +69,7 @@ impl DrawList {
         on_device: &DeviceScene,
         clip_from_world: &DMat4,
         guard: GuardBand,
+        depths: Depths,
     ) -> PassDraws {
         let viewport_from_clip = guard.viewport_from_clip();
         let visible: Vec<(u32, DMat4, bool)> = on_device
@@ -100,7 +101,7 @@ impl DrawList {
                     Some((_, exact)) if is_tested => exact,
                     _ => &mut pass.exact,
                 };
-                exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot);
+                exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot, depths);
             }
             self.instances.push(instance);
             self.clip_from_local.push(single(&viewport_from_local));

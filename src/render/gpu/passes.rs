@@ -9,7 +9,7 @@ use wgpu::{
 
 use super::device::Gpu;
 use super::draw_list::{DrawList, PassDraws};
-use super::exact::ExactTriangles;
+use super::exact::{Depths, ExactTriangles};
 use super::guard_band::GuardBand;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
@@ -68,7 +68,7 @@ impl Session<'_> {
         let mut passes = Vec::with_capacity(clips_from_world.len());
         for clip_from_world in clips_from_world {
             self.progress.check()?;
-            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard));
+            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard, Depths::Forward));
         }
         let identity = list.push_identity();
         let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;

@@ -12,6 +12,7 @@ use wgpu::{
 };
 
 use super::draw_list::DrawList;
+use super::exact::Depths;
 use super::guard_band::GuardBand;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, TestedIds, WORKGROUP};
@@ -65,7 +66,9 @@ impl Session<'_> {
         let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
         let guard = GuardBand::new(self.gpu, size);
         let mut list = DrawList::default();
-        let draws = list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard);
+        // The depth of parallel rays is linear, whichever way it runs.
+        let depths = if camera.is_orthographic() { Depths::Forward } else { Depths::Reversed };
+        let draws = list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard, depths);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let mut placements = space.placements(scene, &on_device, &list.instances);

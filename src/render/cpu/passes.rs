@@ -6,8 +6,8 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::raster::{
-    BandArea, Bands, Batches, Bins, DepthPixels, Entries, IdPixels, LANES, Pixels, Round, Scratch, Tested, Viewport,
-    draw, draw_fragments,
+    BandArea, Bands, Batches, Bins, DepthPixels, Draw, Entries, IdPixels, LANES, Pixels, Round, Scratch, Tested,
+    Viewport, draw, draw_fragments,
 };
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
@@ -151,10 +151,24 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
 fn draw_band<P: Pixels>(round: Round, band: usize, area: BandArea, size: [u32; 2], pixels: &mut P) {
     match round.tested {
         None => draw_round(round.scratch, band, area, pixels),
-        Some(draws) => draw_round(round.scratch, band, area, &mut Tested::new(pixels, draws, area, size)),
+        Some(draws) => draw_tested(round.scratch, draws, band, area, size, pixels),
     }
 }
 
+/// Kept apart, for the loops of scenes without alpha tests to be laid out as if there were none.
+#[inline(never)]
+fn draw_tested<P: Pixels>(
+    scratch: &Scratch,
+    draws: &[Draw],
+    band: usize,
+    area: BandArea,
+    size: [u32; 2],
+    pixels: &mut P,
+) {
+    draw_round(scratch, band, area, &mut Tested::new(pixels, draws, area, size));
+}
+
+#[inline(never)]
 fn draw_round<P: Pixels>(scratch: &Scratch, band: usize, area: BandArea, pixels: &mut P) {
     for bins in scratch.bins() {
         draw_bins(scratch, bins, band, area, pixels);

@@ -72,11 +72,11 @@ impl Judge<'_> {
         DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * DVec2::from_array(self.size.map(f64::from))
     }
 
-    /// Whether a pixel's centre is within the grid's rounding of an edge of a triangle, as it is cut by the near plane.
+    /// Whether a pixel's centre is within the grid's rounding of an edge of a triangle, as it is cut by the near and far planes.
     fn is_on_edge(&self, face: (i32, i32), centre: DVec2) -> bool {
         let corners = self.corners(face);
         let depth = |p: DVec3| p.dot(self.camera.forward());
-        // Halfway to the near plane nothing is out of proportion, and for parallel rays nowhere; the cut itself is an edge, too.
+        // Halfway to the near plane nothing is out of proportion, and for parallel rays nowhere; the cuts themselves are edges, too.
         let before = if self.camera.is_orthographic() { f64::NEG_INFINITY } else { 0.5 * self.camera.near() };
         let cut_at = |near: f64, k: usize| {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
@@ -86,9 +86,10 @@ impl Judge<'_> {
             (depth(a) > near).then_some((a, end, is_cut))
         };
         let mut edges: Vec<[DVec3; 2]> = (0..3).filter_map(|k| cut_at(before, k)).map(|(a, b, _)| [a, b]).collect();
-        let cut: Vec<DVec3> =
-            (0..3).filter_map(|k| cut_at(self.camera.near(), k)).filter(|c| c.2).map(|c| c.1).collect();
-        edges.extend(cut.first_chunk::<2>());
+        for plane in [self.camera.near(), self.camera.far()] {
+            let cut: Vec<DVec3> = (0..3).filter_map(|k| cut_at(plane, k)).filter(|c| c.2).map(|c| c.1).collect();
+            edges.extend(cut.first_chunk::<2>());
+        }
         edges.into_iter().any(|edge| {
             let [a, b] = edge.map(|p| self.pixel(p));
             let along = b - a;

@@ -12,7 +12,7 @@ mod triangle_setup;
 mod vertices;
 
 pub use batch::{Batches, Round, Scratch};
-pub use binning::{Bands, Bins};
+pub use binning::{Bands, Bins, Draw};
 pub use fill::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
 pub use simd::LANES;
 pub use tested::Tested;

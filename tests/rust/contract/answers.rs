@@ -11,15 +11,23 @@ use crate::support::views::View;
 
 /// What techniques answered: maps, or that a view does not suit them.
 #[derive(Debug, Default)]
-pub struct Answers(BTreeMap<&'static str, [usize; 2]>);
+pub struct Answers {
+    found: BTreeMap<&'static str, [usize; 2]>,
+    views: usize,
+}
 
 impl Answers {
+    /// The number of a view, from 0 on.
+    pub fn turn(&mut self) -> usize {
+        self.views += 1;
+        self.views - 1
+    }
     pub fn count(&mut self, technique: &'static str, maps: bool) {
-        self.0.entry(technique).or_default()[usize::from(!maps)] += 1;
+        self.found.entry(technique).or_default()[usize::from(!maps)] += 1;
     }
     /// A technique that answers nothing but errors is none.
     pub fn assert_maps_of_all(&self) {
-        for (technique, [maps, unsuited]) in &self.0 {
+        for (technique, [maps, unsuited]) in &self.found {
             println!("{technique}: {maps} answers with maps, {unsuited} views that do not suit it");
             assert!(*maps > 0, "{technique}: no view suits it");
         }

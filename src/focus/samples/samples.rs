@@ -306,6 +306,11 @@ impl Samples {
     fn outline_of(&self, camera: &Camera, light: &Light, indices: &[u32]) -> Option<Outline> {
         Outline::of(RayFrame::new(light, camera.eye())?, &self.of_indices(indices, camera.eye()))
     }
+    /// How far from their surfaces they lie at most (world units), as positions are f32 relative to the origin.
+    pub fn rounding(&self) -> f64 {
+        let far = self.points.iter().map(|p| vector(*p).length_squared()).fold(0.0, f64::max);
+        f64::from(f32::EPSILON) * far.sqrt()
+    }
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
     pub fn depths(&self, camera: &Camera, light: &Light, region: &Region) -> Option<[f64; 2]> {

@@ -122,7 +122,14 @@ struct Surface {
     normal: DVec3,
     /// Camera depths of the nearest and the farthest corner.
     depths: [f64; 2],
+    /// For each side a direction in the plane and an offset: 1 at the corner before it, 0 on it.
+    sides: [(DVec3, f64); 3],
 }
+
+/// Of a plane seen edge on: sine of the angle to the ray that rounding leaves nothing of.
+const EDGE_ON: f64 = 16.0 * f64::EPSILON;
+/// How far beside a triangle its plane may be met, in parts of the triangle. Pixels on its rim are up to 1/362 px beside it.
+const BESIDE: f64 = 1.0 / 64.0;
 
 impl Surface {
     fn new(scene: &Scene, camera: &Camera, first_ids: &[u32], id: u32) -> Self {
@@ -151,18 +158,56 @@ impl Surface {
                 depths[0].min(depths[1]).min(depths[2]).max(camera.near()),
                 depths[0].max(depths[1]).max(depths[2]).min(camera.far()),
             ],
+            sides: [[b, c, a], [c, a, b], [a, b, c]].map(|[from, to, before]| {
+                let inwards = normal.cross(to - from);
+                let inwards = inwards / inwards.dot(before - from);
+                (inwards, -inwards.dot(from))
+            }),
         }
+    }
+
+    /// Where a ray runs above or below the triangle: an interval of its depths, empty if it passes by. NaN for a triangle
+    /// without area.
+    fn passage(&self, ray: &PixelRay) -> [f64; 2] {
+        self.sides.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[begin, end], (inwards, offset)| {
+            let (here, per_depth) = (inwards.dot(ray.from_eye) + offset, inwards.dot(ray.direction));
+            let crossed = -here / per_depth;
+            match per_depth {
+                p if p > 0.0 => [begin.max(crossed), end],
+                p if p < 0.0 => [begin, end.min(crossed)],
+                _ if here >= 0.0 => [begin, end],
+                _ => [f64::INFINITY, f64::NEG_INFINITY],
+            }
+        })
+    }
+
+    /// Whether a point of the plane is beside the triangle by more than the pixel grid makes of its rim.
+    fn is_beside(&self, p: DVec3) -> bool {
+        self.sides.iter().any(|(inwards, offset)| inwards.dot(p) + offset < -BESIDE)
     }
 
     /// The camera depth at which a pixel's ray meets the triangle's plane, and the unit normal towards the eye.
     ///
     /// A triangle seen nearly edge on covers pixels on the grid that its plane misses by up to
-    /// 1/512 pixel, where the plane is met far away; the point is therefore held within the camera depths of the triangle.
-    /// A plane seen exactly edge on, or none (no area), leaves the rasterised depth.
+    /// 1/512 pixel, where the plane is met far away; the point is therefore held where the ray passes by the triangle, and
+    /// within its camera depths. In a plane seen exactly edge on the triangle is met at its rim; without an area it leaves
+    /// the rasterised depth.
     fn seen_along(&self, camera: &Camera, ray: &PixelRay, to_far: f64) -> (f64, DVec3) {
         let along = self.normal.dot(ray.direction);
         let t = self.normal.dot(self.corner - ray.from_eye) / along;
-        let t = if t.is_finite() { t } else { camera.volume().depth_before_far(to_far) };
+        let is_edge_on = along.abs() <= EDGE_ON * ray.direction.length();
+        let passage = (is_edge_on || self.is_beside(ray.at(t))).then(|| self.passage(ray));
+        let t = match passage {
+            Some([begin, end]) if begin <= end => {
+                if is_edge_on {
+                    begin
+                } else {
+                    t.max(begin).min(end)
+                }
+            }
+            _ if t.is_finite() => t,
+            _ => camera.volume().depth_before_far(to_far),
+        };
         // Not `clamp`: a triangle on the far plane may have its ends in the wrong order by a rounding.
         let t = t.max(self.depths[0]).min(self.depths[1]);
         let normal = match self.normal {

@@ -129,7 +129,7 @@ impl Focused {
         let rows = fitted.clip_from_local;
         values.extend(self.warp.values_of_fit(view, &rows, size));
         let clip_from_world = rows.moved_to_world(view.origin);
-        if !sees_depth(&clip_from_world, &view.light) {
+        if !clip_from_world.matrix().is_finite() || !sees_depth(&clip_from_world, &view.light) {
             return Err(Error::UnsuitedView {
                 technique: self.spec.name.into(),
                 reason: "depths along the light are lost to rounding: what is seen is too thin for a warp that strong"

@@ -16,7 +16,7 @@
 
 use super::splits::{Measure, blended, equal_shares};
 use crate::error::{Error, Result};
-use crate::focus::{Focus, FocusedView};
+use crate::focus::{Focus, FocusedView, Samples};
 use crate::note::{self, Note};
 use crate::parameterization::{Selection, Value};
 use crate::scene::Light;
@@ -296,10 +296,12 @@ impl ZPartition {
             // Receivers that no sample shows are served, too.
             (served[0][0], served[last][1]) = (camera.near(), camera.far());
         }
+        let by_samples = part.samples.filter(|_| cover == Cover::Samples);
+        let step = by_samples.map_or(0.0, Samples::rounding);
         let covered = |i: usize, [begin, end]: [f64; 2]| {
             let reach = (end + self.overlap * (end - begin)).min(camera.far());
             match cover {
-                Cover::Samples => [begin, reach],
+                Cover::Samples => [begin - step, reach + step].map(|depth| depth.clamp(camera.near(), camera.far())),
                 // Out to the planes: the body of what is seen ends before, and no rounding of a depth leaves it uncovered.
                 Cover::Receivers => {
                     [if i == 0 { camera.near() } else { begin }, if i == last { camera.far() } else { reach }]

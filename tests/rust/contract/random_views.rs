@@ -15,10 +15,12 @@ use rayon::prelude::*;
 use shadowlab::focus::Samples;
 use shadowlab::geometry::Rows;
 use shadowlab::image::TruthMask;
+use shadowlab::note::Kind;
 use shadowlab::parameterization::PostWarp;
 use shadowlab::rays::{LightFrame, LightRays};
 use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::scene::Light;
 use shadowlab::techniques::{Needs, TECHNIQUES, Technique, Value, technique};
 use shadowlab::{Error, Parameterization, Partition, Progress};
 
@@ -157,7 +159,18 @@ fn check(
     });
     // Maps of a placed light among its casters begin at a distance, and say so.
     let begins = p.partitions.iter().filter_map(|map| map.value("begins_at")).fold(0.0, f64::max) * (1.0 + 1e-9);
-    let shown = |q: DVec3| begins == 0.0 || c.light.to_light(q + boxes.origin).length() > begins;
+    // A placed light within the scene's box says the depth, along its axis or that of a face, at which its maps begin.
+    let notes = p.notes.iter().chain(p.partitions.iter().flat_map(|map| &map.notes));
+    let in_box = notes.filter(|note| note.kind() == Kind::LightInBox).flat_map(|note| note.values());
+    let in_box = in_box.map(|(_, distance)| distance.most).fold(0.0, f64::max) * (1.0 + 1e-9);
+    let shown = |q: DVec3| {
+        let v = c.light.to_light(q + boxes.origin);
+        let depth = match &c.light {
+            Light::Spot(spot) => (-v).dot(spot.direction()).min(v.abs().max_element()),
+            _ => v.abs().max_element(),
+        };
+        (begins == 0.0 || v.length() > begins) && (in_box == 0.0 || depth > in_box)
+    };
     for _ in 0..POINTS {
         let receiver = match &sampled {
             Some(points) if points.is_empty() => None,
@@ -166,7 +179,10 @@ fn check(
         };
         let Some(receiver) = receiver.filter(|q| shown(*q)) else { continue };
         let q = receiver + boxes.origin;
-        let above = boxes.casters(receiver, random);
+        // What a sample lies below by a rounding of its place is its own surface.
+        let to_light = c.light.to_light(q).normalize();
+        let mut above = boxes.casters(receiver, random);
+        above.retain(|caster| (*caster - receiver).dot(to_light) > step);
         let Some(chosen) = p.choose(q, c.camera.depth_of(q)) else {
             if gaps && above.is_empty() {
                 continue;
@@ -206,7 +222,8 @@ fn check(
             && (-ends..=1.0 + ends).contains(&ndc.z);
         assert!(
             inside || (gaps && above.is_empty()),
-            "map {chosen}: receiver {q} at {ndc}, w {w:e}, rounding {room:e}"
+            "map {chosen}: receiver {q} at {ndc}, w {w:e}, rounding {room:e}, {:?}",
+            partition.values
         );
         let Some(keeps_winding) = keeps_winding(&local, &boxes.parts[0].view.rays, receiver, boxes.origin) else {
             tally.vague += 1;

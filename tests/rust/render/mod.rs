@@ -2,6 +2,7 @@
 
 mod against_truth;
 mod cpu;
+mod edge_on;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod holes;

@@ -107,6 +107,56 @@ fn w_at(depth: f32) -> f32 {
     return select(depth, 1.0, view.rays == PARALLEL);
 }
 
+// Of a plane seen edge on: sine of the angle to the ray that rounding leaves nothing of.
+const RAY_IN_PLANE = 16.0 / 8388608.0;
+// How far beside a triangle its plane may be met, in parts of the triangle: see render::cpu::gbuffer.
+const BESIDE = 1.0 / 64.0;
+
+// Depths, and whether there are any.
+struct Passage {
+    begin: f32,
+    end: f32,
+}
+
+// What is left of a passage on the inner side of a line: 0 on it, and 1 at the corner before it.
+fn cut_passage(passage: Passage, at_origin: f32, per_depth: f32) -> Passage {
+    if per_depth == 0.0 {
+        return Passage(passage.begin, select(passage.begin - 1.0, passage.end, at_origin >= 0.0));
+    }
+    let crossed = -at_origin / per_depth;
+    if per_depth > 0.0 {
+        return Passage(max(passage.begin, crossed), passage.end);
+    }
+    return Passage(passage.begin, min(passage.end, crossed));
+}
+
+// Where the plane of a triangle (a corner, two edges from it over their length, their cross product) is met between two depths:
+// held where the ray passes by the triangle.
+fn depth_on(a: vec3f, edges: array<vec3f, 2>, across: vec3f, scale: f32, ray: Ray, nearest: f32, farthest: f32) -> f32 {
+    let facing = dot(across, ray.direction);
+    let met = clamp(select(nearest, dot(across, a - ray.origin) / facing, facing != 0.0), nearest, farthest);
+    // Parts of the triangle along both edges from the corner, of a point of the plane: at the ray's origin, and for each depth.
+    let along_ab = cross(edges[1], across) * (1.0 / (dot(across, across) * scale));
+    let along_ac = cross(across, edges[0]) * (1.0 / (dot(across, across) * scale));
+    let from_a = ray.origin - a;
+    let here = vec2f(dot(along_ab, from_a), dot(along_ac, from_a));
+    let per_depth = vec2f(dot(along_ab, ray.direction), dot(along_ac, ray.direction));
+    // Of differences of places that nearly cancel.
+    let part = vec2f(dot(along_ab, from_a + met * ray.direction), dot(along_ac, from_a + met * ray.direction));
+    let is_edge_on = abs(facing) <= RAY_IN_PLANE * length(across) * length(ray.direction);
+    if !is_edge_on && part.x >= -BESIDE && part.y >= -BESIDE && part.x + part.y <= 1.0 + BESIDE {
+        return met;
+    }
+    var passage = Passage(nearest, farthest);
+    passage = cut_passage(passage, here.x, per_depth.x);
+    passage = cut_passage(passage, here.y, per_depth.y);
+    passage = cut_passage(passage, 1.0 - here.x - here.y, -per_depth.x - per_depth.y);
+    if !(passage.begin <= passage.end) {
+        return met;
+    }
+    return select(clamp(met, passage.begin, passage.end), passage.begin, is_edge_on);
+}
+
 // Of a pixel that shows the triangle `id.y` of slot `id.x - 1`.
 fn surface(pixel: vec2u, id: vec2u) -> Surface {
     let placement = placements[id.x - 1];
@@ -142,7 +192,8 @@ fn surface(pixel: vec2u, id: vec2u) -> Surface {
     if area > 0.0 {
         let facing = dot(across, ray.direction);
         s.normal = across / select(area, -area, facing > 0.0);
-        s.depth = clamp(select(nearest, dot(across, a - ray.origin) / facing, facing != 0.0), nearest, farthest);
+        let edges = array<vec3f, 2>(ab * inverse, ac * inverse);
+        s.depth = depth_on(a, edges, across, scale, ray, nearest, farthest);
     } else {
         // No area, yet a pixel of it on the grid of sub-pixels: it faces whoever looks.
         s.normal = -normalize(ray.direction);

@@ -59,6 +59,11 @@ def test_every_primitive_of_collada(primitives, triangles, expected):
     assert (scene.triangle_count, area(scene)) == (triangles, pytest.approx(expected))
 
 
+def test_references_may_be_percent_encoded():
+    text = dae().replace("id='g'", "id='g 1'").replace('"#g"', '"#g%201"').replace("id='s'", "id='s/1'")
+    assert area(loaded("\n " + text.replace("'#s'", "'#s%2F1'"), "dae")) == pytest.approx(7)
+
+
 def test_lines_are_left_out_and_told():
     scene, said = warned(dae(POLY + primitive("lines", "0 1")), "dae")
     assert scene.triangle_count == 6
@@ -228,6 +233,20 @@ def test_items_that_are_not_to_be_printed_and_other_models():
     whole = '<object id="9"><components><component p:path="/3D/Objects/part.model" objectid="1"/></components></object>'
     other = {"3D/Objects/part.model": model(PART, "")}
     assert loaded(package(whole, '<item objectid="9"/>', **other), "3mf").triangle_count == 1
+
+
+def test_extensions_of_3mf():
+    item = '<item objectid="1"/>'
+    beams = PART.replace("</mesh>", '<b:beamlattice xmlns:b="http://x/beamlattice/2017/02"/></mesh>')
+    assert "beamlattice of object 1" in warned(package(beams, item), "3mf")[1]
+    both = PART + '<object id="2"><b:booleanshape xmlns:b="http://x/booleanoperations/2023/07" objectid="1"/></object>'
+    assert "booleanshape of object 2" in warned(package(both, item + '<item objectid="2"/>'), "3mf")[1]
+    required = 'meter" xmlns:z="http://x/secret" requiredextensions="p'
+    assert loaded(package(PART, item, required), "3mf").triangle_count
+    with pytest.raises(LoadError, match="http://x/secret"):
+        loaded(package(PART, item, required + " z"), "3mf")
+    with pytest.raises(LoadError, match="'1' twice"):
+        loaded(package(PART + PART, item), "3mf")
 
 
 @pytest.mark.parametrize(

@@ -72,8 +72,8 @@ class Given:
         return cls(str(path), kind, lambda: _bytes_of(path, limits), find, limits, path)
 
 
-def inside(name: str, reference: str) -> str:
-    """The reference as a path below a folder, with "/" between names.
+def inside(name: str, reference: str, *, is_uri: bool = True) -> str:
+    """The reference, a URI or a path, as a path below a folder, with "/" between names.
 
     Raises
     ------
@@ -82,7 +82,9 @@ def inside(name: str, reference: str) -> str:
     """
     plain = reference.replace("\\", "/")
     parts = plain.split("/")
-    absolute = plain.startswith("/") or ":" in parts[0] or "\0" in plain
+    # Names of files may have colons elsewhere than after the letter of a drive.
+    has_root = ":" in parts[0] if is_uri else parts[0][1:2] == ":" and parts[0][0].isalpha() and len(parts) > 1
+    absolute = plain.startswith("/") or has_root or "\0" in plain
     below = os.path.normpath("/".join(parts)).replace("\\", "/")
     if absolute or below == ".." or below.startswith("../") or not plain:
         raise outside(name, reference)

@@ -15,18 +15,13 @@ from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from ..gathered import Gathered
 from .given import Given
+from .limits import check_limit
 from .mtl import AlphaTexture, alpha_test_of, library_of
 from .obj_faces import ObjFaces, faces_of
-from .obj_lines import FACE, OTHER, STROKE, VERTEX, VERTEX_TEXTURE, ObjLines
+from .obj_lines import ObjLines
+from .obj_words import BARE, FACE, FREE_FORM, LIBRARY, MATERIAL, STROKE, UNKNOWN, VERTEX, VERTEX_TEXTURE
 from .polygons import Indices, Points, triangulated
 from .words import readable
-
-#: Statements that say nothing about where polygons are.
-_SILENT = frozenset(
-    b"o g s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj vp deg cstype bmat step "
-    b"ctech stech parm trim hole scrv sp end con curv curv2 surf bzp bsp cdc cdp res csh call".split()
-)
-_FREE_FORM = frozenset((b"curv", b"curv2", b"surf", b"bzp", b"bsp", b"cdc", b"cdp"))
 
 
 def read_obj(given: Given) -> Gathered:
@@ -39,14 +34,15 @@ def read_obj(given: Given) -> Gathered:
     """
     lines = ObjLines.of(given)
     found = Gathered()
-    materials, libraries, free_forms, unknown = _statements(lines)
-    strokes = len(lines.of_kind(STROKE))
-    left_out = [(strokes, "line or point element"), (free_forms, "free-form element")]
-    notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in left_out if count]
-    if unknown:
-        notes.append(f"{len(unknown):,} lines that are no statements of OBJ (the first is line {unknown[0]})")
-    if not len(lines.of_kind(FACE)):
-        what = ", ".join(notes) or f"{int((lines.kinds == VERTEX).sum()):,} vertices alone"
+    materials, libraries = _materials(given, lines)
+    left_out = [(STROKE, "line or point element"), (FREE_FORM, "free-form element")]
+    counted = [(int(lines.counts[kind]), what) for kind, what in left_out]
+    notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in counted if count]
+    if unknown := int(lines.counts[UNKNOWN]):
+        first = lines.number_at(lines.unknown)
+        notes.append(f"{unknown:,} lines that are no statements of OBJ (the first is line {first})")
+    if not lines.counts[FACE]:
+        what = ", ".join(notes) or f"{lines.counts[VERTEX]:,} vertices alone"
         raise LoadError(f"{given.name}: expected faces, got {what}; export polygons")
     found.left_out += notes
     points, widths = lines.rows(VERTEX, 3, 7, "vertex")
@@ -54,7 +50,7 @@ def read_obj(given: Given) -> Gathered:
     if weighted.any() and bool((points[weighted, 3] != 1).any()):
         found.notes.append("the fourth coordinate of vertices, a weight of rational curves, is not used")
     points = np.ascontiguousarray(points[:, :3])
-    faces = faces_of(lines)
+    faces = faces_of(given, lines)
     groups = _by_material(faces, materials)
     textures = library_of(given, libraries, found) if libraries and materials else {}
     # The last material comes first, as in trimesh.
@@ -72,24 +68,20 @@ def read_obj(given: Given) -> Gathered:
     return found
 
 
-def _statements(lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes], int, list[int]]:
-    """Lines that begin a material with its name; material libraries; how many free forms; numbers of unknown lines."""
-    materials: list[tuple[int, bytes]] = []
-    libraries: list[bytes] = []
-    free_forms, unknown = 0, []
-    for line in lines.of_kind(OTHER).tolist():
-        word, *rest = lines.line(line).split(None, 1)
-        if word == b"usemtl":
-            materials.append((line, rest[0] if rest else b""))
-        elif word == b"mtllib":
-            libraries += rest
-        elif word in (b"v", b"vt", b"vn", b"f"):
-            raise lines.refusal(line, f"numbers after {word.decode()}", "none")
-        elif word in _FREE_FORM:
-            free_forms += 1
-        elif word not in _SILENT:
-            unknown.append(lines.number_of(line))
-    return materials, libraries, free_forms, unknown
+def _materials(given: Given, lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes]]:
+    """Lines that begin a material with its name, and material libraries."""
+    bare = lines.of_kind(BARE)
+    if len(bare):
+        line = int(bare[0])
+        raise lines.refusal(line, f"numbers after {readable(lines.line(line))[1:-1]}", "none")
+    begins = lines.of_kind(MATERIAL)
+    # Of several in a row the last one counts.
+    begins = begins[np.diff(begins, append=-1) != 1]
+    named = [(line, lines.line(line).split(None, 1)[1:]) for line in begins.tolist()]
+    libraries = (lines.line(line).split(None, 1)[1:] for line in lines.of_kind(LIBRARY).tolist())
+    distinct = list(dict.fromkeys(name for rest in libraries for name in rest))
+    check_limit(given.limits, given.name, "entries", len(distinct), "material libraries")
+    return [(line, rest[0] if rest else b"") for line, rest in named], distinct
 
 
 def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[bytes | None, Indices]:

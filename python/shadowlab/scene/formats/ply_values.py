@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from .given import Given
 from .ply_header import PlyElement, PlyHeader, PlyProperty
+from .running import Rows, running_counts
 from .words import plain_numbers, plain_text, words_per_line
 
 PlyArray = NDArray[Any]
@@ -54,7 +55,19 @@ def ply_values(given: Given, header: PlyHeader) -> dict[str, PlyValues]:
         For a file that is cut short, or whose numbers cannot be read.
     """
     body = memoryview(given.data)[header.begins :]
-    source: _Text | _Bytes = _Text(given, plain_text(bytes(body))) if header.is_text else _Bytes(given, body)
+    if not header.is_text:
+        return _all_of(_Bytes(given, body), header)
+    source = _Text(given, plain_text(bytes(body)))
+    try:
+        return _all_of(source, header)
+    except LoadError:
+        # Elements that do not stand in lines of their own, as some programs write and many read them.
+        if not source.run_on(header):
+            raise
+        return _all_of(source, header)
+
+
+def _all_of(source: _Text | _Bytes, header: PlyHeader) -> dict[str, PlyValues]:
     found = {}
     for element in header.elements:
         source.expect(element)
@@ -147,7 +160,7 @@ class _Bytes:
 
 
 class _Text:
-    """Elements of a text file: each has a line, whose other numbers are passed over."""
+    """Elements of a text file: each has a line, whose other numbers are passed over, unless they run on."""
 
     def __init__(self, given: Given, text: bytes):
         self.name, self.row = given.name, 0
@@ -155,6 +168,15 @@ class _Text:
         self.counts = counts[counts > 0]
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.values = plain_numbers(text)
+
+    def run_on(self, header: PlyHeader) -> bool:
+        """Takes numbers as they come, wherever lines end; whether they are as many as the header says."""
+        groups = [Rows(one.count, tuple(bool(each.length) for each in one.properties)) for one in header.elements]
+        counts = running_counts(self.values, groups) if len(self.values) == self.starts[-1] else None
+        if counts is not None:
+            self.row, self.counts = 0, counts
+            self.starts = np.concatenate([[0], np.cumsum(counts)])
+        return counts is not None
 
     def expect(self, element: PlyElement) -> None:
         if element.count > len(self.counts) - self.row:

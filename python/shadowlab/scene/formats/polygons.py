@@ -20,6 +20,8 @@ from ...errors import SceneError
 NEGLIGIBLE = 1e-6
 #: Corners of a concave polygon that are clipped at most: the time grows with their square, about 2 s here.
 MOST_CORNERS = 50_000
+#: Corners of polygons that are looked at together: what is computed for them, 200 bytes each, stays small.
+AT_ONCE = 1 << 17
 
 Indices = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -120,12 +122,15 @@ def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tu
     if size == 4:
         # As trimesh divides quads: (0, 1, 2) and (2, 3, 0).
         fan[1] = 2, 3, 0
-    wrong = _fan_is_wrong(points[corners[at]].astype(np.float64))
+    step = max(1, AT_ONCE // size)
+    parts = [slice(begin, begin + step) for begin in range(0, count, step)]
+    wrong = np.concatenate([_fan_is_wrong(points[corners[at[part]]].astype(np.float64)) for part in parts])
     if size > 4:
         made = [at[:, fan].reshape(-1, 3)]
         rows = np.repeat(rows, size - 2)
-        if wrong.any():
-            bad = np.flatnonzero(wrong)
+        bent = np.flatnonzero(wrong)
+        for begin in range(0, len(bent), step):
+            bad = bent[begin : begin + step]
             local, simple = clipped(points[corners[at[bad]]].astype(np.float64))
             blocks = made[0].reshape(count, size - 2, 3)
             inner = np.take_along_axis(at[bad], local.reshape(len(bad), -1), axis=1).reshape(local.shape)

@@ -20,6 +20,8 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 _TEXT = 512
 #: What stands between the numbers of facets.
 _PHRASES = (b"endfacet", b"facet normal", b"outer loop", b"vertex", b"endloop")
+#: Ends that some programs write as two words.
+_ENDS = re.compile(rb"(?m)^([ \t]*)end[ \t]+(facet|loop|solid)\b")
 
 
 def read_stl(given: Given) -> Gathered:
@@ -34,28 +36,39 @@ def read_stl(given: Given) -> Gathered:
     """
     data = given.data
     count = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else -1
-    if count >= 0 and len(data) == _HEADER + count * _RECORD.itemsize:
-        if not count:
-            raise LoadError(f"{given.name}: expected triangles, got none; check the file")
-        corners = np.frombuffer(data, _RECORD, count, _HEADER)["corners"].reshape(-1, 3)
-        found = Gathered()
-        _add(found, "solid", corners)
-        return found
+    size = _HEADER + count * _RECORD.itemsize
+    if count >= 0 and len(data) == size:
+        return _of_bytes(given, count)
     text = plain_text(data[:_TEXT]).lstrip()
     # The header of a binary file may begin with "solid", but its numbers have zeros, which text has not.
     if text[:5].lower() == b"solid" and b"\0" not in text:
         return _of_text(given, plain_text(data))
     if count < 0:
         raise LoadError(f"{given.name}: expected an STL file, got {readable(data[:16])}; check the file")
+    # More records than the count says are a count that lies; other bytes are what programs append.
+    if count and size < len(data) < 2 * size and (len(data) - size) % _RECORD.itemsize:
+        found = _of_bytes(given, count)
+        found.left_out.append(f"{len(data) - size:,} bytes after the {count:,} triangles of the header")
+        return found
     raise LoadError(
-        f"{given.name}: expected {_HEADER + count * _RECORD.itemsize:,} bytes for the {count:,} triangles of its "
+        f"{given.name}: expected {size:,} bytes for the {count:,} triangles of its "
         f"header, got {len(data):,}; the file is cut short or is no STL file"
     )
+
+
+def _of_bytes(given: Given, count: int) -> Gathered:
+    if not count:
+        raise LoadError(f"{given.name}: expected triangles, got none; check the file")
+    found = Gathered()
+    _add(found, "solid", np.frombuffer(given.data, _RECORD, count, _HEADER)["corners"].reshape(-1, 3))
+    return found
 
 
 def _of_text(given: Given, text: bytes) -> Gathered:
     found = Gathered()
     text = text.lower()
+    if b"end " in text:
+        text = _ENDS.sub(rb"\1end\2", text)
     solids = _solids(text)
     for k, (begin, end) in enumerate(solids):
         if end is None and k + 1 == len(solids):

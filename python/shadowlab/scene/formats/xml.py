@@ -31,7 +31,8 @@ def parsed_xml(name: str, data: bytes) -> Any:
         remove_comments=True, remove_pis=True,
     )  # fmt: skip
     try:
-        root = etree.fromstring(data, parser)
+        # Blank lines before the declaration are a common slip.
+        root = etree.fromstring(data.lstrip(), parser)
     except (etree.XMLSyntaxError, ValueError) as e:
         raise LoadError(f"{name}: expected well-formed XML, could not read it ({e}); check the file") from e
     if root.getroottree().docinfo.doctype:

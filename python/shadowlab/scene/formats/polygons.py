@@ -72,6 +72,10 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
         their second halves, and larger polygons.
     """
     places = np.arange(len(corners))
+    if len(counts) and bool((counts == 3).all()):
+        a, b, c = corners.reshape(-1, 3).T
+        if bool(((a != b) & (b != c) & (c != a)).all()):
+            return Triangles(places.reshape(-1, 3))
     owner = np.repeat(np.arange(len(counts)), counts)
     starts = np.cumsum(counts) - counts
     if len(corners):

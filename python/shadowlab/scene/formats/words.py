@@ -108,12 +108,14 @@ def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
         # Pieces, since nothing interrupts the parser.
         end = _SPACE.search(text, place + _PIECE)
         piece = text[place : len(text) if end is None else end.start()]
+        place += len(piece)
+        if piece.isspace():
+            continue
         values = _parsed_numbers(piece, dtype)
         if values is None:
             found.append(_first_numbers(piece, dtype))
             break
         found.append(values)
-        place += len(piece)
     return np.concatenate([np.zeros(0, dtype), *found]) if len(found) != 1 else found[0]
 
 

@@ -91,6 +91,21 @@ class Document:
         """All materials."""
         return self.top.items("materials")
 
+    @cached_property
+    def textures(self) -> list[JsonObject]:
+        """All textures."""
+        return self.top.items("textures")
+
+    @cached_property
+    def images(self) -> list[JsonObject]:
+        """All images."""
+        return self.top.items("images")
+
+    @cached_property
+    def samplers(self) -> list[JsonObject]:
+        """All samplers of textures."""
+        return self.top.items("samplers")
+
     def expand(self, asked: int) -> None:
         """Counts bytes that are made of fewer bytes of the file.
 

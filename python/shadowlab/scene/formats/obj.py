@@ -7,16 +7,18 @@ out and counted. The fourth coordinate of a vertex weighs rational curves; polyg
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from ..gathered import Gathered
 from .given import Given
 from .limits import check_limit
-from .mtl import AlphaTexture, alpha_test_of, library_of
+from .mtl import AlphaTexture, Opacities, alpha_test_of, library_of
 from .obj_faces import ObjFaces, faces_of
 from .obj_lines import ObjLines
 from .obj_words import BARE, FACE, FREE_FORM, LIBRARY, MATERIAL, STROKE, UNKNOWN, VERTEX, VERTEX_TEXTURE
@@ -53,6 +55,8 @@ def read_obj(given: Given) -> Gathered:
     faces = faces_of(given, lines)
     groups = _by_material(faces, materials)
     textures = library_of(given, libraries, found) if libraries and materials else {}
+    opacities = Opacities(given)
+    coordinates = cache(lambda: lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0])
     # The last material comes first, as in trimesh.
     for name, chosen in reversed(groups.items()):
         label = readable(name)[1:-1] if name is not None else "faces"
@@ -61,8 +65,7 @@ def read_obj(given: Given) -> Gathered:
         def alpha(uv: Indices, material: AlphaTexture | None = material, label: str = label) -> AlphaTest | None:
             if material is None:
                 return None
-            coordinates = lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0]
-            return alpha_test_of(given, material, label, coordinates, uv, found)
+            return alpha_test_of(opacities, material, label, coordinates(), uv, found)
 
         _add_group(found, (label, len(found.meshes)), label, points, faces, chosen, alpha)
     return found
@@ -110,12 +113,11 @@ def _add_group(
 ) -> None:
     """Adds the faces of a material as a mesh; `alpha` is asked with the row of texture coordinates of each vertex."""
     counts = faces.counts[chosen]
-    if len(chosen) == len(faces.counts):
-        corners = np.arange(len(faces.vertex))
-    else:
+    vertex, texture, normal = faces.vertex, faces.texture, faces.normal
+    if len(chosen) < len(faces.counts):
         inner = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
         corners = np.repeat(faces.starts[chosen], counts) + inner
-    vertex, texture, normal = faces.vertex[corners], faces.texture[corners], faces.normal[corners]
+        vertex, texture, normal = vertex[corners], texture[corners], normal[corners]
     size = int(counts[0])
     # Faces of one size keep trimesh's order of halves of quads; mixed ones keep that of the file.
     even = bool((counts == size).all()) and size > 2
@@ -146,7 +148,7 @@ def _add_group(
     found.place(key, np.eye(4))
 
 
-def _used(vertex: Indices, count: int) -> tuple[Indices, Indices]:
+def _used(vertex: NDArray[np.int32], count: int) -> tuple[Indices, Indices]:
     """The vertices that are used, ascending, and the place of each corner's among them."""
     if len(vertex) < count // 16:
         rows, corner = np.unique(vertex, return_inverse=True)

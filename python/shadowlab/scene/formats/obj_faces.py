@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .given import Given
 from .limits import check_limit
@@ -15,6 +16,7 @@ from .polygons import Indices
 from .words import plain_numbers, readable, spaces, words_per_line
 
 _SLASH = ord("/")
+_MOST = 2**31 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +29,15 @@ class ObjFaces:
         The line of each face.
     counts : (F,) int64
         Corners of each face.
-    vertex, texture, normal : (C,) int64
+    vertex, texture, normal : (C,) int32
         Indices from 0; -1 where a corner has none.
     """
 
     lines: Indices
     counts: Indices
-    vertex: Indices
-    texture: Indices
-    normal: Indices
+    vertex: NDArray[np.int32]
+    texture: NDArray[np.int32]
+    normal: NDArray[np.int32]
 
     @cached_property
     def starts(self) -> Indices:
@@ -54,17 +56,15 @@ def faces_of(given: Given, lines: ObjLines) -> ObjFaces:
     here = lines.of_kind(FACE)
     blocks = [_Corners.of(given, text, lines, of) for of, text in lines.blocks(FACE)]
     counts = np.concatenate([block.counts for block in blocks])
-    face = np.repeat(np.arange(len(counts)), counts)
-    made = []
-    for kind, column in ((VERTEX, 0), (VERTEX_TEXTURE, 1), (VERTEX_NORMAL, 2)):
-        index = np.concatenate([block.indices[column] for block in blocks])
-        made.append((_absolute(lines, kind, index, here, face), index))
-    (vertex, stated), (texture, _), (normal, _) = made
+    vertex, texture, normal = (
+        _absolute(lines, kind, _column(blocks, column), here, counts)
+        for column, kind in enumerate((VERTEX, VERTEX_TEXTURE, VERTEX_NORMAL))
+    )
     total = int(lines.counts[VERTEX])
     outside = (vertex < 0) | (vertex >= total)
     if outside.any():
         corner = int(outside.argmax())
-        line, wrong = int(here[face[corner]]), int(stated[corner])
+        line, wrong = int(here[np.searchsorted(np.cumsum(counts), corner, "right")]), int(_column(blocks, 0)[corner])
         what = "indices from 1, or negative ones" if wrong == 0 else f"a vertex from 1 to {total:,}, or -1 back"
         raise lines.refusal(line, what, f"{wrong} in {readable(lines.line(line))}")
     return ObjFaces(here, counts, vertex, texture, normal)
@@ -72,10 +72,10 @@ def faces_of(given: Given, lines: ObjLines) -> ObjFaces:
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The corners of some faces: how many each has, and the three indices of each corner, missing ones 0."""
+    """The corners of some faces: how many each has, and their three indices: 0 where one is missing, None where all are."""
 
     counts: Indices
-    indices: tuple[Indices, Indices, Indices]
+    indices: tuple[Indices, Indices | None, Indices | None]
 
     @classmethod
     def of(cls, given: Given, text: bytes, lines: ObjLines, here: Indices) -> _Corners:
@@ -86,8 +86,7 @@ class _Corners:
             values = plain_numbers(text, np.int64)
             if len(values) != int(counts.sum()):
                 raise _first_wrong(lines, here)
-            none = np.broadcast_to(np.int64(0), len(values))
-            return cls(counts, (values, none, none))
+            return cls(counts, (values, None, None))
         blank = spaces(text)
         ends = np.flatnonzero(blank[1:] & ~blank[:-1]) + 1
         places = np.flatnonzero(np.frombuffer(text, np.uint8) == _SLASH)
@@ -105,15 +104,27 @@ class _Corners:
         return cls(counts, (values[at], second, third))
 
 
-def _absolute(lines: ObjLines, kind: int, index: Indices, here: Indices, face: Indices) -> Indices:
-    """Indices from 0; negative ones count back from the last one before the line of the face."""
-    found = index - 1
-    back = index < 0
-    if back.any():
+def _column(blocks: list[_Corners], column: int) -> Indices:
+    """One of the indices of all corners, as the file has them; missing ones 0."""
+    parts = [block.indices[column] for block in blocks]
+    if all(part is None for part in parts):
+        return np.broadcast_to(np.int64(0), sum(int(block.counts.sum()) for block in blocks))
+    zeros = (np.zeros(int(block.counts.sum()), np.int64) for block in blocks)
+    return np.concatenate([zero if part is None else part for part, zero in zip(parts, zeros, strict=True)])
+
+
+def _absolute(lines: ObjLines, kind: int, index: Indices, here: Indices, counts: Indices) -> NDArray[np.int32]:
+    """Indices from 0, -1 for none; negative ones count back from the last one before the line of the face."""
+    if not index.strides[0]:
+        return np.broadcast_to(np.int32(-1), len(index))
+    back = np.flatnonzero(index < 0)
+    if len(back):
         before = np.cumsum(lines.kinds == kind)[here]
-        found[back] = before[face[back]] + index[back]
-        found[back & (found < 0)] = -1
-    return found
+        index = index.copy()
+        absolute = index[back] + 1 + before[np.searchsorted(np.cumsum(counts), back, "right")]
+        index[back] = np.where(absolute > 0, absolute, 0)
+    # What does not fit is no index, but must not become one.
+    return (np.minimum(index, _MOST) - 1).astype(np.int32)
 
 
 def _first_wrong(lines: ObjLines, here: Indices) -> Exception:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,6 +12,9 @@ from urllib.parse import unquote
 
 from ...errors import LoadError
 from .limits import Limits, check_limit
+
+#: Bytes that are read at once.
+_PART = 16 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +110,10 @@ def outside(name: str, reference: str) -> OutsideError:
 def _bytes_of(path: Path, limits: Limits) -> bytes:
     try:
         check_limit(limits, str(path), "size", path.stat().st_size, "bytes")
-        return path.read_bytes()
+        read = io.BytesIO()
+        with path.open("rb") as stream:
+            while part := stream.read(_PART):
+                read.write(part)
+        return read.getvalue()
     except OSError as e:
         raise LoadError(f"{path}: expected a readable file, could not read it ({e.strerror or e}); check it") from e

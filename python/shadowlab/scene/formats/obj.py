@@ -152,7 +152,7 @@ def _used(vertex: NDArray[np.int32], count: int) -> tuple[Indices, Indices]:
     """The vertices that are used, ascending, and the place of each corner's among them."""
     if len(vertex) < count // 16:
         rows, corner = np.unique(vertex, return_inverse=True)
-        return rows, corner.reshape(-1)
+        return rows.astype(np.int64), corner.reshape(-1)
     used = np.zeros(count, bool)
     used[vertex] = True
-    return np.flatnonzero(used), (np.cumsum(used) - 1)[vertex]
+    return np.flatnonzero(used), np.asarray((np.cumsum(used) - 1)[vertex])

@@ -19,6 +19,7 @@ from .obj_words import FACE, KEPT, UNKNOWN, VERTEX, VERTEX_NORMAL, VERTEX_TEXTUR
 from .words import (
     Bytes,
     first_that_is_no_number,
+    pieces,
     plain_numbers,
     plain_text,
     readable,
@@ -32,6 +33,8 @@ _WORDS = {VERTEX: b"v", VERTEX_TEXTURE: b"vt", VERTEX_NORMAL: b"vn", FACE: b"f"}
 _BLOCK = 1 << 21
 #: Blanks before a line's first letter that are passed over for many lines at once.
 _FEW_BLANKS = 8
+#: Stands where lines were joined, until their places are known.
+_JOINT = b"\x01"
 _LETTER = re.compile(rb"[^ \t]")
 #: A line that goes on, with blanks after the mark that do not belong there.
 _GOES_ON = re.compile(rb"(?<=[0-9/ \t])\\[ \t]+\n")
@@ -72,16 +75,12 @@ class ObjLines:
     @classmethod
     def of(cls, given: Given) -> ObjLines:
         """The lines of a file."""
-        text = without_comments(plain_text(given.data))
+        text = b"".join([_joined(piece) for piece in pieces(without_comments(plain_text(given.data)))])
         joined = np.zeros(0, np.int64)
-        if b"\\ " in text or b"\\\t" in text:
-            text = _GOES_ON.sub(b"\\\\\n", text)
-        if b"\\\n" in text:
-            text = text.replace(b"\\\n", b" \x01") + b"\n"
-            joined = np.flatnonzero(np.frombuffer(text, np.uint8) == 1)
-            text = text.replace(b"\x01", b" ")
-        if b"fo " in text or b"fo\t" in text:
-            text = _OUTLINED.sub(rb"\1 ", text)
+        if _JOINT in text:
+            text += b"\n"
+            joined = np.flatnonzero(np.frombuffer(text, np.uint8) == _JOINT[0])
+            text = text.replace(_JOINT, b" ")
         kept: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int8]]] = []
         counts, unknown = np.zeros(UNKNOWN + 1, np.int64), -1
         for starts, ends in _blocks(text):
@@ -177,6 +176,15 @@ class ObjLines:
         """The error for one line."""
         number = self.number_at(int(self.starts[line]))
         return LoadError(f"{self.name}: line {number}: expected {expected}, got {got}; check the file")
+
+
+def _joined(text: bytes) -> bytes:
+    """Lines with those that go on joined by a mark, and faces with outlines as faces."""
+    if b"\\" in text:
+        text = _GOES_ON.sub(b" " + _JOINT, text).replace(b"\\\n", b" " + _JOINT)
+    if b"fo " in text or b"fo\t" in text:
+        text = _OUTLINED.sub(rb"\1 ", text)
+    return text
 
 
 def _blocks(text: bytes) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:

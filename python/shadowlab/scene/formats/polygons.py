@@ -8,7 +8,7 @@ trimesh, so that faces of convex polygons are those that trimesh makes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -71,11 +71,33 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
         Whether triangles keep the order of polygons. Otherwise triangles come first, then the first halves of quads,
         their second halves, and larger polygons.
     """
-    places = np.arange(len(corners))
     if len(counts) and bool((counts == 3).all()):
         a, b, c = corners.reshape(-1, 3).T
         if bool(((a != b) & (b != c) & (c != a)).all()):
-            return Triangles(places.reshape(-1, 3))
+            return Triangles(np.arange(len(corners)).reshape(-1, 3))
+    # Block after block: an interruption need not wait for all, and what is computed on the way stays small.
+    groups: list[list[Indices]] = [[], [], [], []]
+    degenerate = 0
+    ends = np.cumsum(counts)
+    edges = np.unique(np.searchsorted(ends, np.arange(AT_ONCE, len(corners) + AT_ONCE, AT_ONCE), "left") + 1)
+    for begin, end in pairwise([0, *np.minimum(edges, len(counts)).tolist(), len(counts)]):
+        if begin < end:
+            first = int(ends[begin - 1]) if begin else 0
+            parts, without = _of_block(points, corners[first : int(ends[end - 1])], counts[begin:end], in_place)
+            for group, part in zip(groups, parts, strict=True):
+                group.append(part + first)
+            degenerate += without
+    return Triangles(np.concatenate([np.zeros((0, 3), np.int64), *chain.from_iterable(groups)]), degenerate)
+
+
+def _of_block(
+    points: NDArray[Any], corners: NDArray[Any], counts: Indices, in_place: bool
+) -> tuple[list[Indices], int]:
+    """Triangles, first and second halves of quads, and triangles of larger polygons; how many polygons have none.
+
+    With `in_place` all of them, in the order of polygons, stand in the last place.
+    """
+    places = np.arange(len(corners))
     owner = np.repeat(np.arange(len(counts)), counts)
     starts = np.cumsum(counts) - counts
     if len(corners):
@@ -87,27 +109,31 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
             places, owner = places[~repeated], owner[~repeated]
     sizes = np.bincount(owner, minlength=len(counts))
     starts = np.cumsum(sizes) - sizes
-    made: list[Indices] = []
+    made: list[list[Indices]] = [[], [], [], []]
     of: list[Indices] = []
     for size in np.unique(sizes[sizes >= 3]):
         faces = np.flatnonzero(sizes == size)
-        at = places[starts[faces, None] + np.arange(size)]
-        triangles, rows = _of_one_size(points, corners, at)
-        made.append(triangles)
+        triangles, rows = _of_one_size(points, corners, places[starts[faces, None] + np.arange(size)])
+        halves = np.split(triangles, 2) if size == 4 and not in_place else [triangles]
+        kind = 3 if in_place or size > 4 else int(size) - 3
+        for k, part in enumerate(halves):
+            made[kind + k].append(part)
         of.append(faces[rows])
-    if not made:
-        return Triangles(np.zeros((0, 3), np.int64), len(counts))
-    at, of_face = np.concatenate(made), np.concatenate(of)
+    if not of:
+        return [np.zeros((0, 3), np.int64)] * 4, len(counts)
+    joined = [np.concatenate([np.zeros((0, 3), np.int64), *parts]) for parts in made]
     # Larger polygons stand in the order of the file among themselves.
-    fixed = 0 if in_place else int(np.isin(sizes[of_face], (3, 4)).sum())
-    if fixed < len(of_face):
-        order = np.concatenate([np.arange(fixed), fixed + np.argsort(of_face[fixed:], kind="stable")])
-        at, of_face = at[order], of_face[order]
-    a, b, c = corners[at].T
-    distinct = (a != b) & (b != c) & (c != a)
-    if not distinct.all():
-        at, of_face = at[distinct], of_face[distinct]
-    return Triangles(at, len(counts) - _distinct_count(of_face, len(counts)))
+    of_face = np.concatenate(of)
+    order = np.argsort(of_face[len(of_face) - len(joined[3]) :], kind="stable")
+    joined[3] = joined[3][order]
+    of_face[len(of_face) - len(order) :] = of_face[len(of_face) - len(order) :][order]
+    kept = []
+    for part in joined:
+        a, b, c = corners[part].T
+        kept.append((a != b) & (b != c) & (c != a))
+    distinct = np.concatenate(kept)
+    with_some = _distinct_count(of_face[distinct], len(counts))
+    return [part[chosen] for part, chosen in zip(joined, kept, strict=True)], len(counts) - with_some
 
 
 def _distinct_count(values: Indices, size: int) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
-from .words import plain_numbers, plain_text, readable
+from .words import pieces, plain_numbers, plain_text, readable
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -101,10 +101,7 @@ def _solids(text: bytes) -> list[tuple[int, int | None]]:
 def _facets(given: Given, body: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """The corners of a solid's facets, (3 T, 3) float64."""
     facets = body.count(b"endfacet")
-    bare = body
-    for phrase in _PHRASES:
-        bare = bare.replace(phrase, b" ")
-    values = plain_numbers(bare)
+    values = plain_numbers(b"".join([_bare(piece) for piece in pieces(body)]))
     if len(values) == 12 * facets:
         return np.ascontiguousarray(values.reshape(-1, 12)[:, 3:]).reshape(-1, 3)
     # Facets without a normal, or with one that is no number, have corners all the same.
@@ -113,6 +110,13 @@ def _facets(given: Given, body: bytes) -> np.ndarray[tuple[int, ...], np.dtype[n
     if len(lines) != 3 * facets or len(values) != 9 * facets or any(len(line.split()) != 3 for line in lines):
         raise LoadError(f"{given.name}: expected three vertices of three numbers in each facet; check the file")
     return values.reshape(-1, 3)
+
+
+def _bare(text: bytes) -> bytes:
+    """The numbers of facets alone."""
+    for phrase in _PHRASES:
+        text = text.replace(phrase, b" ")
+    return text
 
 
 def _add(found: Gathered, key: object, corners: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> None:

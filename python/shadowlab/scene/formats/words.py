@@ -28,11 +28,14 @@ def plain_text(data: bytes) -> bytes:
         if data.startswith(mark):
             data = data.decode(encoding, "replace").encode()
     data = data.removeprefix(b"\xef\xbb\xbf")
-    if b"\r" in data:
-        data = b"".join([piece.replace(b"\r\n", b"\n").replace(b"\r", b"\n") for piece in pieces(data)])
-    if b"\f" in data or b"\v" in data:
-        data = data.translate(_PAGES)
-    return data if data.endswith(b"\n") else data + b"\n"
+    if not (b"\r" in data or b"\f" in data or b"\v" in data):
+        return data if data.endswith(b"\n") else data + b"\n"
+    data = data if data.endswith((b"\n", b"\r")) else data + b"\n"
+    return b"".join([_plain(piece) for piece in pieces(data)])
+
+
+def _plain(text: bytes) -> bytes:
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(_PAGES)
 
 
 def pieces(text: bytes) -> Iterator[bytes]:
@@ -102,8 +105,8 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
 
 def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
-    found = []
-    place = 0
+    # Grows in place: to join pieces would take as much again.
+    found, count, place = np.empty(min(len(text), _PIECE), dtype), 0, 0
     while place < len(text):
         # Pieces, since nothing interrupts the parser.
         end = _SPACE.search(text, place + _PIECE)
@@ -112,11 +115,15 @@ def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
         if piece.isspace():
             continue
         values = _parsed_numbers(piece, dtype)
+        parsed = _first_numbers(piece, dtype) if values is None else values
+        if count + len(parsed) > len(found):
+            found.resize(max(2 * len(found), count + len(parsed)), refcheck=False)
+        found[count : count + len(parsed)] = parsed
+        count += len(parsed)
         if values is None:
-            found.append(_first_numbers(piece, dtype))
             break
-        found.append(values)
-    return np.concatenate([np.zeros(0, dtype), *found]) if len(found) != 1 else found[0]
+    found.resize(count, refcheck=False)
+    return found
 
 
 def _first_numbers(text: bytes, dtype: Any) -> NDArray[Any]:

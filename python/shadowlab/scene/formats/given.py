@@ -14,7 +14,7 @@ from ...errors import LoadError
 from .limits import Limits, check_limit
 
 #: Bytes that are read at once.
-_PART = 16 << 20
+_READ_AT_ONCE = 16 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ def _bytes_of(path: Path, limits: Limits) -> bytes:
         check_limit(limits, str(path), "size", path.stat().st_size, "bytes")
         read = io.BytesIO()
         with path.open("rb") as stream:
-            while part := stream.read(_PART):
+            while part := stream.read(_READ_AT_ONCE):
                 read.write(part)
         return read.getvalue()
     except OSError as e:

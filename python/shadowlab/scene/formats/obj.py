@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from ..gathered import Gathered
+from .blockwise import gathered_rows
 from .given import Given
 from .limits import check_limit
 from .mtl import AlphaTexture, Opacities, alpha_test_of, library_of
@@ -36,7 +37,7 @@ def read_obj(given: Given) -> Gathered:
     """
     lines = ObjLines.of(given)
     found = Gathered()
-    materials, libraries = _materials(given, lines)
+    materials, libraries = _uses_of_materials(given, lines)
     left_out = [(STROKE, "line or point element"), (FREE_FORM, "free-form element")]
     counted = [(int(lines.counts[kind]), what) for kind, what in left_out]
     notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in counted if count]
@@ -47,7 +48,7 @@ def read_obj(given: Given) -> Gathered:
         what = ", ".join(notes) or f"{lines.counts[VERTEX]:,} vertices alone"
         raise LoadError(f"{given.name}: expected faces, got {what}; export polygons")
     found.left_out += notes
-    points, widths = lines.rows(VERTEX, 3, 7, "vertex")
+    points, widths = lines.rows(VERTEX, 3, 4, "vertex")
     weighted = np.isin(widths, (4, 7))
     if weighted.any() and bool((points[weighted, 3] != 1).any()):
         found.notes.append("the fourth coordinate of vertices, a weight of rational curves, is not used")
@@ -71,7 +72,7 @@ def read_obj(given: Given) -> Gathered:
     return found
 
 
-def _materials(given: Given, lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes]]:
+def _uses_of_materials(given: Given, lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes]]:
     """Lines that begin a material with its name, and material libraries."""
     bare = lines.of_kind(BARE)
     if len(bare):
@@ -141,10 +142,10 @@ def _add_group(
             vertex.reshape(-1, size), *split
         )
         uv = others[0] if has_texture else uv
-        found.add(key, label, points[rows], corner.reshape(-1)[at], alpha=alpha(uv))
+        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner.reshape(-1), at), alpha=alpha(uv))
     else:
         rows, corner = _used(vertex, len(points))
-        found.add(key, label, points[rows], corner[at], alpha=alpha(uv))
+        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner, at), alpha=alpha(uv))
     found.place(key, np.eye(4))
 
 
@@ -155,4 +156,4 @@ def _used(vertex: NDArray[np.int32], count: int) -> tuple[Indices, Indices]:
         return rows.astype(np.int64), corner.reshape(-1)
     used = np.zeros(count, bool)
     used[vertex] = True
-    return np.flatnonzero(used), np.asarray((np.cumsum(used) - 1)[vertex])
+    return np.flatnonzero(used), gathered_rows(np.cumsum(used) - 1, vertex)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .blockwise import concatenated
 from .given import Given
 from .limits import check_limit
 from .obj_lines import ObjLines
@@ -16,7 +18,6 @@ from .obj_words import FACE, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE
 from .polygons import Indices
 from .words import plain_numbers, readable, spaces, words_per_line
 
-_KINDS = (VERTEX, VERTEX_TEXTURE, VERTEX_NORMAL)
 _SLASH = ord("/")
 _MOST = 2**31 - 1
 
@@ -55,19 +56,19 @@ def faces_of(given: Given, lines: ObjLines) -> ObjFaces:
     LoadError
         For a corner that is no index, for the index 0, and for a vertex that does not exist, with the line.
     """
-    before = {kind: np.cumsum(lines.kinds == kind) for kind in _KINDS}
+    before = cache(lambda kind: np.cumsum(lines.kinds == kind))
     counts, vertices = [], []
     more: dict[int, list[NDArray[np.int32] | None]] = {VERTEX_TEXTURE: [], VERTEX_NORMAL: []}
     for here, text in lines.blocks(FACE):
         many, stated, others = _stated(given, text, lines, here)
-        vertex = _absolute(stated, before[VERTEX], here, many)
+        vertex = _absolute(stated, partial(before, VERTEX), here, many)
         _check(lines, here, many, vertex, stated)
         counts.append(many)
         vertices.append(vertex)
         for kind, index in zip((VERTEX_TEXTURE, VERTEX_NORMAL), others, strict=True):
-            more[kind].append(None if index is None else _absolute(index, before[kind], here, many))
-    texture, normal = (_joined(parts, counts) for parts in more.values())
-    return ObjFaces(lines.of_kind(FACE), np.concatenate(counts), np.concatenate(vertices), texture, normal)
+            more[kind].append(None if index is None else _absolute(index, partial(before, kind), here, many))
+    texture, normal = (_of_blocks(parts, counts) for parts in more.values())
+    return ObjFaces(lines.of_kind(FACE), np.concatenate(counts), concatenated(vertices), texture, normal)
 
 
 class _Stated(NamedTuple):
@@ -100,12 +101,12 @@ def _stated(given: Given, text: bytes, lines: ObjLines, here: Indices) -> _State
     return _Stated(counts, values[at], (second, third))
 
 
-def _absolute(index: Indices, before: Indices, here: Indices, counts: Indices) -> NDArray[np.int32]:
+def _absolute(index: Indices, before: Callable[[], Indices], here: Indices, counts: Indices) -> NDArray[np.int32]:
     """Indices from 0, -1 for none; negative ones count back from the last one before the line of the face."""
     back = np.flatnonzero(index < 0)
     if len(back):
         index = index.copy()
-        absolute = index[back] + 1 + np.repeat(before[here], counts)[back]
+        absolute = index[back] + 1 + np.repeat(before()[here], counts)[back]
         index[back] = np.where(absolute > 0, absolute, 0)
     # What does not fit is no index, but must not become one.
     return (np.minimum(index, _MOST) - 1).astype(np.int32)
@@ -122,13 +123,13 @@ def _check(lines: ObjLines, here: Indices, counts: Indices, vertex: NDArray[np.i
         raise lines.refusal(line, what, f"{wrong} in {readable(lines.line(line))}")
 
 
-def _joined(parts: list[NDArray[np.int32] | None], counts: list[Indices]) -> NDArray[np.int32]:
+def _of_blocks(parts: list[NDArray[np.int32] | None], counts: list[Indices]) -> NDArray[np.int32]:
     """The indices of all blocks; -1 where a block has none."""
     sizes = [int(many.sum()) for many in counts]
     if all(part is None for part in parts):
         return np.broadcast_to(np.int32(-1), sum(sizes))
     none = (np.full(size, -1, np.int32) for size in sizes)
-    return np.concatenate([other if part is None else part for part, other in zip(parts, none, strict=True)])
+    return concatenated([other if part is None else part for part, other in zip(parts, none, strict=True)])
 
 
 def _first_wrong(lines: ObjLines, here: Indices) -> Exception:

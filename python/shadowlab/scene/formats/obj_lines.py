@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ...errors import LoadError
 from .given import Given
-from .obj_words import FACE, KEPT, UNKNOWN, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, kinds_of
+from .obj_words import FACE, KEPT_KINDS, UNKNOWN, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, kinds_of
 from .words import (
     Bytes,
     first_that_is_no_number,
-    pieces,
+    line_pieces,
     plain_numbers,
     plain_text,
     readable,
@@ -75,7 +75,7 @@ class ObjLines:
     @classmethod
     def of(cls, given: Given) -> ObjLines:
         """The lines of a file."""
-        text = b"".join([_joined(piece) for piece in pieces(without_comments(plain_text(given.data)))])
+        text = b"".join([_marked(piece) for piece in line_pieces(without_comments(plain_text(given.data)))])
         joined = np.zeros(0, np.int64)
         if _JOINT in text:
             text += b"\n"
@@ -88,7 +88,7 @@ class ObjLines:
             counts += np.bincount(kinds, minlength=len(counts))
             if unknown < 0 and (kinds == UNKNOWN).any():
                 unknown = int(starts[(kinds == UNKNOWN).argmax()])
-            chosen = np.flatnonzero(kinds < KEPT)
+            chosen = np.flatnonzero(kinds < KEPT_KINDS)
             kept.append((starts[chosen], ends[chosen], kinds[chosen]))
         starts, ends, kinds = (np.concatenate(arrays) for arrays in zip(*kept, strict=True))
         return cls(given.name, text, starts, ends, kinds, joined, counts, unknown)
@@ -178,7 +178,7 @@ class ObjLines:
         return LoadError(f"{self.name}: line {number}: expected {expected}, got {got}; check the file")
 
 
-def _joined(text: bytes) -> bytes:
+def _marked(text: bytes) -> bytes:
     """Lines with those that go on joined by a mark, and faces with outlines as faces."""
     if b"\\" in text:
         text = _GOES_ON.sub(b" " + _JOINT, text).replace(b"\\\n", b" " + _JOINT)

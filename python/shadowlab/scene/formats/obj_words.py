@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from .words import Bytes
 
-#: Kinds of lines; those below `KEPT` are kept.
+#: Kinds of lines; those below `KEPT_KINDS` are kept.
 VERTEX, VERTEX_TEXTURE, VERTEX_NORMAL, FACE, MATERIAL, LIBRARY, BARE = range(7)
-KEPT = BARE + 1
-BLANK, STROKE, FREE_FORM, SILENT, UNKNOWN = range(KEPT, KEPT + 5)
+KEPT_KINDS = BARE + 1
+BLANK, STROKE, FREE_FORM, SILENT, UNKNOWN = range(KEPT_KINDS, KEPT_KINDS + 5)
 
 #: Words by the kind of their lines.
-_WORDS = {
+_STATEMENTS = {
     STROKE: b"l p",
     FREE_FORM: b"curv curv2 surf bzp bsp cdc cdp",
     MATERIAL: b"usemtl",
@@ -27,8 +27,8 @@ _WORDS = {
     b"stech parm trim hole scrv sp end con res csh call",
 }
 #: Letters of a word that are looked at: as many as the longest one has, and one more.
-_LETTERS = 12
-_KNOWN = {word: kind for kind, words in _WORDS.items() for word in words.split()}
+_LOOKED_AT = 12
+_KNOWN = {word: kind for kind, words in _STATEMENTS.items() for word in words.split()}
 
 
 def kinds_of(raw: Bytes, first: NDArray[np.int64]) -> NDArray[np.int8]:
@@ -59,13 +59,13 @@ def kinds_of(raw: Bytes, first: NDArray[np.int64]) -> NDArray[np.int8]:
 
 def _by_word(raw: Bytes, first: NDArray[np.int64]) -> NDArray[np.int8]:
     """The kinds of lines by all letters of their first word."""
-    letters = raw[np.minimum(first[:, None] + np.arange(_LETTERS), len(raw) - 1)]
+    letters = raw[np.minimum(first[:, None] + np.arange(_LOOKED_AT), len(raw) - 1)]
     letters[np.logical_or.accumulate((letters == 32) | ((letters > 8) & (letters < 14)), axis=1)] = 0
     # A word is two numbers, of eight letters and of four.
     head, tail = letters[:, :8].copy().view("<u8")[:, 0], letters[:, 8:].copy().view("<u4")[:, 0]
     kinds = np.full(len(first), UNKNOWN, np.int8)
     for word, kind in _KNOWN.items():
-        padded = word.ljust(_LETTERS, b"\0")
+        padded = word.ljust(_LOOKED_AT, b"\0")
         same = head == int.from_bytes(padded[:8], "little")
         if same.any():
             same &= tail == int.from_bytes(padded[8:], "little")

@@ -9,9 +9,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ...errors import LoadError
+from .blockwise import gathered_rows
 from .given import Given
 from .ply_header import PlyElement, PlyHeader, PlyProperty
 from .running import Rows, running_counts
@@ -154,7 +156,8 @@ class _Bytes:
             total = int(many.sum())
             inner = np.arange(total) - np.repeat(np.cumsum(many) - many, many)
             places = np.repeat(np.array(starts, np.int64), many) + inner * size
-            values = raw[places[:, None] + np.arange(size)].reshape(-1).view(one.type)
+            bytes_of = gathered_rows(sliding_window_view(raw, size), places) if total else np.zeros(0, np.uint8)
+            values = bytes_of.reshape(-1).view(one.type)
             found[one.name] = PlyLists(many, values) if one.length else values
         return found
 

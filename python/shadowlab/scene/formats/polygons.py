@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SceneError
+from .blockwise import concatenated, gathered_rows
 
 #: Share of a polygon's area by which triangles may overlap or lie outside: what seven digits of text leave open.
 NEGLIGIBLE = 1e-6
@@ -51,7 +52,7 @@ def polygon_faces(points: NDArray[Any], corners: NDArray[Any], counts: Indices) 
         repeated = (a == b) | (b == c) | (c == a)
         return (faces[~repeated], int(repeated.sum())) if repeated.any() else (faces, 0)
     triangles = triangulated(points, corners, counts)
-    return corners[triangles.at], triangles.degenerate
+    return gathered_rows(corners, triangles.at), triangles.degenerate
 
 
 def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *, in_place: bool = False) -> Triangles:
@@ -87,7 +88,7 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
             for group, part in zip(groups, parts, strict=True):
                 group.append(part + first)
             degenerate += without
-    return Triangles(np.concatenate([np.zeros((0, 3), np.int64), *chain.from_iterable(groups)]), degenerate)
+    return Triangles(concatenated([np.zeros((0, 3), np.int64), *chain.from_iterable(groups)]), degenerate)
 
 
 def _of_block(
@@ -121,19 +122,19 @@ def _of_block(
         of.append(faces[rows])
     if not of:
         return [np.zeros((0, 3), np.int64)] * 4, len(counts)
-    joined = [np.concatenate([np.zeros((0, 3), np.int64), *parts]) for parts in made]
+    kinds = [np.concatenate([np.zeros((0, 3), np.int64), *parts]) for parts in made]
     # Larger polygons stand in the order of the file among themselves.
     of_face = np.concatenate(of)
-    order = np.argsort(of_face[len(of_face) - len(joined[3]) :], kind="stable")
-    joined[3] = joined[3][order]
+    order = np.argsort(of_face[len(of_face) - len(kinds[3]) :], kind="stable")
+    kinds[3] = kinds[3][order]
     of_face[len(of_face) - len(order) :] = of_face[len(of_face) - len(order) :][order]
     kept = []
-    for part in joined:
+    for part in kinds:
         a, b, c = corners[part].T
         kept.append((a != b) & (b != c) & (c != a))
     distinct = np.concatenate(kept)
     with_some = _distinct_count(of_face[distinct], len(counts))
-    return [part[chosen] for part, chosen in zip(joined, kept, strict=True)], len(counts) - with_some
+    return [part[chosen] for part, chosen in zip(kinds, kept, strict=True)], len(counts) - with_some
 
 
 def _distinct_count(values: Indices, size: int) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
-from .words import pieces, plain_numbers, plain_text, readable
+from .words import line_pieces, plain_numbers, plain_text, readable
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -38,7 +38,7 @@ def read_stl(given: Given) -> Gathered:
     count = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else -1
     size = _HEADER + count * _RECORD.itemsize
     if count >= 0 and len(data) == size:
-        return _of_bytes(given, count)
+        return _of_records(given, count)
     text = plain_text(data[:_TEXT]).lstrip()
     # The header of a binary file may begin with "solid", but its numbers have zeros, which text has not.
     if text[:5].lower() == b"solid" and b"\0" not in text:
@@ -47,7 +47,7 @@ def read_stl(given: Given) -> Gathered:
         raise LoadError(f"{given.name}: expected an STL file, got {readable(data[:16])}; check the file")
     # More records than the count says are a count that lies; other bytes are what programs append.
     if count and size < len(data) < 2 * size and (len(data) - size) % _RECORD.itemsize:
-        found = _of_bytes(given, count)
+        found = _of_records(given, count)
         found.left_out.append(f"{len(data) - size:,} bytes after the {count:,} triangles of the header")
         return found
     raise LoadError(
@@ -56,7 +56,7 @@ def read_stl(given: Given) -> Gathered:
     )
 
 
-def _of_bytes(given: Given, count: int) -> Gathered:
+def _of_records(given: Given, count: int) -> Gathered:
     if not count:
         raise LoadError(f"{given.name}: expected triangles, got none; check the file")
     found = Gathered()
@@ -101,7 +101,7 @@ def _solids(text: bytes) -> list[tuple[int, int | None]]:
 def _facets(given: Given, body: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """The corners of a solid's facets, (3 T, 3) float64."""
     facets = body.count(b"endfacet")
-    values = plain_numbers(b"".join([_bare(piece) for piece in pieces(body)]))
+    values = plain_numbers(b"".join([_bare(piece) for piece in line_pieces(body)]))
     if len(values) == 12 * facets:
         return np.ascontiguousarray(values.reshape(-1, 12)[:, 3:]).reshape(-1, 3)
     # Facets without a normal, or with one that is no number, have corners all the same.

@@ -31,15 +31,15 @@ def plain_text(data: bytes) -> bytes:
     if not (b"\r" in data or b"\f" in data or b"\v" in data):
         return data if data.endswith(b"\n") else data + b"\n"
     data = data if data.endswith((b"\n", b"\r")) else data + b"\n"
-    return b"".join([_plain(piece) for piece in pieces(data)])
+    return b"".join([_plain(piece) for piece in line_pieces(data)])
 
 
 def _plain(text: bytes) -> bytes:
     return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(_PAGES)
 
 
-def pieces(text: bytes) -> Iterator[bytes]:
-    """The text in pieces of whole lines, so that an interruption need not wait for all of it."""
+def line_pieces(text: bytes) -> Iterator[bytes]:
+    """The text in line_pieces of whole lines, so that an interruption need not wait for all of it."""
     place = 0
     while place < len(text):
         end = text.find(b"\n", place + _PIECE) + 1 or len(text)
@@ -51,7 +51,7 @@ def without_comments(data: bytes) -> bytes:
     """The text without what follows a "#" at the beginning of a word; its lines stay."""
     if b"#" not in data:
         return data
-    return b"".join([_uncommented(piece) if b"#" in piece else piece for piece in pieces(data)])
+    return b"".join([_uncommented(piece) if b"#" in piece else piece for piece in line_pieces(data)])
 
 
 def _uncommented(text: bytes) -> bytes:
@@ -105,7 +105,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
 
 def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
-    # Grows in place: to join pieces would take as much again.
+    # Grows in place: to join line_pieces would take as much again.
     found, count, place = np.empty(min(len(text), _PIECE), dtype), 0, 0
     while place < len(text):
         # Pieces, since nothing interrupts the parser.

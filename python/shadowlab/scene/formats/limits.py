@@ -24,6 +24,8 @@ class Limits(Value):
         Corners of one polygon.
     instances : int
         Placed meshes of a scene.
+    objects : int
+        Objects and lists in the text of a glTF file.
     entries : int
         Files in an archive, and material libraries of an OBJ file.
     ratio : float
@@ -45,6 +47,7 @@ class Limits(Value):
     elements: int = 1_000_000_000
     corners: int = 1_000_000
     instances: int = 1_000_000
+    objects: int = 3_000_000
     entries: int = 10_000
     ratio: float = 1000.0
 

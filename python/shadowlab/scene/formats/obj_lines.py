@@ -30,7 +30,7 @@ from .words import (
 #: Words that begin the lines of each kind.
 _WORDS = {VERTEX: b"v", VERTEX_TEXTURE: b"vt", VERTEX_NORMAL: b"vn", FACE: b"f"}
 #: Bytes that are divided into lines at once.
-_BLOCK = 1 << 21
+_BLOCK = 1 << 18
 #: Blanks before a line's first letter that are passed over for many lines at once.
 _FEW_BLANKS = 8
 #: Stands where lines were joined, until their places are known.

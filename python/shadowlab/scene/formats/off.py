@@ -48,8 +48,7 @@ def read_off(given: Given) -> Gathered:
         kind = keyword[0].strip().decode()
         raise LoadError(f"{name}: expected vertices of three coordinates as text, got {kind}; export plain OFF")
     text = text[keyword.end() :]
-    counts = words_per_line(text)
-    counts = counts[counts > 0]
+    counts = words_per_line(text, with_blank=False)
     starts = np.concatenate([[0], np.cumsum(counts)])
     values = plain_numbers(text)
     if not len(counts) or len(values) < 2 or counts[0] < 2:

@@ -167,8 +167,7 @@ class _Text:
 
     def __init__(self, given: Given, text: bytes):
         self.name, self.row = given.name, 0
-        counts = words_per_line(text)
-        self.counts = counts[counts > 0]
+        self.counts = words_per_line(text, with_blank=False)
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.values = plain_numbers(text)
 
@@ -217,6 +216,8 @@ class _Text:
 
     def uneven(self, element: PlyElement) -> PlyValues:
         """The values one by one."""
+        if len(element.properties) == 1 and element.properties[0].length:
+            return self._lists_alone(element)
         begin, end = self.starts[self.row], self.starts[self.row + element.count]
         values = self.values[begin:end].tolist()
         starts = (self.starts[self.row : self.row + element.count + 1] - begin).tolist()
@@ -241,6 +242,21 @@ class _Text:
             typed = _typed(np.array(row, np.float64), one)
             found[one.name] = PlyLists(np.array(many, np.int64), typed) if one.length else typed
         return found
+
+    def _lists_alone(self, element: PlyElement) -> PlyValues:
+        """The values of an element that is one list."""
+        rows = slice(self.row, self.row + element.count)
+        begins = self.starts[:-1][rows]
+        lengths = self.values[begins]
+        if not ((lengths >= 0) & (lengths < self.counts[rows])).all():
+            raise _cut_short(self.name, element)
+        many = lengths.astype(np.int64)
+        # From where a list begins among all of them to where it begins in the text.
+        shift = np.repeat(begins + 1 - (np.cumsum(many) - many), many)
+        shift += np.arange(len(shift))
+        self.row += element.count
+        one = element.properties[0]
+        return {one.name: PlyLists(many, _typed(gathered_rows(self.values, shift), one))}
 
 
 def _typed(values: NDArray[np.float64], one: PlyProperty) -> PlyArray:

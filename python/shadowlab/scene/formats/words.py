@@ -39,7 +39,7 @@ def _plain(text: bytes) -> bytes:
 
 
 def line_pieces(text: bytes) -> Iterator[bytes]:
-    """The text in line_pieces of whole lines, so that an interruption need not wait for all of it."""
+    """The text in pieces of whole lines, so that an interruption need not wait for all of it."""
     place = 0
     while place < len(text):
         end = text.find(b"\n", place + _PIECE) + 1 or len(text)
@@ -81,8 +81,8 @@ def spaces(text: bytes) -> NDArray[np.bool_]:
     return _SPACES[np.frombuffer(text, np.uint8)]
 
 
-def words_per_line(text: bytes) -> NDArray[np.int64]:
-    """How many words each line has; every line ends in a newline."""
+def words_per_line(text: bytes, *, with_blank: bool = True) -> NDArray[np.int64]:
+    """How many words each line has, blank lines among them or not; every line ends in a newline."""
     raw = np.frombuffer(text, np.uint8)
     found = []
     after_space, left = True, 0
@@ -97,7 +97,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
         if len(edges) > 1:
             counts = np.add.reduceat(begins[: edges[-1]], edges[:-1], dtype=np.int64)
             counts[0] += left
-            found.append(counts)
+            found.append(counts if with_blank else counts[counts > 0])
             left = 0
         left += int(begins[edges[-1] :].sum())
     return np.concatenate(found) if found else np.zeros(0, np.int64)
@@ -105,7 +105,7 @@ def words_per_line(text: bytes) -> NDArray[np.int64]:
 
 def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
-    # Grows in place: to join line_pieces would take as much again.
+    # Grows in place: to join pieces would take as much again.
     found, count, place = np.empty(min(len(text), _PIECE), dtype), 0, 0
     while place < len(text):
         # Pieces, since nothing interrupts the parser.

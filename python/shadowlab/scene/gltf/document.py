@@ -139,7 +139,10 @@ def document_of(given: Given) -> Document:
         text, binary = chunks_of(given.name, data)
     else:
         text, binary = memoryview(data), None
-    top = JsonObject(given.name, "", parsed(given.name, text))
+    plain = bytes(text)
+    # Each takes many times its few letters.
+    check_limit(given.limits, given.name, "objects", plain.count(b"{") + plain.count(b"["), "objects and lists")
+    top = JsonObject(given.name, "", parsed(given.name, plain))
     check_asset_version(top)
     required, missed = checked_extensions(top)
     found = Document(given, top, binary, required, size=len(data))
@@ -183,7 +186,7 @@ def chunks_of(name: str, data: bytes) -> tuple[memoryview, memoryview | None]:
     return text, binary
 
 
-def parsed(name: str, text: memoryview) -> dict[str, Any]:
+def parsed(name: str, text: bytes) -> dict[str, Any]:
     """The JSON object of a text.
 
     Raises
@@ -197,7 +200,7 @@ def parsed(name: str, text: memoryview) -> dict[str, Any]:
 
     try:
         # Trailing zeros are the padding of careless writers.
-        plain = bytes(text).rstrip(b"\0").decode("utf-8-sig")
+        plain = text.rstrip(b"\0").decode("utf-8-sig")
         # Python is asked about every object: nothing else interrupts the parser.
         found = json.loads(plain, parse_constant=refuse, object_hook=_same)
     except RecursionError:

@@ -7,6 +7,7 @@ import pytest
 from load_support import area, corners, loaded, warned, zipped
 
 from shadowlab.errors import ArgumentError, LoadError
+from shadowlab.scene.formats.limits import Limits
 
 XYZ = '<accessor source="#{0}a" count="{1}" stride="3"><param name="X"/><param name="Y"/><param name="Z"/></accessor>'
 U = "0 3 0 3 3 0 3 0 0 2 0 0 2 2 0 1 2 0 1 0 0 0 0 0"
@@ -273,3 +274,12 @@ def test_extensions_of_3mf():
 def test_3mf_that_is_refused(data, match):
     with pytest.raises(LoadError, match=match):
         loaded(data, "3mf")
+
+
+def test_elements_beyond_the_limit_are_refused_before_they_are_read():
+    assert loaded(dae(), "dae", limits=Limits(objects=30)).triangle_count == 6
+    with pytest.raises(LoadError, match=r"elements of XML, got 1,0.*Limits\(objects=...\)"):
+        loaded(dae(more="<extra/>" * 1000), "dae", limits=Limits(objects=30))
+    item = '<item objectid="1"/>'
+    many = PART.replace("<triangles>", "<triangles>" + '<triangle v1="0" v2="1" v3="2"/>' * 100)
+    assert loaded(package(many, item), "3mf", limits=Limits(objects=30)).triangle_count == 101

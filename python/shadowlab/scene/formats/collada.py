@@ -30,7 +30,7 @@ def read_collada(given: Given) -> Gathered:
     LoadError
         For what is no COLLADA, for references that lead nowhere, and for nodes that contain themselves.
     """
-    root = parsed_xml(given.name, given.data)
+    root = parsed_xml(given.name, given.data, given.limits)
     if local(root) != "COLLADA":
         raise LoadError(f"{given.name}: expected a COLLADA document, got <{local(root)}>; check the file")
     return _Document(given, root).gathered()

@@ -25,7 +25,7 @@ class Limits(Value):
     instances : int
         Placed meshes of a scene.
     objects : int
-        Objects and lists in the text of a glTF file.
+        Objects and lists in the text of a glTF file; elements of XML, beside vertices and triangles of 3MF.
     entries : int
         Files in an archive, and material libraries of an OBJ file.
     ratio : float

@@ -86,7 +86,7 @@ class _Package:
         """The path of the model that the package begins with."""
         relationships = self.paths.get(_RELATIONSHIPS)
         if relationships is not None:
-            for one in parsed_xml(self.given.name, self.archive.read(relationships)):
+            for one in parsed_xml(self.given.name, self.archive.read(relationships), self.given.limits):
                 target = one.get("Target", "").lstrip("/").lower()
                 if one.get("Type", "").endswith(_MODEL_TYPE) and target in self.paths:
                     return self.paths[target]
@@ -97,7 +97,7 @@ class _Package:
 
     def _model(self, path: str) -> Any:
         """The root of a model; its objects become parts."""
-        root = parsed_xml(f"{self.given.name}/{path}", self.archive.read(path))
+        root = parsed_xml(f"{self.given.name}/{path}", self.archive.read(path), self.given.limits)
         if local(root) != "model":
             raise LoadError(f"{self.given.name}: expected a 3MF model, got <{local(root)}>; check the file")
         self.read.add(path)

@@ -105,6 +105,8 @@ def words_per_line(text: bytes, *, with_blank: bool = True) -> NDArray[np.int64]
 
 def plain_numbers(text: bytes, dtype: Any = np.float64) -> NDArray[Any]:
     """The numbers at the beginning of a text; fewer than its words where one of them is no number."""
+    if len(text) <= _PIECE and (alone := _parsed_numbers(text, dtype)) is not None:
+        return alone
     # Grows in place: to join pieces would take as much again.
     found, count, place = np.empty(min(len(text), _PIECE), dtype), 0, 0
     while place < len(text):

@@ -5,7 +5,6 @@ Source: Turk, "The PLY Polygon File Format", Stanford, 1994; names of types with
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +25,6 @@ TYPES = {
 _LONGEST = 1 << 20
 #: Digits of a count that can be one.
 _LONGEST_COUNT = 20
-_FIRST_LINE = re.compile(rb"[^\r\n]*(\r\n|\r|\n)")
 
 
 @dataclass(frozen=True)
@@ -78,8 +76,8 @@ def ply_header(given: Given) -> PlyHeader:
     place, elements, encoding = 0, list[PlyElement](), ""
     names: set[str] = set()
     # As the first line ends: where it is a carriage return alone, a line feed may be the first byte of the body.
-    first = _FIRST_LINE.match(data, 0, _LONGEST)
-    newline = b"\r" if first is not None and first[1] == b"\r" else b"\n"
+    first = data[: max(data.find(b"\r", 0, _LONGEST), 0) + 2]
+    newline = b"\r" if b"\r" in first and b"\n" not in first else b"\n"
     while True:
         end = data.find(newline, place, _LONGEST)
         if end < 0:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
+from .blockwise import concatenated
 from .given import Given
 from .obj_words import FACE, KEPT_KINDS, UNKNOWN, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, kinds_of
 from .words import (
@@ -75,7 +76,9 @@ class ObjLines:
     @classmethod
     def of(cls, given: Given) -> ObjLines:
         """The lines of a file."""
-        text = b"".join([_marked(piece) for piece in line_pieces(without_comments(plain_text(given.data)))])
+        text = without_comments(plain_text(given.data))
+        if any(mark in text for mark in (b"\\", b"fo ", b"fo\t")):
+            text = b"".join([_marked(piece) for piece in line_pieces(text)])
         joined = np.zeros(0, np.int64)
         if _JOINT in text:
             text += b"\n"
@@ -90,7 +93,7 @@ class ObjLines:
                 unknown = int(starts[(kinds == UNKNOWN).argmax()])
             chosen = np.flatnonzero(kinds < KEPT_KINDS)
             kept.append((starts[chosen], ends[chosen], kinds[chosen]))
-        starts, ends, kinds = (np.concatenate(arrays) for arrays in zip(*kept, strict=True))
+        starts, ends, kinds = (concatenated(arrays) for arrays in zip(*kept, strict=True))
         return cls(given.name, text, starts, ends, kinds, joined, counts, unknown)
 
     def number_at(self, place: int) -> int:

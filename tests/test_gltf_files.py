@@ -267,3 +267,12 @@ def test_a_mesh_is_taken_as_it_was_written(tmp_path):
     assert scene.source == str(path)
     assert eval(scene.recipe, {"sl": sl}) == scene
     assert len(TRIANGLE) == 3
+
+
+def test_objects_beyond_the_limit_are_refused_before_they_are_read(tmp_path):
+    gltf = plain(extras=[{}] * 100)
+    path = written(tmp_path, gltf.text(), "scene.gltf")
+    most = path.read_bytes().count(b"{") + path.read_bytes().count(b"[")
+    assert sl.load_scene(path, limits=sl.Limits(objects=most)).triangle_count == 1
+    with pytest.raises(LoadError, match=r"objects and lists, got .*Limits\(objects=...\)"):
+        sl.load_scene(path, limits=sl.Limits(objects=most - 1))

@@ -12,6 +12,7 @@ from PIL import Image
 from shadowlab.errors import LoadError, SceneError
 from shadowlab.scene.formats.given import Given
 from shadowlab.scene.formats.limits import Limits
+from shadowlab.scene.gltf.items import JsonObject
 from shadowlab.scene.gltf.reader import read_gltf
 
 UV = [[0, 0], [1, 0], [0, 1]]
@@ -220,3 +221,16 @@ def test_images_count_against_the_limits(tmp_path):
     path.write_bytes(gltf.glb())
     with pytest.raises(LoadError, match=r"pixels in images\[0\].*elements"):
         read_gltf(Given.of_file(path, "glb", Limits(elements=1000)))
+
+
+def test_lists_are_made_once_however_many_materials_there_are(tmp_path, monkeypatch):
+    gltf = leaf(png(ALPHA), alphaMode="MASK")
+    for _ in range(5):
+        gltf.json["meshes"].append(gltf.json["meshes"][1])
+        gltf.json["scenes"][0]["nodes"].append(gltf.node(mesh=len(gltf.json["meshes"]) - 1))
+    asked = []
+    items = JsonObject.items
+    monkeypatch.setattr(JsonObject, "items", lambda self, key: asked.append(self.where + key) or items(self, key))
+    scene = loaded(tmp_path, gltf)
+    assert sum(mesh.alpha is not None for mesh in scene.meshes) == 6
+    assert [asked.count(key) for key in ("textures", "images", "samplers", "materials")] == [1, 1, 1, 1]

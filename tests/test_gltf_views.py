@@ -11,6 +11,7 @@ from gltf_support import Gltf, loaded, told, written
 import shadowlab as sl
 from shadowlab import cli
 from shadowlab.errors import ArgumentError, LoadError, UnknownNameError
+from shadowlab.scene.placed import unique
 
 HALF = np.sqrt(0.5)
 #: From -z down to -y.
@@ -69,6 +70,7 @@ def test_equal_names_are_numbered(tmp_path):
     gltf = with_camera(name="eye")
     gltf.node(camera=0, name="eye", translation=[0, 1, 0])
     assert list(loaded(tmp_path, gltf).cameras) == ["eye", "eye (2)"]
+    assert unique("a", {"a": 1, **{f"a ({k})": k for k in range(2, 100)}}) == "a (100)"
 
 
 def test_a_camera_without_far_plane_or_aspect_is_completed(tmp_path):

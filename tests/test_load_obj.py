@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from PIL import Image
 
 import shadowlab as sl
 from shadowlab.errors import LoadError, SceneError
+from shadowlab.scene.formats import obj_lines, words
 from shadowlab.scene.formats.given import Given
 from shadowlab.scene.formats.limits import Limits
 from shadowlab.scene.formats.obj import read_obj
+from shadowlab.scene.formats.obj_lines import ObjLines
 
 U = "v 0 1 0\nv 1 1 0\nv 1 1 2\nv 2 1 2\nv 2 1 0\nv 3 1 0\nv 3 1 3\nv 0 1 3\n"
 SQUARE = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
@@ -26,6 +29,9 @@ SQUARE = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
         U + "f -1 -2 -3 -4 -5 -6 -7 -8\n",
         U + "vt 0 0\nvn 0 1 0\nf 8/1 7//1 6/1/1 5 4 3 2/ 1//\n",
         U + "f 8 7 6 5 \\\n4 3 \\\n 2 1\n",
+        U + "f 8 7 6 5 \\ \t\n4 3 \\\n 2 1\n",
+        "\f\n" + U + "\v\n\ff 8 7 6 5 4 3 2 1\n",
+        U + "fo 8 7 6 5 4 3 2 1\n",
         (U + "f 8 7 6 5 4 3 2 1\n").replace("\n", "\r\n"),
         (U + "f 8 7 6 5 4 3 2 1\n").replace(" ", "\t"),
         (U + "f 8 7 6 5 4 3 2 1").replace("\n", "  # a comment\n   "),
@@ -45,6 +51,57 @@ def test_a_concave_polygon_however_it_is_written(text):
     assert scene.triangle_count == 6
     assert area(scene) == pytest.approx(7)
     assert np.unique(corners(scene).reshape(-1, 3), axis=0).shape == (8, 3)
+
+
+def test_what_says_nothing_of_polygons_takes_no_memory():
+    """Lines that are counted are not kept: one byte each in the text, and nothing beside."""
+    many = 2_000_000
+    for line in ("\n", " \n", "l 1\n", "g\n", "?\n", "# x\n"):
+        data = (line * many + TRIANGLE + "f 1 2 3\n").encode()
+        given = Given("a", "obj", lambda data=data: data, lambda _: None)
+        tracemalloc.start()
+        lines = ObjLines.of(given)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert len(lines.kinds) == 4
+        # Two copies of the text at once, and what is made for a block.
+        assert peak < 3 * len(data) + (64 << 20)
+
+
+def test_lines_are_found_across_blocks(monkeypatch):
+    monkeypatch.setattr(obj_lines, "_BLOCK", 7)
+    monkeypatch.setattr(words, "_PIECE", 5)
+    text = (
+        "# first\n"
+        + U.replace("v", "  v", 1)
+        + "vt 0 0\r\n"
+        + "g "
+        + "x" * 40
+        + " # no\n"
+        + " " * 20
+        + "f 8/1 7 6 5 \\\n4 3 2/1 1\n"
+    )
+    text += "f -8 -7 -6\nl 1 2\nwhat\n\nf 1 2 3"
+    scene, said = warned(text, "obj")
+    assert scene.triangle_count == 8
+    assert area(scene) == pytest.approx(7 + 2 * 1)
+    assert "the first is line 16" in said
+    with pytest.raises(LoadError, match=r"line 19: .*from 1 to 8"):
+        warned(text + "\nf 1 2 9\n", "obj")
+
+
+def test_polygons_beyond_the_limit_are_refused():
+    polygon = U + "f 8 7 6 5 4 3 2 1\n"
+    assert loaded(polygon, "obj", limits=Limits(corners=8)).triangle_count == 6
+    with pytest.raises(LoadError, match=r"at most 7 corners of a polygon, got 8; .*Limits\(corners=...\)"):
+        loaded(polygon, "obj", limits=Limits(corners=7))
+
+
+def test_libraries_beyond_the_limit_are_refused():
+    text = "".join(f"mtllib {i}.mtl\n" for i in range(3)) + TRIANGLE + "f 1 2 3\n"
+    assert loaded(text, "obj", limits=Limits(entries=3)).triangle_count == 1
+    with pytest.raises(LoadError, match="at most 2 material libraries, got 3"):
+        loaded(text, "obj", limits=Limits(entries=2))
 
 
 def test_negative_indices_count_from_where_they_stand():

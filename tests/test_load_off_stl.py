@@ -34,6 +34,12 @@ def rows(text, more):
         "OFF\r\n8 2 0\r\n" + (U + rows(FACES, "0.5 0.25 0.5")).replace("\n", "\r\n"),
         "OFF\n8 2 0\n" + U + "8 0 1 2 3 4 5 6 7 255 0 0\n3 0 1 2 7",
         "\ufeffOFF\n8 2 0\n" + U + FACES + "trailing words\n",
+        "8 2 0\n" + U + FACES,
+        "off\n8 2 0\n" + U + FACES,
+        "OFF\n8 2 0\n" + U.replace("\n", " ") + "\n" + FACES,
+        ("OFF\n8 2 0\n" + U + FACES).replace("\n", " "),
+        "NOFF\n8 2 0\n" + rows(U, "\n0 0 1") + FACES,
+        "OFF\n8 2 0\n" + (U + FACES).replace(" ", "\n"),
     ],
 )
 def test_off_in_its_dialects(text):
@@ -58,6 +64,7 @@ def test_off_in_its_dialects(text):
         ("OFF\n8 1.5 0\n" + U, "whole number of faces"),
         ("OFF\n8 1 0\n" + U + "3 0 1 8\n", "from 0 to 7 in faces, got 8"),
         ("OFF\n8 1 0\n" + U + "3 0 1 -1\n", "got -1"),
+        ("OFF\n8 2 0\n" + U.replace("\n", " ") + FACES[:-2], "8 vertices and 2 faces"),
         ("OFF\n8 1 0\n" + U + "4 0 1 2\n", "begin with its number"),
         ("OFF\n8 1 0\n" + U.replace("1 2", "one 2") + "3 0 1 2\n", "other words"),
         ("OFF\n8 0 0\n" + U, "8 vertices alone"),
@@ -78,6 +85,16 @@ def test_stl_is_binary_where_its_size_says_so():
     for header in (b"solid but binary", b"", b"\0\xff"):
         scene = loaded(binary(3, 3, header), "stl")
         assert (scene.triangle_count, area(scene)) == (3, 6)
+
+
+def test_stl_with_bytes_after_its_triangles():
+    scene, said = warned(binary(2, 2) + b"appended", "stl")
+    assert scene.triangle_count == 2
+    assert "8 bytes after the 2 triangles" in said
+
+
+def test_stl_with_ends_of_two_words():
+    assert area(loaded("solid\n" + FACET.replace("end", "end ") + "end solid\n", "stl")) == pytest.approx(2)
 
 
 def test_stl_with_several_solids():

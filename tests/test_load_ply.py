@@ -127,6 +127,34 @@ def test_faces_without_area_by_their_indices_are_counted():
     assert "3 faces with fewer than three distinct vertices" in said
 
 
+@pytest.mark.parametrize("spread", [lambda text: text.replace("\n", " "), lambda text: text.replace(" ", "\n")])
+@pytest.mark.parametrize("name", CASES)
+def test_numbers_may_run_on_over_lines(name, spread):
+    elements, triangles, expected = CASES[name]
+    head, _, body = ply(elements).decode().partition("end_header\n")
+    scene = loaded(head + "end_header\n" + spread(body), "ply")
+    assert (scene.triangle_count, area(scene)) == (triangles, pytest.approx(expected))
+    with pytest.raises(LoadError):
+        loaded(head + "end_header\n" + spread(body + "7\n"), "ply")
+
+
+def test_a_body_that_begins_with_a_line_feed():
+    properties = [("uchar", "mark"), *VERTEX]
+    elements = [("vertex", properties, [(10, *one) for one in POINTS]), ("face", FACE, [([8, 9, 10],)])]
+    head, _, body = ply(elements, "binary_little_endian").partition(b"end_header\n")
+    for newline in (b"\n", b"\r", b"\r\n"):
+        data = (head + b"end_header\n").replace(b"\n", newline) + body
+        assert area(loaded(data, "ply")) == pytest.approx(2)
+
+
+def test_names_are_there_once():
+    once = ("vertex", VERTEX, POINTS)
+    faces = ("face", FACE, [([8, 9, 10],)])
+    for elements in ([once, once, faces], [("vertex", [*VERTEX, VERTEX[0]], [(*one, 0) for one in POINTS]), faces]):
+        with pytest.raises(LoadError, match="twice"):
+            loaded(ply(elements), "ply")
+
+
 def test_strips_and_fans_by_hand():
     strip = np.array([0, 1, 2, 3, 3, 5, 5, 6, 7, 8, -1, 1, 2, -1, 4, 5, 6])
     made = strip_triangles(strip, np.array([len(strip)]))

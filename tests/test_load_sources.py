@@ -251,6 +251,29 @@ def test_files_of_an_archive_that_cannot_be_read_are_told():
         loaded(zipped({"bad.ply": b"ply\n"}), "zip")
 
 
+def test_what_macos_adds_to_archives_is_passed_over():
+    files = {"__MACOSX/._a.obj": b"\0\5\x16\7", "a.obj": OBJ, "b/._c.obj": b"\0"}
+    for data, kind in ((zipped(files), "zip"), (tarred(files), "tar.gz")):
+        assert loaded(data, kind).triangle_count == 1
+
+
+def test_names_in_archives_may_have_colons():
+    assert loaded(tarred({"a: b.obj": OBJ}), "tar.gz").triangle_count == 1
+    with pytest.raises(LoadError, match="own folder"):
+        loaded(tarred({"c:/a.obj": OBJ}), "tar.gz")
+
+
+def test_open_files_that_unpack(tmp_path):
+    path = tmp_path / "a.obj.gz"
+    path.write_bytes(gzip.compress(OBJ))
+    with gzip.open(path) as stream:
+        assert sl.load_scene(stream).triangle_count == 1
+    with path.open("rb") as stream:
+        assert sl.load_scene(stream).triangle_count == 1
+    with path.open(encoding="utf-8") as stream, pytest.raises(LoadError, match="open it in binary mode"):
+        sl.load_scene(stream)
+
+
 def bomb(size=80 << 20):
     """Many zeros."""
     return bytes(size)

@@ -7,6 +7,7 @@ import pytest
 from load_support import area, corners, loaded, warned, zipped
 
 from shadowlab.errors import ArgumentError, LoadError
+from shadowlab.scene.formats.limits import Limits
 
 XYZ = '<accessor source="#{0}a" count="{1}" stride="3"><param name="X"/><param name="Y"/><param name="Z"/></accessor>'
 U = "0 3 0 3 3 0 3 0 0 2 0 0 2 2 0 1 2 0 1 0 0 0 0 0"
@@ -57,6 +58,11 @@ def primitive(kind, *lists, before=""):
 def test_every_primitive_of_collada(primitives, triangles, expected):
     scene = loaded(dae(primitives), "dae")
     assert (scene.triangle_count, area(scene)) == (triangles, pytest.approx(expected))
+
+
+def test_references_may_be_percent_encoded():
+    text = dae().replace("id='g'", "id='g 1'").replace('"#g"', '"#g%201"').replace("id='s'", "id='s/1'")
+    assert area(loaded("\n " + text.replace("'#s'", "'#s%2F1'"), "dae")) == pytest.approx(7)
 
 
 def test_lines_are_left_out_and_told():
@@ -230,6 +236,20 @@ def test_items_that_are_not_to_be_printed_and_other_models():
     assert loaded(package(whole, '<item objectid="9"/>', **other), "3mf").triangle_count == 1
 
 
+def test_extensions_of_3mf():
+    item = '<item objectid="1"/>'
+    beams = PART.replace("</mesh>", '<b:beamlattice xmlns:b="http://x/beamlattice/2017/02"/></mesh>')
+    assert "beamlattice of object 1" in warned(package(beams, item), "3mf")[1]
+    both = PART + '<object id="2"><b:booleanshape xmlns:b="http://x/booleanoperations/2023/07" objectid="1"/></object>'
+    assert "booleanshape of object 2" in warned(package(both, item + '<item objectid="2"/>'), "3mf")[1]
+    required = 'meter" xmlns:z="http://x/secret" requiredextensions="p'
+    assert loaded(package(PART, item, required), "3mf").triangle_count
+    with pytest.raises(LoadError, match="http://x/secret"):
+        loaded(package(PART, item, required + " z"), "3mf")
+    with pytest.raises(LoadError, match="'1' twice"):
+        loaded(package(PART + PART, item), "3mf")
+
+
 @pytest.mark.parametrize(
     ("data", "match"),
     [
@@ -254,3 +274,12 @@ def test_items_that_are_not_to_be_printed_and_other_models():
 def test_3mf_that_is_refused(data, match):
     with pytest.raises(LoadError, match=match):
         loaded(data, "3mf")
+
+
+def test_elements_beyond_the_limit_are_refused_before_they_are_read():
+    assert loaded(dae(), "dae", limits=Limits(objects=30)).triangle_count == 6
+    with pytest.raises(LoadError, match=r"elements of XML, got 1,0.*Limits\(objects=...\)"):
+        loaded(dae(more="<extra/>" * 1000), "dae", limits=Limits(objects=30))
+    item = '<item objectid="1"/>'
+    many = PART.replace("<triangles>", "<triangles>" + '<triangle v1="0" v2="1" v3="2"/>' * 100)
+    assert loaded(package(many, item), "3mf", limits=Limits(objects=30)).triangle_count == 101

@@ -10,6 +10,7 @@ from trimesh.geometry import triangulate_quads
 from trimesh.transformations import random_rotation_matrix
 
 from shadowlab.errors import SceneError
+from shadowlab.scene.formats import polygons
 from shadowlab.scene.formats.polygons import NEGLIGIBLE, clipped, triangulated, with_holes
 
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
@@ -126,3 +127,16 @@ def test_holes():
         triangles = with_holes(points, [np.arange(4), ring])
         assert areas(points, triangles).sum() == pytest.approx(15)
     assert with_holes(in_space(np.concatenate([outer, inner + 3])), [np.arange(4), np.arange(4, 8)]) is None
+
+
+@pytest.mark.parametrize("in_place", [False, True])
+@pytest.mark.parametrize("at_once", [1, 5, 9, 14])
+def test_blocks_of_polygons_change_nothing(monkeypatch, at_once, in_place):
+    shapes = [SQUARE, U, SQUARE[:3], DART, COMB, SQUARE[:2], LINED, SQUARE, [], SQUARE[:3], U, [], []]
+    points = np.concatenate([np.reshape(in_space(one), (-1, 3)) for one in shapes if one])
+    corners, counts = np.arange(len(points)), np.array([len(one) for one in shapes])
+    whole = triangulated(points, corners, counts, in_place=in_place)
+    monkeypatch.setattr(polygons, "AT_ONCE", at_once)
+    found = triangulated(points, corners, counts, in_place=in_place)
+    np.testing.assert_array_equal(found.at, whole.at)
+    assert found.degenerate == whole.degenerate == 4

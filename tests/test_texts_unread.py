@@ -36,6 +36,7 @@ MAY_IMPORT_RE = {
     "experiments/memory.py": "budgets as people type them",
     "reports/html/page.py": "names of the pictures that an earlier report wrote",
     "reports/html/parts.py": "anchors made from labels",
+    "scene/formats/obj_lines.py": "lines that go on, in text files",
     "scene/formats/off.py": "the first word of files",
     "scene/formats/stl.py": "vertices in text files",
     "scene/formats/words.py": "comments and words of text files",

@@ -122,9 +122,9 @@ def _unusable(vertices: Any, faces: Any) -> bool:
         return False
     if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
         return False
-    finite = np.logical_and.reduce(np.isfinite(points), axis=1)
-    if finite.all():
+    if bool(np.isfinite(points).all()):
         return not indices.size
+    finite = np.logical_and.reduce(np.isfinite(points), axis=1)
     return not bool(finite[indices].all(axis=1).any())
 
 

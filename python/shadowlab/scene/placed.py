@@ -112,8 +112,13 @@ def farthest(bounds: NDArray[np.float64], point: Any) -> float:
 
 def unique(name: str, taken: Any) -> str:
     """The name, with a number where it is taken."""
-    found, n = name, 1
-    while found in taken:
-        n += 1
-        found = f"{name} ({n})"
-    return found
+    if name not in taken:
+        return name
+    # By halves: one after the other, thousands of one name would take their number squared.
+    last, free = 1, 2
+    while f"{name} ({free})" in taken:
+        last, free = free, 2 * free
+    while free - last > 1:
+        middle = (last + free) // 2
+        last, free = (middle, free) if f"{name} ({middle})" in taken else (last, middle)
+    return f"{name} ({free})"

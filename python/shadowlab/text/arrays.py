@@ -20,6 +20,8 @@ from .words import reason_of, shown
 # Items that are read of what is no list or tuple, such as a generator: more than anybody has cameras, lights or
 # techniques; and numbers that are read of a sequence that is no array either. Both in a second at most.
 MOST_ITEMS, MOST_NUMBERS = 1 << 16, 1 << 21
+# Numbers that are converted at once: about 0.01 s.
+_LARGE = 1 << 20
 # Axes of an array: more than any argument has.
 MOST_AXES = 4
 # What numpy reads at once, without a look at the items.
@@ -138,7 +140,14 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     with np.errstate(all="ignore"):
         # Unsigned indices are fine; real numbers as indices are not.
         casting: Any = "unsafe" if raw.dtype.kind == "u" and dtype.kind == "i" else "same_kind"
-        found = np.require(raw.astype(dtype, casting=casting, order="C", copy=False), requirements=["C", "A"])
+        if raw.dtype == dtype or raw.ndim == 0 or raw.size < _LARGE or not np.can_cast(raw.dtype, dtype, casting):
+            found = np.require(raw.astype(dtype, casting=casting, order="C", copy=False), requirements=["C", "A"])
+        else:
+            # Row by row, so that an interruption need not wait for all of them.
+            found = np.empty(raw.shape, dtype)
+            step = max(1, _LARGE * len(raw) // raw.size)
+            for row in range(0, len(raw), step):
+                found[row : row + step] = raw[row : row + step]
     if raw.dtype.kind in "iu" and dtype.kind in "iu" and raw.dtype != found.dtype and not bool((raw == found).all()):
         raise ValueError(f"numbers that {dtype} does not hold")
     return found

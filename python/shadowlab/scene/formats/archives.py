@@ -32,6 +32,8 @@ ARCHIVES = {
 }
 #: Endings of single packed files.
 PACKED = ("gz", "bz2")
+#: What packed files begin with.
+MAGICS = {"gz": b"\x1f\x8b", "bz2": b"BZh"}
 #: Bytes that are unpacked before their ratio counts: less harms nobody, however well it was packed.
 _HARMLESS = 16 << 20
 _CHUNK = 1 << 20
@@ -127,7 +129,7 @@ def _entry(given: Given, name: str, is_link: bool) -> str:
         raise LoadError(
             f"{given.name}: expected regular files, got the link {name!r}; links in archives are not followed"
         )
-    return inside(given.name, name)
+    return inside(given.name, name, is_uri=False)
 
 
 def _zip(given: Given) -> Archive:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import LoadError
 from ..gathered import Gathered
-from .collada_mesh import ColladaMeshes
+from .collada_mesh import ColladaMeshes, referred
 from .collada_transforms import node_matrix
 from .given import Given
 from .parts import Part, place_parts
@@ -30,7 +30,7 @@ def read_collada(given: Given) -> Gathered:
     LoadError
         For what is no COLLADA, for references that lead nowhere, and for nodes that contain themselves.
     """
-    root = parsed_xml(given.name, given.data)
+    root = parsed_xml(given.name, given.data, given.limits)
     if local(root) != "COLLADA":
         raise LoadError(f"{given.name}: expected a COLLADA document, got <{local(root)}>; check the file")
     return _Document(given, root).gathered()
@@ -141,7 +141,7 @@ class _Document:
     def _referred(self, element: Any, attribute: str = "url") -> Any:
         """The element that another refers to; None, and a word of it, where that is in another file or missing."""
         reference = element.get(attribute, "")
-        found = self.by_id.get(reference[1:]) if reference.startswith("#") else None
+        found = referred(self.by_id, reference) if reference.startswith("#") else None
         if found is None:
             self.found.left_out.append(f"{local(element)} of {reference[:80]!r}, which is not in the file")
         return found

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,19 @@ from numpy.typing import NDArray
 from ...errors import LoadError
 from ..gathered import Gathered
 from .given import Given
+from .limits import check_limit
 from .polygons import Indices, triangulated, with_holes
 from .strips import fan_triangles, strip_triangles
 from .xml import child, children, floats, integers, local
 
 _TRIANGLES = ("polygons", "polylist", "triangles", "trifans", "tristrips")
 _OTHERS = ("lines", "linestrips")
+
+
+def referred(by_id: dict[str, Any], reference: str) -> Any:
+    """The element of a reference within the document, percent-encoded or not; None where there is none."""
+    name = reference.removeprefix("#")
+    return by_id.get(name, by_id.get(unquote(name)))
 
 
 class ColladaMeshes:
@@ -91,7 +99,7 @@ class ColladaMeshes:
         array = next(iter(children(source, "float_array", "int_array")), None)
         accessor = next(source.iter("{*}accessor"), None)
         if accessor is not None and array is None:
-            array = self.by_id.get(accessor.get("source", "").removeprefix("#"))
+            array = referred(self.by_id, accessor.get("source", ""))
         if array is None:
             raise LoadError(f"{name}: expected numbers in the source {source.get('id')!r}, found none; check the file")
         values = floats(name, array.text, "positions")
@@ -128,6 +136,8 @@ class ColladaMeshes:
                 f"{self.given.name}: expected {int(counts.sum()):,} corners in {kind}, got {len(corners):,}; "
                 "check the file"
             )
+        most = int(counts.max(initial=0))
+        check_limit(self.given.limits, self.given.name, "corners", most, "corners of a polygon")
         made = triangulated(points, corners, counts)
         self.found.degenerate += made.degenerate
         holed = [self._holed(one, offset, stride, points) for one in children(primitive, "ph")]
@@ -162,7 +172,7 @@ class ColladaMeshes:
 
     def _referred(self, element: Any) -> Any:
         reference = element.get("source", "")
-        found = self.by_id.get(reference.removeprefix("#"))
+        found = referred(self.by_id, reference)
         if found is None:
             raise LoadError(f"{self.given.name}: expected the source {reference!r}, found none; check the file")
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,6 +12,9 @@ from urllib.parse import unquote
 
 from ...errors import LoadError
 from .limits import Limits, check_limit
+
+#: Bytes that are read at once.
+_READ_AT_ONCE = 16 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +76,8 @@ class Given:
         return cls(str(path), kind, lambda: _bytes_of(path, limits), find, limits, path)
 
 
-def inside(name: str, reference: str) -> str:
-    """The reference as a path below a folder, with "/" between names.
+def inside(name: str, reference: str, *, is_uri: bool = True) -> str:
+    """The reference, a URI or a path, as a path below a folder, with "/" between names.
 
     Raises
     ------
@@ -82,7 +86,9 @@ def inside(name: str, reference: str) -> str:
     """
     plain = reference.replace("\\", "/")
     parts = plain.split("/")
-    absolute = plain.startswith("/") or ":" in parts[0] or "\0" in plain
+    # Names of files may have colons elsewhere than after the letter of a drive.
+    has_root = ":" in parts[0] if is_uri else parts[0][1:2] == ":" and parts[0][0].isalpha() and len(parts) > 1
+    absolute = plain.startswith("/") or has_root or "\0" in plain
     below = os.path.normpath("/".join(parts)).replace("\\", "/")
     if absolute or below == ".." or below.startswith("../") or not plain:
         raise outside(name, reference)
@@ -104,6 +110,10 @@ def outside(name: str, reference: str) -> OutsideError:
 def _bytes_of(path: Path, limits: Limits) -> bytes:
     try:
         check_limit(limits, str(path), "size", path.stat().st_size, "bytes")
-        return path.read_bytes()
+        read = io.BytesIO()
+        with path.open("rb") as stream:
+            while part := stream.read(_READ_AT_ONCE):
+                read.write(part)
+        return read.getvalue()
     except OSError as e:
         raise LoadError(f"{path}: expected a readable file, could not read it ({e.strerror or e}); check it") from e

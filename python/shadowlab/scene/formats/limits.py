@@ -20,10 +20,14 @@ class Limits(Value):
         Bytes of a file, of each file it refers to, and of all files of an archive together when unpacked.
     elements : int
         Elements of one array of a file (vertices, indices, instances), and triangles of one polygon list.
+    corners : int
+        Corners of one polygon.
     instances : int
         Placed meshes of a scene.
+    objects : int
+        Objects and lists in the text of a glTF file; elements of XML, beside vertices and triangles of 3MF.
     entries : int
-        Files in an archive.
+        Files in an archive, and material libraries of an OBJ file.
     ratio : float
         Unpacked bytes for each packed byte of an archive, and bytes in memory for each byte of a glTF file.
 
@@ -41,11 +45,13 @@ class Limits(Value):
 
     size: int = 8 << 30
     elements: int = 1_000_000_000
+    corners: int = 1_000_000
     instances: int = 1_000_000
+    objects: int = 3_000_000
     entries: int = 10_000
     ratio: float = 1000.0
 
-    STATE_VERSION: ClassVar[int] = 1
+    STATE_VERSION: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -92,8 +92,32 @@ def _is_number(word: bytes) -> bool:
     return True
 
 
+class Opacities:
+    """The textures that materials name, each read once."""
+
+    def __init__(self, given: Given):
+        self.given, self.texels = given, 0
+        self.read: dict[str, NDArray[np.uint8] | None] = {}
+
+    def of(self, file: str, found: Gathered) -> NDArray[np.uint8] | None:
+        """The opacity in a file; None where it is missing or no image.
+
+        Raises
+        ------
+        LoadError
+            For more texels than the limits allow, those of a texture counted for each material that has it.
+        """
+        if file not in self.read:
+            data = _optional(self.given, file.encode(), found)
+            self.read[file] = None if data is None else _opacity(self.given, data)
+        texture = self.read[file]
+        self.texels += 0 if texture is None else texture.size
+        check_limit(self.given.limits, self.given.name, "elements", self.texels, "texels of the textures of materials")
+        return texture
+
+
 def alpha_test_of(
-    given: Given,
+    opacities: Opacities,
     material: AlphaTexture,
     label: str,
     coordinates: NDArray[np.float64],
@@ -104,8 +128,7 @@ def alpha_test_of(
 
     MTL has no cutoff: glTF's default is taken. `d` alone blends, and what is blended is opaque here.
     """
-    data = _optional(given, material.file.encode(), found)
-    texture = None if data is None else _opacity(given, data)
+    texture = opacities.of(material.file, found)
     if texture is None or not len(uv) or uv.max() >= len(coordinates):
         why = "its faces have no texture coordinates" if texture is not None else f"{material.file!r} is not read"
         found.notes.append(f"alpha-tested material {label!r} is opaque here: {why}")

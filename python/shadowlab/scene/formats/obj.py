@@ -7,26 +7,24 @@ out and counted. The fourth coordinate of a vertex weighs rational curves; polyg
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import LoadError
 from ..alpha_test import AlphaTest
 from ..gathered import Gathered
+from .blockwise import gathered_rows
 from .given import Given
-from .mtl import AlphaTexture, alpha_test_of, library_of
+from .limits import check_limit
+from .mtl import AlphaTexture, Opacities, alpha_test_of, library_of
 from .obj_faces import ObjFaces, faces_of
-from .obj_lines import FACE, OTHER, STROKE, VERTEX, VERTEX_TEXTURE, ObjLines
+from .obj_lines import ObjLines
+from .obj_words import BARE, FACE, FREE_FORM, LIBRARY, MATERIAL, STROKE, UNKNOWN, VERTEX, VERTEX_TEXTURE
 from .polygons import Indices, Points, triangulated
 from .words import readable
-
-#: Statements that say nothing about where polygons are.
-_SILENT = frozenset(
-    b"o g s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj vp deg cstype bmat step "
-    b"ctech stech parm trim hole scrv sp end con curv curv2 surf bzp bsp cdc cdp res csh call".split()
-)
-_FREE_FORM = frozenset((b"curv", b"curv2", b"surf", b"bzp", b"bsp", b"cdc", b"cdp"))
 
 
 def read_obj(given: Given) -> Gathered:
@@ -39,24 +37,27 @@ def read_obj(given: Given) -> Gathered:
     """
     lines = ObjLines.of(given)
     found = Gathered()
-    materials, libraries, free_forms, unknown = _statements(lines)
-    strokes = len(lines.of_kind(STROKE))
-    left_out = [(strokes, "line or point element"), (free_forms, "free-form element")]
-    notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in left_out if count]
-    if unknown:
-        notes.append(f"{len(unknown):,} lines that are no statements of OBJ (the first is line {unknown[0]})")
-    if not len(lines.of_kind(FACE)):
-        what = ", ".join(notes) or f"{int((lines.kinds == VERTEX).sum()):,} vertices alone"
+    materials, libraries = _uses_of_materials(given, lines)
+    left_out = [(STROKE, "line or point element"), (FREE_FORM, "free-form element")]
+    counted = [(int(lines.counts[kind]), what) for kind, what in left_out]
+    notes = [f"{count:,} {what}{'s' if count > 1 else ''}" for count, what in counted if count]
+    if unknown := int(lines.counts[UNKNOWN]):
+        first = lines.number_at(lines.unknown)
+        notes.append(f"{unknown:,} lines that are no statements of OBJ (the first is line {first})")
+    if not lines.counts[FACE]:
+        what = ", ".join(notes) or f"{lines.counts[VERTEX]:,} vertices alone"
         raise LoadError(f"{given.name}: expected faces, got {what}; export polygons")
     found.left_out += notes
-    points, widths = lines.rows(VERTEX, 3, 7, "vertex")
+    points, widths = lines.rows(VERTEX, 3, 4, "vertex")
     weighted = np.isin(widths, (4, 7))
     if weighted.any() and bool((points[weighted, 3] != 1).any()):
         found.notes.append("the fourth coordinate of vertices, a weight of rational curves, is not used")
     points = np.ascontiguousarray(points[:, :3])
-    faces = faces_of(lines)
+    faces = faces_of(given, lines)
     groups = _by_material(faces, materials)
     textures = library_of(given, libraries, found) if libraries and materials else {}
+    opacities = Opacities(given)
+    coordinates = cache(lambda: lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0])
     # The last material comes first, as in trimesh.
     for name, chosen in reversed(groups.items()):
         label = readable(name)[1:-1] if name is not None else "faces"
@@ -65,31 +66,26 @@ def read_obj(given: Given) -> Gathered:
         def alpha(uv: Indices, material: AlphaTexture | None = material, label: str = label) -> AlphaTest | None:
             if material is None:
                 return None
-            coordinates = lines.rows(VERTEX_TEXTURE, 1, 2, "texture coordinates")[0]
-            return alpha_test_of(given, material, label, coordinates, uv, found)
+            return alpha_test_of(opacities, material, label, coordinates(), uv, found)
 
         _add_group(found, (label, len(found.meshes)), label, points, faces, chosen, alpha)
     return found
 
 
-def _statements(lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes], int, list[int]]:
-    """Lines that begin a material with its name; material libraries; how many free forms; numbers of unknown lines."""
-    materials: list[tuple[int, bytes]] = []
-    libraries: list[bytes] = []
-    free_forms, unknown = 0, []
-    for line in lines.of_kind(OTHER).tolist():
-        word, *rest = lines.line(line).split(None, 1)
-        if word == b"usemtl":
-            materials.append((line, rest[0] if rest else b""))
-        elif word == b"mtllib":
-            libraries += rest
-        elif word in (b"v", b"vt", b"vn", b"f"):
-            raise lines.refusal(line, f"numbers after {word.decode()}", "none")
-        elif word in _FREE_FORM:
-            free_forms += 1
-        elif word not in _SILENT:
-            unknown.append(lines.number_of(line))
-    return materials, libraries, free_forms, unknown
+def _uses_of_materials(given: Given, lines: ObjLines) -> tuple[list[tuple[int, bytes]], list[bytes]]:
+    """Lines that begin a material with its name, and material libraries."""
+    bare = lines.of_kind(BARE)
+    if len(bare):
+        line = int(bare[0])
+        raise lines.refusal(line, f"numbers after {readable(lines.line(line))[1:-1]}", "none")
+    begins = lines.of_kind(MATERIAL)
+    # Of several in a row the last one counts.
+    begins = begins[np.diff(begins, append=-1) != 1]
+    named = [(line, lines.line(line).split(None, 1)[1:]) for line in begins.tolist()]
+    libraries = (lines.line(line).split(None, 1)[1:] for line in lines.of_kind(LIBRARY).tolist())
+    distinct = list(dict.fromkeys(name for rest in libraries for name in rest))
+    check_limit(given.limits, given.name, "entries", len(distinct), "material libraries")
+    return [(line, rest[0] if rest else b"") for line, rest in named], distinct
 
 
 def _by_material(faces: ObjFaces, materials: list[tuple[int, bytes]]) -> dict[bytes | None, Indices]:
@@ -118,12 +114,11 @@ def _add_group(
 ) -> None:
     """Adds the faces of a material as a mesh; `alpha` is asked with the row of texture coordinates of each vertex."""
     counts = faces.counts[chosen]
-    if len(chosen) == len(faces.counts):
-        corners = np.arange(len(faces.vertex))
-    else:
+    vertex, texture, normal = faces.vertex, faces.texture, faces.normal
+    if len(chosen) < len(faces.counts):
         inner = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
         corners = np.repeat(faces.starts[chosen], counts) + inner
-    vertex, texture, normal = faces.vertex[corners], faces.texture[corners], faces.normal[corners]
+        vertex, texture, normal = vertex[corners], texture[corners], normal[corners]
     size = int(counts[0])
     # Faces of one size keep trimesh's order of halves of quads; mixed ones keep that of the file.
     even = bool((counts == size).all()) and size > 2
@@ -147,18 +142,18 @@ def _add_group(
             vertex.reshape(-1, size), *split
         )
         uv = others[0] if has_texture else uv
-        found.add(key, label, points[rows], corner.reshape(-1)[at], alpha=alpha(uv))
+        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner.reshape(-1), at), alpha=alpha(uv))
     else:
         rows, corner = _used(vertex, len(points))
-        found.add(key, label, points[rows], corner[at], alpha=alpha(uv))
+        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner, at), alpha=alpha(uv))
     found.place(key, np.eye(4))
 
 
-def _used(vertex: Indices, count: int) -> tuple[Indices, Indices]:
+def _used(vertex: NDArray[np.int32], count: int) -> tuple[Indices, Indices]:
     """The vertices that are used, ascending, and the place of each corner's among them."""
     if len(vertex) < count // 16:
         rows, corner = np.unique(vertex, return_inverse=True)
-        return rows, corner.reshape(-1)
+        return rows.astype(np.int64), corner.reshape(-1)
     used = np.zeros(count, bool)
     used[vertex] = True
-    return np.flatnonzero(used), (np.cumsum(used) - 1)[vertex]
+    return np.flatnonzero(used), gathered_rows(np.cumsum(used) - 1, vertex)

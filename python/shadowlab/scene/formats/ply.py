@@ -38,6 +38,7 @@ def read_ply(given: Given) -> Gathered:
     found = Gathered()
     faces: list[NDArray[Any]] = []
     if (lists := _lists(given, values, "face")) is not None:
+        check_limit(given.limits, given.name, "corners", int(lists.counts.max(initial=0)), "corners of a polygon")
         corners = _indices(given, lists.values, len(points), strips=False)
         triangles, degenerate = polygon_faces(points, corners, lists.counts)
         found.degenerate += degenerate

@@ -74,12 +74,16 @@ def ply_header(given: Given) -> PlyHeader:
     if not data[:3].lower() == b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
         raise LoadError(f"{given.name}: expected a PLY file, which begins with 'ply', got {readable(data[:16])}")
     place, elements, encoding = 0, list[PlyElement](), ""
+    names: set[str] = set()
+    # As the first line ends: where it is a carriage return alone, a line feed may be the first byte of the body.
+    first = data[: max(data.find(b"\r", 0, _LONGEST), 0) + 2]
+    newline = b"\r" if b"\r" in first and b"\n" not in first else b"\n"
     while True:
-        end, place_after = _line_end(data, place)
+        end = data.find(newline, place, _LONGEST)
         if end < 0:
             raise LoadError(f"{given.name}: expected end_header in its header, found none; the file is cut short")
         line = data[place:end]
-        place = place_after
+        place = end + 1
         words = line.decode("utf-8", "replace").split()
         if not words or words[0] in ("ply", "comment", "obj_info"):
             continue
@@ -90,8 +94,10 @@ def ply_header(given: Given) -> PlyHeader:
         elif words[0] == "element" and len(words) == 3 and words[2].isdecimal() and len(words[2]) < _LONGEST_COUNT:
             count = int(words[2])
             check_limit(given.limits, given.name, "elements", count, f"{words[1]} elements")
+            _add_name(given, names, words[1])
             elements.append(PlyElement(words[1], count))
         elif words[0] == "property" and elements and (made := _property(words, encoding)) is not None:
+            _add_name(given, names, f"{elements[-1].name}.{made.name}")
             elements[-1].properties.append(made)
         else:
             raise LoadError(f"{given.name}: expected a PLY header, got the line {readable(line)}; check the file")
@@ -102,14 +108,11 @@ def ply_header(given: Given) -> PlyHeader:
     return PlyHeader(elements, encoding == "ascii", place)
 
 
-def _line_end(data: bytes, place: int) -> tuple[int, int]:
-    """Where a line ends, and where the next begins; -1 where it does not end. Lines end as in any system."""
-    until = min(len(data), _LONGEST)
-    ends = [end for end in (data.find(b"\n", place, until), data.find(b"\r", place, until)) if end >= 0]
-    if not ends:
-        return -1, place
-    end = min(ends)
-    return end, end + (2 if data[end : end + 2] == b"\r\n" else 1)
+def _add_name(given: Given, names: set[str], name: str) -> None:
+    """Keeps the name of an element or of its property."""
+    if name in names:
+        raise LoadError(f"{given.name}: expected elements and properties with different names, got {name!r} twice")
+    names.add(name)
 
 
 def _property(words: list[str], encoding: str) -> PlyProperty | None:

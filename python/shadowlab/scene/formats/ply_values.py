@@ -9,11 +9,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ...errors import LoadError
+from .blockwise import gathered_rows
 from .given import Given
 from .ply_header import PlyElement, PlyHeader, PlyProperty
+from .running import Rows, running_counts
 from .words import plain_numbers, plain_text, words_per_line
 
 PlyArray = NDArray[Any]
@@ -54,7 +57,19 @@ def ply_values(given: Given, header: PlyHeader) -> dict[str, PlyValues]:
         For a file that is cut short, or whose numbers cannot be read.
     """
     body = memoryview(given.data)[header.begins :]
-    source: _Text | _Bytes = _Text(given, plain_text(bytes(body))) if header.is_text else _Bytes(given, body)
+    if not header.is_text:
+        return _all_of(_Bytes(given, body), header)
+    source = _Text(given, plain_text(bytes(body)))
+    try:
+        return _all_of(source, header)
+    except LoadError:
+        # Elements that do not stand in lines of their own, as some programs write and many read them.
+        if not source.run_on(header):
+            raise
+        return _all_of(source, header)
+
+
+def _all_of(source: _Text | _Bytes, header: PlyHeader) -> dict[str, PlyValues]:
     found = {}
     for element in header.elements:
         source.expect(element)
@@ -141,20 +156,29 @@ class _Bytes:
             total = int(many.sum())
             inner = np.arange(total) - np.repeat(np.cumsum(many) - many, many)
             places = np.repeat(np.array(starts, np.int64), many) + inner * size
-            values = raw[places[:, None] + np.arange(size)].reshape(-1).view(one.type)
+            bytes_of = gathered_rows(sliding_window_view(raw, size), places) if total else np.zeros(0, np.uint8)
+            values = bytes_of.reshape(-1).view(one.type)
             found[one.name] = PlyLists(many, values) if one.length else values
         return found
 
 
 class _Text:
-    """Elements of a text file: each has a line, whose other numbers are passed over."""
+    """Elements of a text file: each has a line, whose other numbers are passed over, unless they run on."""
 
     def __init__(self, given: Given, text: bytes):
         self.name, self.row = given.name, 0
-        counts = words_per_line(text)
-        self.counts = counts[counts > 0]
+        self.counts = words_per_line(text, with_blank=False)
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.values = plain_numbers(text)
+
+    def run_on(self, header: PlyHeader) -> bool:
+        """Takes numbers as they come, wherever lines end; whether they are as many as the header says."""
+        groups = [Rows(one.count, tuple(bool(each.length) for each in one.properties)) for one in header.elements]
+        counts = running_counts(self.values, groups) if len(self.values) == self.starts[-1] else None
+        if counts is not None:
+            self.row, self.counts = 0, counts
+            self.starts = np.concatenate([[0], np.cumsum(counts)])
+        return counts is not None
 
     def expect(self, element: PlyElement) -> None:
         if element.count > len(self.counts) - self.row:
@@ -192,6 +216,8 @@ class _Text:
 
     def uneven(self, element: PlyElement) -> PlyValues:
         """The values one by one."""
+        if len(element.properties) == 1 and element.properties[0].length:
+            return self._lists_alone(element)
         begin, end = self.starts[self.row], self.starts[self.row + element.count]
         values = self.values[begin:end].tolist()
         starts = (self.starts[self.row : self.row + element.count + 1] - begin).tolist()
@@ -216,6 +242,21 @@ class _Text:
             typed = _typed(np.array(row, np.float64), one)
             found[one.name] = PlyLists(np.array(many, np.int64), typed) if one.length else typed
         return found
+
+    def _lists_alone(self, element: PlyElement) -> PlyValues:
+        """The values of an element that is one list."""
+        rows = slice(self.row, self.row + element.count)
+        begins = self.starts[:-1][rows]
+        lengths = self.values[begins]
+        if not ((lengths >= 0) & (lengths < self.counts[rows])).all():
+            raise _cut_short(self.name, element)
+        many = lengths.astype(np.int64)
+        # From where a list begins among all of them to where it begins in the text.
+        shift = np.repeat(begins + 1 - (np.cumsum(many) - many), many)
+        shift += np.arange(len(shift))
+        self.row += element.count
+        one = element.properties[0]
+        return {one.name: PlyLists(many, _typed(gathered_rows(self.values, shift), one))}
 
 
 def _typed(values: NDArray[np.float64], one: PlyProperty) -> PlyArray:

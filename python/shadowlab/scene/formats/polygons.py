@@ -8,18 +8,21 @@ trimesh, so that faces of convex polygons are those that trimesh makes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SceneError
+from .blockwise import concatenated, gathered_rows
 
 #: Share of a polygon's area by which triangles may overlap or lie outside: what seven digits of text leave open.
 NEGLIGIBLE = 1e-6
 #: Corners of a concave polygon that are clipped at most: the time grows with their square, about 2 s here.
 MOST_CORNERS = 50_000
+#: Corners of polygons that are looked at together: what is computed for them, 200 bytes each, stays small.
+AT_ONCE = 1 << 17
 
 Indices = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -49,7 +52,7 @@ def polygon_faces(points: NDArray[Any], corners: NDArray[Any], counts: Indices) 
         repeated = (a == b) | (b == c) | (c == a)
         return (faces[~repeated], int(repeated.sum())) if repeated.any() else (faces, 0)
     triangles = triangulated(points, corners, counts)
-    return corners[triangles.at], triangles.degenerate
+    return gathered_rows(corners, triangles.at), triangles.degenerate
 
 
 def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *, in_place: bool = False) -> Triangles:
@@ -69,6 +72,32 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
         Whether triangles keep the order of polygons. Otherwise triangles come first, then the first halves of quads,
         their second halves, and larger polygons.
     """
+    if len(counts) and bool((counts == 3).all()):
+        a, b, c = corners.reshape(-1, 3).T
+        if bool(((a != b) & (b != c) & (c != a)).all()):
+            return Triangles(np.arange(len(corners)).reshape(-1, 3))
+    # Block after block: an interruption need not wait for all, and what is computed on the way stays small.
+    groups: list[list[Indices]] = [[], [], [], []]
+    degenerate = 0
+    ends = np.cumsum(counts)
+    edges = np.unique(np.searchsorted(ends, np.arange(AT_ONCE, len(corners) + AT_ONCE, AT_ONCE), "left") + 1)
+    for begin, end in pairwise([0, *np.minimum(edges, len(counts)).tolist(), len(counts)]):
+        if begin < end:
+            first = int(ends[begin - 1]) if begin else 0
+            parts, without = _of_block(points, corners[first : int(ends[end - 1])], counts[begin:end], in_place)
+            for group, part in zip(groups, parts, strict=True):
+                group.append(part + first)
+            degenerate += without
+    return Triangles(concatenated([np.zeros((0, 3), np.int64), *chain.from_iterable(groups)]), degenerate)
+
+
+def _of_block(
+    points: NDArray[Any], corners: NDArray[Any], counts: Indices, in_place: bool
+) -> tuple[list[Indices], int]:
+    """Triangles, first and second halves of quads, and triangles of larger polygons; how many polygons have none.
+
+    With `in_place` all of them, in the order of polygons, stand in the last place.
+    """
     places = np.arange(len(corners))
     owner = np.repeat(np.arange(len(counts)), counts)
     starts = np.cumsum(counts) - counts
@@ -81,27 +110,31 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
             places, owner = places[~repeated], owner[~repeated]
     sizes = np.bincount(owner, minlength=len(counts))
     starts = np.cumsum(sizes) - sizes
-    made: list[Indices] = []
+    made: list[list[Indices]] = [[], [], [], []]
     of: list[Indices] = []
     for size in np.unique(sizes[sizes >= 3]):
         faces = np.flatnonzero(sizes == size)
-        at = places[starts[faces, None] + np.arange(size)]
-        triangles, rows = _of_one_size(points, corners, at)
-        made.append(triangles)
+        triangles, rows = _of_one_size(points, corners, places[starts[faces, None] + np.arange(size)])
+        halves = np.split(triangles, 2) if size == 4 and not in_place else [triangles]
+        kind = 3 if in_place or size > 4 else int(size) - 3
+        for k, part in enumerate(halves):
+            made[kind + k].append(part)
         of.append(faces[rows])
-    if not made:
-        return Triangles(np.zeros((0, 3), np.int64), len(counts))
-    at, of_face = np.concatenate(made), np.concatenate(of)
+    if not of:
+        return [np.zeros((0, 3), np.int64)] * 4, len(counts)
+    kinds = [np.concatenate([np.zeros((0, 3), np.int64), *parts]) for parts in made]
     # Larger polygons stand in the order of the file among themselves.
-    fixed = 0 if in_place else int(np.isin(sizes[of_face], (3, 4)).sum())
-    if fixed < len(of_face):
-        order = np.concatenate([np.arange(fixed), fixed + np.argsort(of_face[fixed:], kind="stable")])
-        at, of_face = at[order], of_face[order]
-    a, b, c = corners[at].T
-    distinct = (a != b) & (b != c) & (c != a)
-    if not distinct.all():
-        at, of_face = at[distinct], of_face[distinct]
-    return Triangles(at, len(counts) - _distinct_count(of_face, len(counts)))
+    of_face = np.concatenate(of)
+    order = np.argsort(of_face[len(of_face) - len(kinds[3]) :], kind="stable")
+    kinds[3] = kinds[3][order]
+    of_face[len(of_face) - len(order) :] = of_face[len(of_face) - len(order) :][order]
+    kept = []
+    for part in kinds:
+        a, b, c = corners[part].T
+        kept.append((a != b) & (b != c) & (c != a))
+    distinct = np.concatenate(kept)
+    with_some = _distinct_count(of_face[distinct], len(counts))
+    return [part[chosen] for part, chosen in zip(kinds, kept, strict=True)], len(counts) - with_some
 
 
 def _distinct_count(values: Indices, size: int) -> int:
@@ -120,12 +153,15 @@ def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tu
     if size == 4:
         # As trimesh divides quads: (0, 1, 2) and (2, 3, 0).
         fan[1] = 2, 3, 0
-    wrong = _fan_is_wrong(points[corners[at]].astype(np.float64))
+    step = max(1, AT_ONCE // size)
+    parts = [slice(begin, begin + step) for begin in range(0, count, step)]
+    wrong = np.concatenate([_fan_is_wrong(points[corners[at[part]]].astype(np.float64)) for part in parts])
     if size > 4:
         made = [at[:, fan].reshape(-1, 3)]
         rows = np.repeat(rows, size - 2)
-        if wrong.any():
-            bad = np.flatnonzero(wrong)
+        bent = np.flatnonzero(wrong)
+        for begin in range(0, len(bent), step):
+            bad = bent[begin : begin + step]
             local, simple = clipped(points[corners[at[bad]]].astype(np.float64))
             blocks = made[0].reshape(count, size - 2, 3)
             inner = np.take_along_axis(at[bad], local.reshape(len(bad), -1), axis=1).reshape(local.shape)

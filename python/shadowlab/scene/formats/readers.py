@@ -94,8 +94,9 @@ def _of_archive(given: Given) -> Gathered:
     """All meshes of an archive; files that cannot be read are left out while there are others."""
     archive = Archive.of(given, ARCHIVES[given.kind])
     known = {*READERS, *trimesh_formats()}
-    models = [name for name in archive.names if ending_of(name) in known]
-    packed = [name for name in archive.names if ending_of(name) in (*ARCHIVES, *PACKED)]
+    names = [name for name in archive.names if not _is_of_macos(name)]
+    models = [name for name in names if ending_of(name) in known]
+    packed = [name for name in names if ending_of(name) in (*ARCHIVES, *PACKED)]
     if not models:
         what = f"{packed[0]!r}, an archive in an archive" if packed else f"{len(archive.names):,} other files"
         raise LoadError(f"{given.name}: expected a mesh file in it, got {what}; pack mesh files")
@@ -114,6 +115,11 @@ def _of_archive(given: Given) -> Gathered:
     if not count:
         raise failures[0]
     return joined
+
+
+def _is_of_macos(name: str) -> bool:
+    """Whether an entry is what macOS keeps beside each file of an archive, under the file's name after "._"."""
+    return name.startswith("__MACOSX/") or posixpath.basename(name).startswith("._")
 
 
 def _entry_given(given: Given, archive: Archive, name: str) -> Given:

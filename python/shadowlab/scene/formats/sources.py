@@ -9,7 +9,7 @@ from typing import Any
 from ...errors import ArgumentError, LoadError
 from ...text import shown
 from ...text.checked import has_all
-from .archives import ARCHIVES, PACKED
+from .archives import ARCHIVES, MAGICS, PACKED
 from .given import Given
 from .limits import Limits, check_limit
 
@@ -86,17 +86,20 @@ def _of_stream(stream: Any, kind: str | None, limits: Limits) -> Given:
         label = os.fsdecode(os.fspath(name)) if isinstance(name, (str, bytes, os.PathLike)) else ""
     except Exception:  # noqa: BLE001 - a name that fails is none
         label = ""
-    kind = kind or ending_of(label)
-    if not kind:
+    ending = kind or ending_of(label)
+    if not ending:
         raise ArgumentError(
             'kind: expected the ending of a mesh file for a file without a name, got none; try kind="obj"'
         )
     shown_name = label or "the open file"
     data = _read(stream, shown_name, limits)
+    if kind is None and ending in PACKED and not data.startswith(MAGICS[ending]):
+        # An unpacking file, as of gzip.open, has the name of the packed one.
+        ending = inner_ending(label, ending)[1] or ending
     if label and Path(label).is_file():
-        beside = Given.of_file(Path(label), kind, limits)
-        return Given(shown_name, kind, lambda: data, beside.find, limits)
-    return _of_bytes(shown_name, kind, data, limits)
+        beside = Given.of_file(Path(label), ending, limits)
+        return Given(shown_name, ending, lambda: data, beside.find, limits)
+    return _of_bytes(shown_name, ending, data, limits)
 
 
 def _read(stream: Any, name: str, limits: Limits) -> bytes:
@@ -108,6 +111,8 @@ def _read(stream: Any, name: str, limits: Limits) -> bytes:
     while True:
         try:
             part = stream.read(_PART)
+        except UnicodeDecodeError as e:
+            raise LoadError(f"{name}: expected text, could not decode it ({e}); open it in binary mode") from e
         except Exception as e:
             raise LoadError(
                 f"{name}: expected a readable file, could not read it ({type(e).__name__}: {e}); check it"

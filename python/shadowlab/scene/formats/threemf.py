@@ -24,6 +24,14 @@ from .xml import child, children, floats, local, parsed_xml
 _MODEL = "3d/3dmodel.model"
 _RELATIONSHIPS = "_rels/.rels"
 _MODEL_TYPE = "/3dmodel"
+#: Extensions, by their namespaces, that are read, change no geometry, or whose elements are named as left out.
+_EXTENSIONS = (
+    "production", "material", "slice", "trianglesets", "beamlattice", "booleanoperations", "displacement", "volumetric",
+    "implicit",
+)  # fmt: skip
+#: What an object and its mesh may hold without anything being left out.
+_CONTENT = ("mesh", "components", "metadatagroup")
+_OF_MESH = ("vertices", "triangles", "trianglesets")
 
 
 def read_3mf(given: Given) -> Gathered:
@@ -35,6 +43,11 @@ def read_3mf(given: Given) -> Gathered:
         For a package without a model, an object that is missing or contains itself, and an unknown unit.
     """
     return _Package(given).gathered()
+
+
+def _others(element: Any, known: tuple[str, ...]) -> list[str]:
+    """The names of the elements directly in another that are none of these."""
+    return [name for name in dict.fromkeys(map(local, element)) if name not in known]
 
 
 class _Package:
@@ -73,7 +86,7 @@ class _Package:
         """The path of the model that the package begins with."""
         relationships = self.paths.get(_RELATIONSHIPS)
         if relationships is not None:
-            for one in parsed_xml(self.given.name, self.archive.read(relationships)):
+            for one in parsed_xml(self.given.name, self.archive.read(relationships), self.given.limits):
                 target = one.get("Target", "").lstrip("/").lower()
                 if one.get("Type", "").endswith(_MODEL_TYPE) and target in self.paths:
                     return self.paths[target]
@@ -84,13 +97,19 @@ class _Package:
 
     def _model(self, path: str) -> Any:
         """The root of a model; its objects become parts."""
-        root = parsed_xml(f"{self.given.name}/{path}", self.archive.read(path))
+        root = parsed_xml(f"{self.given.name}/{path}", self.archive.read(path), self.given.limits)
         if local(root) != "model":
             raise LoadError(f"{self.given.name}: expected a 3MF model, got <{local(root)}>; check the file")
         self.read.add(path)
+        self._check_extensions(root)
         # First all keys, since objects may come in any order.
         objects = [one for resources in children(root, "resources") for one in children(resources, "object")]
         for one in objects:
+            if (path, one.get("id")) in self.parts:
+                raise LoadError(
+                    f"{self.given.name}: expected objects with different ids, got {one.get('id')!r} twice in {path}; "
+                    "check the file"
+                )
             self.parts[path, one.get("id")] = Part()
         for one in objects:
             key = path, one.get("id")
@@ -103,10 +122,23 @@ class _Package:
                     part.meshes.append(key)
                 else:
                     self.found.empty.append(f"{name} (no triangle)")
+            if others := _others(one, _CONTENT) + ([] if mesh is None else _others(mesh, _OF_MESH)):
+                name = one.get("name") or f"object {one.get('id')}"
+                self.found.left_out.append(f"{', '.join(others)} of {name}")
             for components in children(one, "components"):
                 for component in children(components, "component"):
                     part.parts.append((self._object(path, component), self._transform(component)))
         return root
+
+    def _check_extensions(self, root: Any) -> None:
+        """Raises for an extension that the model requires and that is neither read nor named where it is left out."""
+        for prefix in root.get("requiredextensions", "").split():
+            namespace = root.nsmap.get(prefix, prefix)
+            if not any(f"/{name}/" in namespace for name in _EXTENSIONS):
+                raise LoadError(
+                    f"{self.given.name}: expected required extensions that are read here ({', '.join(_EXTENSIONS)}), "
+                    f"got {namespace}; export the file without"
+                )
 
     def _object(self, path: str, reference: Any) -> Hashable:
         """The key of the object that an item or a component names."""

@@ -35,13 +35,13 @@ def trimesh_scene(given: Given) -> Any:
     import trimesh
 
     if given.kind in _XML:
-        parsed_xml(given.name, given.data)
+        parsed_xml(given.name, given.data, given.limits)
     if given.kind in _PACKAGES:
         archive = Archive.of(given, "zip")
         for name in archive.names:
             data = archive.read(name)
             if name.lower().endswith(_DOCUMENTS):
-                parsed_xml(f"{given.name}/{name}", data)
+                parsed_xml(f"{given.name}/{name}", data, given.limits)
     try:
         # process=False: no merging, no reordering, so face numbers stay the file's.
         loaded = trimesh.load_scene(

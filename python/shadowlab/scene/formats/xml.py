@@ -8,16 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
+from .limits import Limits, check_limit
 from .words import plain_numbers, readable
 
 
-def parsed_xml(name: str, data: bytes) -> Any:
+def parsed_xml(name: str, data: bytes, limits: Limits) -> Any:
     """The root element of a document.
 
     Raises
     ------
     LoadError
-        For what is no XML, for a document type (entities are declared there), and for elements nested too deep.
+        For what is no XML, for a document type (entities are declared there), for elements nested too deep, and for
+        more of them than the limits allow.
     """
     from lxml import etree
 
@@ -25,13 +27,17 @@ def parsed_xml(name: str, data: bytes) -> Any:
     bare = data.replace(b"\0", b"") if b"\0" in data else data
     if b"<!DOCTYPE" in bare or b"<!ENTITY" in bare:
         raise _document_type(name)
+    # Vertices and triangles of 3MF are its arrays of numbers.
+    count = bare.count(b"<") - sum(map(bare.count, (b"</", b"<vertex ", b"<triangle ")))
+    check_limit(limits, name, "objects", count, "elements of XML")
     # Huge trees, since arrays of numbers may be long; libxml2 still refuses more than 2,048 levels of elements.
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=True,
         remove_comments=True, remove_pis=True,
     )  # fmt: skip
     try:
-        root = etree.fromstring(data, parser)
+        # Blank lines before the declaration are a common slip.
+        root = etree.fromstring(data.lstrip(), parser)
     except (etree.XMLSyntaxError, ValueError) as e:
         raise LoadError(f"{name}: expected well-formed XML, could not read it ({e}); check the file") from e
     if root.getroottree().docinfo.doctype:

@@ -91,6 +91,21 @@ class Document:
         """All materials."""
         return self.top.items("materials")
 
+    @cached_property
+    def textures(self) -> list[JsonObject]:
+        """All textures."""
+        return self.top.items("textures")
+
+    @cached_property
+    def images(self) -> list[JsonObject]:
+        """All images."""
+        return self.top.items("images")
+
+    @cached_property
+    def samplers(self) -> list[JsonObject]:
+        """All samplers of textures."""
+        return self.top.items("samplers")
+
     def expand(self, asked: int) -> None:
         """Counts bytes that are made of fewer bytes of the file.
 
@@ -124,7 +139,10 @@ def document_of(given: Given) -> Document:
         text, binary = chunks_of(given.name, data)
     else:
         text, binary = memoryview(data), None
-    top = JsonObject(given.name, "", parsed(given.name, text))
+    plain = bytes(text)
+    # Each takes many times its few letters.
+    check_limit(given.limits, given.name, "objects", plain.count(b"{") + plain.count(b"["), "objects and lists")
+    top = JsonObject(given.name, "", parsed(given.name, plain))
     check_asset_version(top)
     required, missed = checked_extensions(top)
     found = Document(given, top, binary, required, size=len(data))
@@ -168,7 +186,7 @@ def chunks_of(name: str, data: bytes) -> tuple[memoryview, memoryview | None]:
     return text, binary
 
 
-def parsed(name: str, text: memoryview) -> dict[str, Any]:
+def parsed(name: str, text: bytes) -> dict[str, Any]:
     """The JSON object of a text.
 
     Raises
@@ -182,7 +200,9 @@ def parsed(name: str, text: memoryview) -> dict[str, Any]:
 
     try:
         # Trailing zeros are the padding of careless writers.
-        found = json.loads(bytes(text).rstrip(b"\0").decode("utf-8-sig"), parse_constant=refuse)
+        plain = text.rstrip(b"\0").decode("utf-8-sig")
+        # Python is asked about every object: nothing else interrupts the parser.
+        found = json.loads(plain, parse_constant=refuse, object_hook=_same)
     except RecursionError:
         broken(name, "JSON of a document, got values nested too deeply")
     except ValueError as e:
@@ -190,6 +210,10 @@ def parsed(name: str, text: memoryview) -> dict[str, Any]:
     if not isinstance(found, dict):
         broken(name, f"a JSON object, got {brief(found)}")
     return found
+
+
+def _same(value: dict[str, Any]) -> dict[str, Any]:
+    return value
 
 
 def check_asset_version(top: JsonObject) -> None:

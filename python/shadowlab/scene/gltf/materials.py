@@ -36,6 +36,7 @@ class Materials:
     #: Names of materials whose blending is not done.
     blended: dict[str, None] = field(default_factory=dict)
     _alpha: dict[int, NDArray[np.uint8] | str] = field(default_factory=dict)
+    _ranges: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def alpha_test(self, primitive: Primitive) -> AlphaTest | type[Discarded] | None:
         """The alpha test of a primitive: None where all of it is opaque, `Discarded` where none of it is there.
@@ -70,9 +71,9 @@ class Materials:
         if isinstance(texture, str):
             self.accessors.document.notes.append(f"the texture of material {label} is not read ({texture})")
             texture = None
-        if texture is not None and (texture == OPAQUE_ALPHA).all():
+        lowest, highest = (1.0, 1.0) if texture is None else self._range(texture)
+        if lowest == 1.0:
             texture = None
-        lowest, highest = (1.0, 1.0) if texture is None else (float(texture.min()) / 255, float(texture.max()) / 255)
         if vertex_alpha is not None and len(vertex_alpha):
             lowest, highest = lowest * float(vertex_alpha.min()), highest * float(vertex_alpha.max())
         if highest * factor < cutoff:
@@ -88,6 +89,8 @@ class Materials:
         assert info is not None
         if vertex_alpha is not None:
             self.accessors.document.notes.append(f"material {label} is taken without the alpha of its vertices")
+        # Every use of a texture is compared with those that there are.
+        self.accessors.document.expand(texture.size)
         return AlphaTest(texture, self._coordinates(info, primitive), cutoff, self._wraps(info), factor)
 
     def _vertex_alpha(self, primitive: Primitive) -> NDArray[Any] | None:
@@ -99,8 +102,7 @@ class Materials:
 
     def _texture(self, info: JsonObject) -> NDArray[np.uint8] | str:
         """The alpha (H, W) of a texture, or why it is not read."""
-        top = self.accessors.document.top
-        textures, images = top.items("textures"), top.items("images")
+        textures, images = self.accessors.document.textures, self.accessors.document.images
         texture = textures[info.index("index", len(textures), "textures")]
         holder = texture if "source" in texture.value else texture.extension(WEBP, AVIF)
         if holder is None or "source" not in holder.value:
@@ -109,6 +111,12 @@ class Materials:
         if index not in self._alpha:
             self._alpha[index] = self._decoded(images[index])
         return self._alpha[index]
+
+    def _range(self, texture: NDArray[np.uint8]) -> tuple[float, float]:
+        """The lowest and highest alpha of a texture that is kept."""
+        if id(texture) not in self._ranges:
+            self._ranges[id(texture)] = float(texture.min()) / OPAQUE_ALPHA, float(texture.max()) / OPAQUE_ALPHA
+        return self._ranges[id(texture)]
 
     def _decoded(self, image: JsonObject) -> NDArray[np.uint8] | str:
         document, buffers = self.accessors.document, self.accessors.buffers
@@ -153,8 +161,8 @@ class Materials:
         return uv.astype(np.float32)
 
     def _wraps(self, info: JsonObject) -> tuple[Wrap, Wrap]:
-        top = self.accessors.document.top
-        texture, samplers = top.items("textures")[info.whole("index")], top.items("samplers")
+        texture = self.accessors.document.textures[info.whole("index")]
+        samplers = self.accessors.document.samplers
         if "sampler" not in texture.value:
             return "repeat", "repeat"
         sampler = samplers[texture.index("sampler", len(samplers), "samplers")]

@@ -125,7 +125,7 @@ def _scalar(value: object) -> float | None:
 
 
 def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    raw = np.asarray(_readable(value))
+    raw = np.asarray(readable(value))
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise TypeError("values are masked; value.filled(...) says what stands there")
     if raw.size == 0:
@@ -144,7 +144,7 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     return found
 
 
-def _readable(value: object) -> object:
+def readable(value: object) -> object:
     """The value, or lists with its items, in which numpy finds nothing that makes it wait or ask for memory."""
     if isinstance(value, (np.ndarray, np.generic, *_PLAIN)):
         return value

@@ -20,6 +20,8 @@ from .words import reason_of, shown
 # Items that are read of what is no list or tuple, such as a generator: more than anybody has cameras, lights or
 # techniques; and numbers that are read of a sequence that is no array either. Both in a second at most.
 MOST_ITEMS, MOST_NUMBERS = 1 << 16, 1 << 21
+# Items of a list that numpy reads in some milliseconds.
+AT_ONCE = 1 << 15
 # Axes of an array: more than any argument has.
 MOST_AXES = 4
 # What numpy reads at once, without a look at the items.
@@ -125,7 +127,7 @@ def _scalar(value: object) -> float | None:
 
 
 def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    raw = np.asarray(readable(value))
+    raw = _read_at_once(value) if type(value) not in _LISTS else _read_in_parts(cast("list[object]", value))
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise TypeError("values are masked; value.filled(...) says what stands there")
     if raw.size == 0:
@@ -142,6 +144,20 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     if raw.dtype.kind in "iu" and dtype.kind in "iu" and raw.dtype != found.dtype and not bool((raw == found).all()):
         raise ValueError(f"numbers that {dtype} does not hold")
     return found
+
+
+def _read_at_once(value: object) -> npt.NDArray[Any]:
+    return np.asarray(readable(value))
+
+
+def _read_in_parts(value: list[object]) -> npt.NDArray[Any]:
+    """A list as an array; of a long one part by part, so that Ctrl-C is seen between two of them."""
+    if len(value) <= AT_ONCE:
+        return _read_at_once(value)
+    parts = [_read_at_once(value[i : i + AT_ONCE]) for i in range(0, len(value), AT_ONCE)]
+    odd = next((part for part in parts if part.dtype.kind not in "iuf"), None)
+    # An array of the kind that is refused, or one of all numbers.
+    return odd if odd is not None else np.concatenate(parts)
 
 
 def readable(value: object) -> object:

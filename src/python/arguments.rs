@@ -55,7 +55,7 @@ pub fn paired_rows<'py>(
     if found.shape()[0] == rows {
         return Ok(found);
     }
-    let expected = format!("a row for each of the {rows} of {other}");
+    let expected = format!("an array of shape ({rows}, 3), a row for each of {other},");
     Err(argument_error(value.py(), name, expected, format!("shape {:?}", found.shape()), "give as many of both"))
 }
 

@@ -81,8 +81,8 @@ impl DirectionalLight {
 }
 
 impl SpotLight {
-    /// A light at `position` that shines along `direction` into a cone of full angle `cone_angle` (radians, in (0, pi)) as
-    /// far as `range`.
+    /// A light at `position` that shines along `direction` into a cone of full angle `cone_angle` (radians, below pi and at
+    /// least 1e-15) as far as `range`.
     pub fn new(position: DVec3, direction: DVec3, cone_angle: f64, range: f64) -> Result<Self> {
         if !(cone_angle > 0.0 && cone_angle < std::f64::consts::PI) {
             let fix = "give the full angle of the cone in radians; a wider light is a point light";

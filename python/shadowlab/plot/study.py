@@ -105,7 +105,7 @@ def frustum(
 
     segments = list(pictures.frustum_segments(shadow_clip_from_world, camera, depths))
     ax = _axes(ax)
-    looks = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5}
+    looks: dict[str, Any] = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5}
     try:
         looks |= {name: readable(value) for name, value in style.items()}
         lines = LineCollection(segments, **looks)

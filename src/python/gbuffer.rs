@@ -7,10 +7,11 @@ use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
 use super::camera::PyCamera;
-use super::convert::{SOON, image, instance_of, run_sized, vec3_to_array};
+use super::convert::{OrRaise, SOON, image, instance_of, run_sized, vec3_to_array};
 use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
+use crate::memory::check_images;
 use crate::render::MAX_IMAGE_SIDE;
 use crate::scene::Camera;
 
@@ -29,6 +30,9 @@ pub struct PyGBuffer {
     instance: Py<PyArray2<i32>>,
 }
 
+/// Bytes of a sample while samples are made: its point, normal and state, and what finds those at edges.
+const SAMPLE_BYTES: usize = 64;
+
 /// Its state.
 const NAME: &str = "GBuffer";
 const VERSION: u32 = 2;
@@ -42,6 +46,10 @@ impl PyGBuffer {
     /// Width and height, pixels.
     pub fn picture(&self) -> [u32; 2] {
         self.size
+    }
+    /// An error unless there is memory for as many samples as it has pixels.
+    pub fn check_samples(&self, py: Python<'_>) -> PyResult<()> {
+        check_images("gbuffer", 1, self.size, SAMPLE_BYTES).or_raise(py)
     }
     /// Calls `work` with where its surfaces are.
     pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {

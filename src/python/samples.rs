@@ -92,6 +92,7 @@ impl PySamples {
             (Some(_), None) => return Err(lightless(py, "shadows")),
             (Some(shadows), Some(_)) => Some(states_of(shadows, "shadows", &[h, w])?),
         };
+        gbuffer.get().check_samples(py)?;
         let samples = gbuffer.get().with_surfaces(py, |surfaces| {
             run_watched(py, None, |progress| {
                 let check = || progress.check();

@@ -147,7 +147,7 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
 
 
 def _read_at_once(value: object) -> npt.NDArray[Any]:
-    return np.asarray(readable(value))
+    return np.asarray(bounded(value))
 
 
 def _read_in_parts(value: list[object]) -> npt.NDArray[Any]:
@@ -160,7 +160,7 @@ def _read_in_parts(value: list[object]) -> npt.NDArray[Any]:
     return odd if odd is not None else np.concatenate(parts)
 
 
-def readable(value: object) -> object:
+def bounded(value: object) -> object:
     """The value, or lists with its items, in which numpy finds nothing that makes it wait or ask for memory."""
     if isinstance(value, (np.ndarray, np.generic, *_PLAIN)):
         return value

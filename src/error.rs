@@ -131,8 +131,8 @@ impl Error {
         got: impl std::fmt::Display,
         fix: impl Into<Text>,
     ) -> Self {
-        let got = readable(got.to_string());
-        Self::InvalidArgument { name: name.into(), expected: expected.into(), got, fix: fix.into() }
+        let (expected, got) = (short_numbers(expected.into()), short_numbers(got.to_string().into()));
+        Self::InvalidArgument { name: name.into(), expected, got: readable(got.into_owned()), fix: fix.into() }
     }
 }
 
@@ -147,9 +147,47 @@ fn readable(text: String) -> String {
     }
 }
 
+/// Digits of a number that a message shows; more of them are only zeros.
+const MOST_DIGITS: usize = 24;
+
+/// The text with numbers of more digits as powers of ten: 1e300, which would be written as 301 digits.
+fn short_numbers(text: Text) -> Text {
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    if !text.split(|c| !is_part(c)).any(|word| word.len() > MOST_DIGITS) {
+        return text;
+    }
+    let (mut short, mut rest) = (String::with_capacity(text.len()), &*text);
+    while let Some(start) = rest.find(is_part) {
+        let end = rest[start..].find(|c| !is_part(c)).map_or(rest.len(), |length| start + length);
+        let (before, word) = (&rest[..start], &rest[start..end]);
+        short.push_str(before);
+        match word.parse::<f64>() {
+            Ok(number) if word.len() > MOST_DIGITS && number.is_finite() => short.push_str(&format!("{number:e}")),
+            _ => short.push_str(word),
+        }
+        rest = &rest[end..];
+    }
+    short.push_str(rest);
+    short.into()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_numbers_are_powers_of_ten() {
+        for (number, short) in [(1e300, "1e300"), (-2.5e-200, "-2.5e-200"), (0.1, "0.1"), (1e9, "1000000000")] {
+            let expected = format!("a number beyond near = {number}, which is more");
+            let text = Error::argument("far", expected, number, "move it").to_string();
+            assert_eq!(
+                text,
+                format!("far: expected a number beyond near = {short}, which is more, got {short}; move it")
+            );
+        }
+        let many = Error::argument("far", "less", "9".repeat(400), "move it").to_string();
+        assert!(many.contains("999..."), "beyond what a float holds: {many}");
+    }
 
     #[test]
     fn messages_are_short_whatever_came() {

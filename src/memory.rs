@@ -8,7 +8,9 @@ use std::mem::MaybeUninit;
 use crate::error::{Error, Result};
 
 /// Bytes that every machine has: less is not asked about, which takes some microseconds.
-const SMALL: u64 = 1 << 28;
+const SMALL: u64 = 1 << 24;
+/// Bytes of a limited address space that are left to threads and to what is small.
+const RESERVE: u64 = 1 << 27;
 
 /// An error unless so many bytes are to be had, for what `name` asks for.
 ///
@@ -63,7 +65,19 @@ fn available() -> Option<u64> {
     let group = "/sys/fs/cgroup";
     let limit = number(&format!("{group}/memory.max"));
     let used = number(&format!("{group}/memory.current")).unwrap_or(0);
-    Some(limit.map_or(machine, |limit| machine.min(limit.saturating_sub(used))))
+    let group = limit.map_or(u64::MAX, |limit| limit.saturating_sub(used));
+    Some(machine.min(group).min(address_space().unwrap_or(u64::MAX)))
+}
+
+/// Bytes that a limit of the address space (`ulimit -v`) leaves to this process; nothing where there is no such limit.
+fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit = limit.split_whitespace().next()?.parse::<u64>().ok()?;
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let used = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
+    let used = used.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10;
+    Some(limit.saturating_sub(used).saturating_sub(RESERVE))
 }
 
 /// An array that is yet to be written.

@@ -86,6 +86,14 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
     yield "footprint", lambda: lambda: sl.aliasing.footprint(big, camera, light, p)
     footprint = sl.aliasing.footprint(big, camera, light, p)
     yield "summary", lambda: lambda: footprint.summary()
+    rows = np.random.default_rng(1).normal(size=(6_000_000, 3))
+    yield "project", lambda: lambda: p.partitions[0].project(rows)
+    places = np.abs(rows[:, :2])
+    yield "rays", lambda: lambda: camera.rays(places, 4096)
+    long = rows[:1_500_000].tolist()
+    yield "lists", lambda: lambda: camera.depth(long)
+    wide, dark = np.zeros((16_000, 16_000), np.float32), np.zeros((16_000, 16_000), np.int8)
+    yield "misclassified", lambda: lambda: sl.aliasing.misclassified(wide, dark)
     yield "usage", lambda: lambda: sl.aliasing.usage(big, camera, light, p)
 
 

@@ -250,3 +250,46 @@ def test_an_exception_in_the_progress_callback_comes_back():
 
     with pytest.raises(RuntimeError, match="enough"):
         sl._core.trace_shadow_mask(scene, scene.camera, scene.light, size=64, progress=fail)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), fov_y=5e-324), ("fov_y", "aspect", "5e-324")),
+        (lambda: sl.Camera.look_at((0, 0, 0), (0, 0, 1), near=1e300), ("far", "near = 1e300")),
+        (lambda: sl.SpotLight((0, 0, 0), (0, 0, 1), cone_angle=1e-300, range=1), ("cone_angle", "1e-300")),
+        (lambda: sl.aliasing.footprint_at(np.zeros((3, 3)), np.ones((2, 3)), CAMERA, LIGHT, np.eye(4), size=8),
+         ("normals", "points", "(3, 3)")),
+        (lambda: sl.Samples.from_arrays(np.zeros((3, 3)), np.ones((2, 3)), camera=CAMERA), ("normals", "positions")),
+        (lambda: sl.trace.occluded(SCENE, np.zeros((3, 3)), np.ones((2, 3))), ("directions", "origins")),
+        (lambda: SCENE.with_ground(height=1e308), ("height", "size")),
+        (lambda: sl.Convention.opengl().in_atlas(2, 10**9), ("columns", "rows")),
+        (lambda: sl.TemporalFit(slack=10**5000), ("slack",)),
+    ],
+)  # fmt: skip
+def test_messages_name_all_that_belong_together_and_are_short(call, words):
+    with pytest.raises(ArgumentError) as caught:
+        call()
+    text = str(caught.value)
+    assert all(word in text for word in words), text
+    assert len(text) < 300, text
+
+
+def test_every_message_is_on_one_line_that_can_be_written():
+    for error in (errors.LoadError("a\nb\r\nc\udc80: expected"), errors.ArgumentError("a\n b")):
+        text = str(error)
+        assert "\n" not in text
+        assert text.encode("utf-8").decode() == text
+
+
+def test_long_lists_are_the_arrays_that_they_list():
+    """They are read in parts; one part of another kind counts as before."""
+    many = np.arange(3.0 * 70_000).reshape(-1, 3)
+    np.testing.assert_array_equal(CAMERA.depth(many.tolist()), CAMERA.depth(many))
+    mixed = many.tolist()
+    mixed[-1] = [0, 0, 0]
+    assert CAMERA.depth(mixed)[-1] == CAMERA.depth([[0, 0, 0]])[0]
+    for wrong in ([0.0, 0.0], ["a", 0, 0], [None, 0, 0]):
+        mixed[-1] = wrong
+        with pytest.raises(ArgumentError, match=r"^points: expected an array"):
+            CAMERA.depth(mixed)

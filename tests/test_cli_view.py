@@ -121,5 +121,25 @@ def test_an_eye_alone_looks_at_the_middle(mesh):
 @pytest.mark.parametrize("target", ["0,-9,0", "0,9,0"])
 def test_straight_down_and_up_have_a_picture(mesh, target):
     options = cli.parser().parse_args(["matrix", mesh, "--eye", "0,0,0", "--target", target])
-    _, camera, _, _ = cli.load_view(options, (8, 8))
+    with pytest.warns(sl.errors.ShadowlabWarning, match="^up: the camera looks straight"):
+        _, camera, _, _ = cli.load_view(options, (8, 8))
     assert np.isfinite(camera.clip_from_world).all()
+    assert camera == sl.Camera.look_at(
+        (0, 0, 0), camera.forward, up=(0, 0, -1) if target == "0,-9,0" else (0, 0, 1),
+        fov_y=camera.fov_y, aspect=1.0, near=camera.near, far=camera.far,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (("--light", "0,0,0"), "light"),
+        (("--ortho-height", "0"), "ortho-height"),
+        (("--light-position", "1e308,1e308,1e308"), "light-position"),
+    ],
+)
+def test_errors_have_the_names_of_options(run, mesh, words, name):
+    status, _, err = run("matrix", mesh, *words)
+    assert status == 2
+    assert err.startswith(f"shadowlab: error: {name}: expected")
+    assert err.count("\n") == 1

@@ -153,6 +153,44 @@ refused("count", lambda: sl.aliasing.closed_form.splits(near=1, far=2, count=10*
     )
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the size of a process is asked of Linux here")
+def test_little_memory_left_is_refused():
+    """A limit of the address space that leaves 200 MB, of which some are kept free."""
+    run(
+        """
+import resource
+many = np.random.default_rng(1).normal(size=(600_000, 3))
+faces = np.tile(np.arange(600_000).reshape(-1, 3), (4, 1))
+crowd = sl.Scene.from_arrays(many, faces)
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20),) * 2)
+refused("size", lambda: sl.trace.shadow_mask(scene, camera, light, size=16384))
+refused("scene", lambda: sl.trace.first_hit(crowd, [[0, 0, 9]], [[0, 0, -1]]))
+assert sl.trace.shadow_mask(scene, camera, light, size=64).shape == (64, 64)
+"""
+    )
+
+
+def test_renderers_made_by_threads_at_once():
+    """None takes away a variable of the environment that another looks for."""
+    run(
+        """
+import os, threading
+os.environ.pop("XDG_RUNTIME_DIR", None)
+raised = []
+def make():
+    try:
+        for _ in range(3): sl.Renderer("auto")
+    except BaseException as error: raised.append(repr(error))
+threads = [threading.Thread(target=make) for _ in range(8)]
+for one in threads: one.start()
+for one in threads: one.join()
+assert not raised, raised
+assert "XDG_RUNTIME_DIR" not in os.environ
+"""
+    )
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals to a process work differently there")
 def test_ctrl_c_comes_back_within_a_fifth_of_a_second():
     script = Path(__file__).with_name("interrupt_support.py")

@@ -12,6 +12,10 @@ class ShadowlabError(Exception):
 
     fix: str = ""
 
+    def __str__(self) -> str:
+        """The message on one line that every file takes, whatever names of files and columns it holds."""
+        return " ".join(super().__str__().splitlines()).encode("utf-8", "backslashreplace").decode("utf-8")
+
 
 class ArgumentError(ShadowlabError, ValueError):
     """An argument of the wrong type, shape or range."""

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
+use crate::progress::Progress;
 
 /// A filtered mask counts as lit from here on.
 pub(super) const LIT_FROM: f32 = 0.5;
@@ -44,19 +45,25 @@ impl Misclassified {
     }
 }
 
+/// Pixels between two looks at the progress: some milliseconds.
+const AT_ONCE: usize = 1 << 20;
+
 /// The counts and the difference image (see [`code`]) of a mask and the truth of the same view.
 ///
 /// # Errors
 /// [`Error::InvalidArgument`] where the sizes differ, a mask value lies outside [0, 1], or a truth value is none of
-/// [`TruthMask`]'s.
-pub fn misclassified(mask: &[f32], truth: &[i8]) -> Result<(Misclassified, Vec<i8>)> {
+/// [`TruthMask`]'s. [`Error::Interrupted`].
+pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<(Misclassified, Vec<i8>)> {
     if mask.len() != truth.len() {
         let expected = format!("as many pixels as the mask: {}", mask.len());
         return Err(Error::argument("truth", expected, truth.len(), "render both at one size"));
     }
     let mut m = Misclassified::default();
     let mut image = Vec::with_capacity(mask.len());
-    for (&light, &truth) in mask.iter().zip(truth) {
+    for (i, (&light, &truth)) in mask.iter().zip(truth).enumerate() {
+        if i % AT_ONCE == 0 {
+            progress.check()?;
+        }
         if !(light.is_nan() || (0.0..=1.0).contains(&light)) {
             return Err(Error::argument("mask", "values in [0, 1], NaN where nothing is", light, "check the mask"));
         }
@@ -103,7 +110,7 @@ mod tests {
     fn every_combination_is_counted_once() {
         let mask = [1.0, 0.0, 1.0, 0.0, 1.0, f32::NAN, f32::NAN, 0.0];
         let truth = [1, 0, 0, 1, -1, -2, 1, -2];
-        let (m, image) = misclassified(&mask, &truth).unwrap();
+        let (m, image) = misclassified(&mask, &truth, &Progress::new()).unwrap();
         assert_eq!(image, [0, 0, 2, 1, -1, -1, -1, -1]);
         let expected = Misclassified { false_shadow: 1, false_light: 1, compared: 4, undecided: 1, unmatched: 2 };
         assert_eq!(m, expected);
@@ -114,16 +121,16 @@ mod tests {
     fn one_flipped_pixel_changes_the_count() {
         let truth = [1i8; 64];
         let mut mask = [1f32; 64];
-        assert_eq!(misclassified(&mask, &truth).unwrap().0.count(), 0);
+        assert_eq!(misclassified(&mask, &truth, &Progress::new()).unwrap().0.count(), 0);
         mask[17] = 0.0;
-        assert_eq!(misclassified(&mask, &truth).unwrap().0.count(), 1);
+        assert_eq!(misclassified(&mask, &truth, &Progress::new()).unwrap().0.count(), 1);
     }
 
     #[test]
     fn bad_input_is_an_error_and_nothing_compared_is_zero() {
-        assert!(misclassified(&[1.0], &[]).is_err());
-        assert!(misclassified(&[1.5], &[1]).is_err());
-        assert!(misclassified(&[1.0], &[7]).is_err());
-        assert_eq!(misclassified(&[f32::NAN], &[-2]).unwrap().0.fraction(), 0.0);
+        assert!(misclassified(&[1.0], &[], &Progress::new()).is_err());
+        assert!(misclassified(&[1.5], &[1], &Progress::new()).is_err());
+        assert!(misclassified(&[1.0], &[7], &Progress::new()).is_err());
+        assert_eq!(misclassified(&[f32::NAN], &[-2], &Progress::new()).unwrap().0.fraction(), 0.0);
     }
 }

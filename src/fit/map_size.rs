@@ -33,7 +33,7 @@ impl MapSize {
     pub fn new(resolution: [u32; 2]) -> Result<Self> {
         let (border, least) = (BORDER_TEXELS, 2 * BORDER_TEXELS + 1);
         if let Some(&texels) = resolution.iter().find(|&&texels| texels < least) {
-            let expected = format!("at least {least} texels ({border} border texels at each edge and one between)");
+            let expected = format!("at least {least} texels (a border of {border} at each edge and one between)");
             return Err(Error::argument("resolution", expected, texels, "choose a larger map"));
         }
         Ok(Self { resolution, border, margin: 0.0, slack: 1.0 })
@@ -65,7 +65,7 @@ impl MapSize {
     pub fn with_room(self, margin: f64, slack: f64) -> Result<Self> {
         let between = self.between().min_element();
         if !(margin <= 0.25 * between) {
-            let expected = format!("at most a quarter of the {between} texels between the map's borders");
+            let expected = format!("at most a quarter of the texels between the map's borders, {between}");
             return Err(Error::argument("margin", expected, margin, "give a smaller margin, or a larger map"));
         }
         Ok(Self { margin, slack, ..self })

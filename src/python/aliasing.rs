@@ -4,7 +4,7 @@ use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::arrays::{equal_lists, stored};
-use super::convert::{OrRaise, argument_error, array, image};
+use super::convert::{SOON, argument_error, array, image, run_sized};
 use super::state::{Parts, Reduced, Writer, first_eight, reduced, seal};
 use crate::aliasing::against_truth::{Misclassified, misclassified as core_misclassified};
 use crate::digest::{Digest, Numbers};
@@ -142,6 +142,6 @@ pub fn misclassified(py: Python<'_>, mask: &Bound<'_, PyAny>, truth: &Bound<'_, 
         return Err(argument_error(py, "mask", "at least one pixel", got, "render an image first"));
     }
     let (mask, truth) = (mask.as_slice()?, truth.as_slice()?);
-    let (m, codes) = py.detach(|| core_misclassified(mask, truth)).or_raise(py)?;
+    let (m, codes) = run_sized(py, mask.len() > SOON, |progress| core_misclassified(mask, truth, progress))?;
     Ok(PyMisclassified { m, image: image(py, codes, shape)?.unbind() })
 }

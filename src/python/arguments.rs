@@ -44,6 +44,21 @@ pub fn array<'py, T: Element>(
     Ok(made.cast_into::<PyArrayDyn<T>>()?.readonly())
 }
 
+/// Rows of three numbers (N, 3), one for each row of another argument.
+pub fn paired_rows<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+    other: &str,
+    rows: usize,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let found = array::<f64>(value, name, &[None, Some(3)])?;
+    if found.shape()[0] == rows {
+        return Ok(found);
+    }
+    let expected = format!("an array of shape ({rows}, 3), a row for each of {other},");
+    Err(argument_error(value.py(), name, expected, format!("shape {:?}", found.shape()), "give as many of both"))
+}
+
 /// What came, for messages: on one line, and no longer than one can read.
 pub fn shown(value: &Bound<'_, PyAny>) -> String {
     let text = value.py().import("shadowlab.text.words").and_then(|m| m.call_method1("shown", (value,)));

@@ -10,10 +10,11 @@ use pyo3::types::PyDict;
 use super::arguments::{array, number, number_or};
 use super::camera_changes::{aimed, replaced};
 use super::camera_matrices::from_matrices;
-use super::convert::{image, instance_of, mat4_to_array, rows3, size2, vec3_to_array};
+use super::convert::{SOON, image, instance_of, mat4_to_array, rows3, run_sized, size2, vec3_to_array};
 use super::exceptions::argument_error;
 use super::scene::PyScene;
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
+use crate::error::Error;
 use crate::scene::{Camera, Lens, ViewVolume};
 
 /// A camera (right-handed, looking along -z of its view space, NDC z in [0, 1]): a perspective one, by `look_at`, whose rays run
@@ -254,7 +255,15 @@ impl PyCamera {
     fn depth<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let py = points.py();
         let points = array::<f64>(points, "points", &[None, Some(3)])?;
-        let depths: Vec<f64> = rows3(&points)?.iter().map(|&p| self.camera.depth_of(p.into())).collect();
+        let rows = rows3(&points)?;
+        let depths = run_sized(py, rows.len() > SOON, |progress| {
+            let mut depths = Vec::with_capacity(rows.len());
+            for some in rows.chunks(SOON) {
+                progress.check()?;
+                depths.extend(some.iter().map(|&p| self.camera.depth_of(p.into())));
+            }
+            Ok(depths)
+        })?;
         let n = depths.len();
         image(py, depths, [n])
     }
@@ -317,17 +326,25 @@ impl PyCamera {
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (py, [width, height]) = (pixels.py(), size2(size, "size")?);
         let pixels = array::<f64>(pixels, "pixels", &[None, Some(2)])?;
-        let ray = self.camera.pixel_rays([width, height]);
-        let (mut origins, mut directions) = (Vec::new(), Vec::new());
-        for &[x, y] in pixels.as_slice()?.as_chunks::<2>().0 {
-            if !(x.is_finite() && y.is_finite()) {
-                let (got, fix) = (format!("({x}, {y})"), "check where it comes from");
-                return Err(argument_error(py, "pixels", "finite numbers", got, fix));
+        let places = pixels.as_slice()?.as_chunks::<2>().0;
+        let (origins, directions) = run_sized(py, places.len() > SOON, |progress| {
+            let ray = self.camera.pixel_rays([width, height]);
+            let room = 3 * places.len();
+            let (mut origins, mut directions) = (Vec::with_capacity(room), Vec::with_capacity(room));
+            for some in places.chunks(SOON) {
+                progress.check()?;
+                for &[x, y] in some {
+                    if !(x.is_finite() && y.is_finite()) {
+                        let (got, fix) = (format!("({x}, {y})"), "check where it comes from");
+                        return Err(Error::argument("pixels", "finite numbers", got, fix));
+                    }
+                    let found = ray(x, y);
+                    origins.extend((self.camera.eye() + found.from_eye).to_array());
+                    directions.extend(found.direction.to_array());
+                }
             }
-            let found = ray(x, y);
-            origins.extend((self.camera.eye() + found.from_eye).to_array());
-            directions.extend(found.direction.to_array());
-        }
+            Ok((origins, directions))
+        })?;
         let n = origins.len() / 3;
         Ok((image(py, origins, [n, 3])?, image(py, directions, [n, 3])?))
     }

@@ -78,6 +78,9 @@ pub fn run_watched<T: Send>(
     }
 }
 
+/// Pixels or points that are looked at in some milliseconds.
+pub const SOON: usize = 1 << 16;
+
 /// Runs work as [`run_watched`] does where it may take long, and on this thread, which costs less, where it is over soon.
 pub fn run_sized<T: Send>(
     py: Python<'_>,

@@ -1,7 +1,7 @@
 //! What loads graphics drivers: the list of adapters, and renderers on a device.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::SeqCst};
 use std::time::Duration;
 
 use pyo3::prelude::*;
@@ -13,6 +13,8 @@ use crate::threads::in_time;
 
 /// The first process of this line of forks that looked at graphics drivers, 0 for none.
 static FIRST_LOOK: AtomicU32 = AtomicU32::new(0);
+/// How many threads look at drivers with a folder of ours in the environment.
+static LOOKING: AtomicUsize = AtomicUsize::new(0);
 /// How long drivers are waited for that were loaded before a fork. Most open a device then as well, in a tenth of a second; one
 /// that waits for threads or locks of the parent never does.
 const PATIENCE: Duration = Duration::from_secs(8);
@@ -45,8 +47,10 @@ pub fn looking_at_drivers<T: Send + 'static>(
 ) -> PyResult<crate::Result<T>> {
     const NAME: &str = "XDG_RUNTIME_DIR";
     let environment = py.import("os")?.getattr("environ")?;
-    let added = cfg!(target_os = "linux") && !environment.contains(NAME)?;
+    // By whoever looks first; it goes with the last one who looks.
+    let added = cfg!(target_os = "linux") && (LOOKING.load(SeqCst) > 0 || !environment.contains(NAME)?);
     if added {
+        LOOKING.fetch_add(1, SeqCst);
         environment.set_item(NAME, py.import("tempfile")?.call_method0("gettempdir")?)?;
     }
     let process = std::process::id();
@@ -63,8 +67,8 @@ pub fn looking_at_drivers<T: Send + 'static>(
         }),
         false => work(),
     });
-    if added {
-        environment.del_item(NAME)?;
+    if added && LOOKING.fetch_sub(1, SeqCst) == 1 {
+        environment.call_method1("pop", (NAME, py.None()))?;
     }
     Ok(done)
 }

@@ -4,6 +4,7 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments::paired_rows;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, rows3, run_watched, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
@@ -64,7 +65,7 @@ pub fn footprint_at<'py>(
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let size = size2(size, "size")?;
     let points = array::<f64>(points, "points", &[None, Some(3)])?;
-    let normals = array::<f64>(normals, "normals", &[Some(points.shape()[0]), Some(3)])?;
+    let normals = paired_rows(normals, "normals", "points", points.shape()[0])?;
     let (points, normals) = (rows3(&points)?, rows3(&normals)?);
     for (name, rows) in [("points", points), ("normals", normals)] {
         if !rows.as_flattened().iter().all(|x| x.is_finite()) {

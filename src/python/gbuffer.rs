@@ -1,15 +1,17 @@
 //! `_core.GBuffer`.
 
+use glam::Vec3;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
 use super::camera::PyCamera;
-use super::convert::{image, instance_of, run_sized, vec3_to_array};
+use super::convert::{OrRaise, SOON, image, instance_of, run_sized, vec3_to_array};
 use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
+use crate::memory::check_images;
 use crate::render::MAX_IMAGE_SIDE;
 use crate::scene::Camera;
 
@@ -28,8 +30,8 @@ pub struct PyGBuffer {
     instance: Py<PyArray2<i32>>,
 }
 
-/// Pixels that are looked at in some milliseconds.
-const SOON: usize = 1 << 16;
+/// Bytes of a sample while samples are made: its point, normal and state, and what finds those at edges.
+const SAMPLE_BYTES: usize = 64;
 
 /// Its state.
 const NAME: &str = "GBuffer";
@@ -44,6 +46,10 @@ impl PyGBuffer {
     /// Width and height, pixels.
     pub fn picture(&self) -> [u32; 2] {
         self.size
+    }
+    /// An error unless there is memory for as many samples as it has pixels.
+    pub fn check_samples(&self, py: Python<'_>) -> PyResult<()> {
+        check_images("gbuffer", 1, self.size, SAMPLE_BYTES).or_raise(py)
     }
     /// Calls `work` with where its surfaces are.
     pub fn with_surfaces<T>(&self, py: Python<'_>, work: impl FnOnce(&Surfaces) -> PyResult<T>) -> PyResult<T> {
@@ -161,7 +167,14 @@ impl PyGBuffer {
         let [w, h] = self.size.map(|n| n as usize);
         let depths = self.with_surfaces(py, |s| {
             let depth = |i: usize| s.receiver(i).map_or(f64::INFINITY, |(p, _)| camera.depth_of(s.origin + p)) as f32;
-            Ok(py.detach(|| (0..w * h).map(depth).collect()))
+            run_sized(py, w * h > SOON, |progress| {
+                let mut depths = Vec::with_capacity(w * h);
+                for first in (0..w * h).step_by(SOON) {
+                    progress.check()?;
+                    depths.extend((first..(first + SOON).min(w * h)).map(depth));
+                }
+                Ok(depths)
+            })
         })?;
         image(py, depths, [h, w])
     }
@@ -171,8 +184,21 @@ impl PyGBuffer {
         let found = match self.position.get(py) {
             Some(found) => found,
             None => {
-                // Not within the cell: numpy lets other threads run, and a fork then would leave the cell locked in the child.
-                let sum = self.relative.bind(py).as_any().add(self.origin(py))?.unbind();
+                // Not within the cell: other threads run meanwhile, and a fork then would leave the cell locked in the child.
+                let sum = self.with_surfaces(py, |s| {
+                    run_sized(py, s.position.len() > SOON, |progress| {
+                        let mut sum = Vec::with_capacity(3 * s.position.len());
+                        for some in s.position.chunks(SOON) {
+                            progress.check()?;
+                            sum.extend(
+                                some.iter().flat_map(|p| (s.origin + Vec3::from_array(*p).as_dvec3()).to_array()),
+                            );
+                        }
+                        Ok(sum)
+                    })
+                })?;
+                let [w, h] = self.size.map(|n| n as usize);
+                let sum = image(py, sum, [h, w, 3])?.into_any().unbind();
                 self.position.get_or_init(py, || sum)
             }
         };

@@ -6,7 +6,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments::word_or;
-use super::convert::{argument_error, array, image, mat4_from_rows, mat4_to_array, rows3, texels, to_exception};
+use super::convert::{
+    SOON, argument_error, array, image, mat4_from_rows, mat4_to_array, rows3, run_sized, texels, to_exception,
+};
 use super::exceptions::refusable;
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
@@ -385,12 +387,18 @@ impl PyPartition {
         let py = points.py();
         let points = array::<f64>(points, "points", &[None, Some(3)])?;
         let rows = rows3(&points)?;
-        let (mut ndc, mut w) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
-        for &p in rows {
-            let (p_ndc, p_w) = self.partition.project(p.into());
-            ndc.extend(p_ndc.to_array());
-            w.push(p_w);
-        }
+        let (ndc, w) = run_sized(py, rows.len() > SOON, |progress| {
+            let (mut ndc, mut w) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
+            for some in rows.chunks(SOON) {
+                progress.check()?;
+                for &p in some {
+                    let (p_ndc, p_w) = self.partition.project(p.into());
+                    ndc.extend(p_ndc.to_array());
+                    w.push(p_w);
+                }
+            }
+            Ok((ndc, w))
+        })?;
         Ok((image(py, ndc, [rows.len(), 3])?, image(py, w, [rows.len()])?))
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
-use super::arguments::{whole, word_or};
+use super::arguments::{paired_rows, whole, word_or};
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, argument_error, array, image, instance_of, rows3, run_sized, run_watched, size2};
 use super::exceptions::refusable;
@@ -92,6 +92,7 @@ impl PySamples {
             (Some(_), None) => return Err(lightless(py, "shadows")),
             (Some(shadows), Some(_)) => Some(states_of(shadows, "shadows", &[h, w])?),
         };
+        gbuffer.get().check_samples(py)?;
         let samples = gbuffer.get().with_surfaces(py, |surfaces| {
             run_watched(py, None, |progress| {
                 let check = || progress.check();
@@ -154,7 +155,7 @@ impl PySamples {
         let positions = array::<f64>(positions, "positions", &[None, Some(3)])?;
         let positions: Vec<DVec3> = rows3(&positions)?.iter().map(|p| DVec3::from_array(*p)).collect();
         let n = Some(positions.len());
-        let normals = array::<f64>(normals, "normals", &[n, Some(3)])?;
+        let normals = paired_rows(normals, "normals", "positions", positions.len())?;
         let normals: Vec<DVec3> = rows3(&normals)?.iter().map(|p| DVec3::from_array(*p)).collect();
         for (name, list) in [("positions", &positions), ("normals", &normals)] {
             if !list.iter().all(|v| v.is_finite()) {

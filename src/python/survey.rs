@@ -25,6 +25,7 @@ pub fn mapped_states<'py>(
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
     let (scene, camera) = (&scene.get().scene, &camera.get().camera);
     let [w, h] = gbuffer.get().picture().map(|n| n as usize);
+    gbuffer.get().check_samples(py)?;
     let states = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
     })?;
@@ -43,6 +44,7 @@ pub fn drawn_samples(
     gbuffer: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PySamples> {
     let gbuffer = gbuffer.map(self::gbuffer).transpose()?;
+    gbuffer.as_ref().map_or(Ok(()), |g| g.get().check_samples(py))?;
     let (scene, camera, needs) = (&scene.get().scene, &camera.get().camera, Needs::Shadows);
     let samples = match gbuffer {
         Some(gbuffer) => gbuffer.get().with_surfaces(py, |surfaces| {

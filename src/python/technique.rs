@@ -163,6 +163,9 @@ impl PyTechnique {
             return Ok(run_sized(py, takes_long, |progress| fitted(None, progress))?.into());
         }
         technique.serves(&light).or_raise(py)?;
+        if let Some(Given::GBuffer(gbuffer)) = &samples {
+            gbuffer.get().check_samples(py)?;
+        }
         let p = match samples {
             Some(Given::Samples(samples)) => {
                 let samples = &samples.get().samples;

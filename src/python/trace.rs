@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
-use super::arguments::{callable, number_or};
+use super::arguments::{callable, number_or, paired_rows};
 use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
@@ -46,7 +46,7 @@ pub fn first_hit<'py>(
     let py = origins.py();
     let origins = array::<f64>(origins, "origins", &[None, Some(3)])?;
     let origins = rows3(&origins)?;
-    let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
+    let directions = paired_rows(directions, "directions", "origins", origins.len())?;
     let directions = rows3(&directions)?;
     let scene = scene.get();
     let source = |h: &Hit| match h.triangle {
@@ -76,7 +76,7 @@ pub fn occluded<'py>(
     let py = origins.py();
     let origins = array::<f64>(origins, "origins", &[None, Some(3)])?;
     let origins = rows3(&origins)?;
-    let directions = array::<f64>(directions, "directions", &[Some(origins.len()), Some(3)])?;
+    let directions = paired_rows(directions, "directions", "origins", origins.len())?;
     let directions = rows3(&directions)?;
     let each = match t_max {
         Some(t) if !is_single(t) => Some(array::<f64>(t, "t_max", &[Some(origins.len())])?),

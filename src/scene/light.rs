@@ -5,6 +5,9 @@ use glam::{DVec3, DVec4};
 use super::camera::unit;
 use crate::error::{Error, Result};
 
+/// The narrowest cone of a spot, radians: a few times what directions are rounded by, 2^-52.
+const NARROWEST_CONE: f64 = 1e-15;
+
 /// The cosine up to which a surface is edge on to the light: what a unit normal formed and rounded in f32 can make of one across
 /// it (two edges, their cross product, its length). Such walls are dark in truth, and a texel on them would be as long as f32
 /// has digits.
@@ -78,12 +81,16 @@ impl DirectionalLight {
 }
 
 impl SpotLight {
-    /// A light at `position` that shines along `direction` into a cone of full angle `cone_angle` (radians, in (0, pi)) as
-    /// far as `range`.
+    /// A light at `position` that shines along `direction` into a cone of full angle `cone_angle` (radians, below pi and at
+    /// least 1e-15) as far as `range`.
     pub fn new(position: DVec3, direction: DVec3, cone_angle: f64, range: f64) -> Result<Self> {
         if !(cone_angle > 0.0 && cone_angle < std::f64::consts::PI) {
             let fix = "give the full angle of the cone in radians; a wider light is a point light";
             return Err(Error::argument("cone_angle", "an angle in (0, pi) radians", cone_angle, fix));
+        }
+        if cone_angle < NARROWEST_CONE {
+            let (expected, fix) = (format!("at least {NARROWEST_CONE:e} radians"), "widen the cone: it lights nothing");
+            return Err(Error::argument("cone_angle", expected, cone_angle, fix));
         }
         let (position, range) = placed(position, range)?;
         Ok(Self { position, direction: unit_direction(direction)?, cone_angle, range })

@@ -10,6 +10,7 @@ use super::mesh::next_id;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
+use crate::memory::with_room;
 use crate::progress::Progress;
 
 /// What the hash of a scene begins with; the number changes with what goes in.
@@ -79,8 +80,9 @@ impl Scene {
                 ));
             }
         }
-        let world_from_local: Vec<DAffine3> =
-            instances.iter().map(|i| i.world_from_mesh * *meshes[i.mesh as usize].mesh_from_local()).collect();
+        let mut world_from_local: Vec<DAffine3> = with_room("instances", instances.len())?;
+        let place = |i: &Instance| i.world_from_mesh * *meshes[i.mesh as usize].mesh_from_local();
+        world_from_local.extend(instances.iter().map(place));
         let bounds = instances
             .par_iter()
             .zip(&world_from_local)

@@ -88,8 +88,14 @@ impl ViewVolume {
         }
         let half = self.half_size();
         if !(half.is_finite() && half.recip().is_finite()) {
-            let got = format!("{}, with which half the picture is {} wide and {} high", self.aspect, half.x, half.y);
-            return Err(Error::argument("aspect", "a picture whose sides are finite", got, "give width / height"));
+            let (name, value) = match self.lens {
+                Lens::Perspective { fov_y } => ("fov_y", fov_y),
+                Lens::Orthographic { height } => ("height", height),
+            };
+            let [x, y] = half.to_array();
+            let got = format!("{value} and {}, with which half the picture is {x} wide and {y} high", self.aspect);
+            let expected = "a picture whose sides are finite and above 0";
+            return Err(Error::argument(format!("{name}, aspect"), expected, got, "give others"));
         }
         if !(self.shift.abs().max_element() <= MOST_SHIFT) || self.shift.is_nan() {
             let fix = "give half widths and half heights of the picture: (0, 1) has the horizon at its lower edge";

@@ -29,6 +29,7 @@ use super::rays::{BUNDLE, Each, RayBits, WorldRay};
 use super::walk::{Blocked, Closest, Stacks, SurelyBlocked, Touched, traverse_together};
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
+use crate::memory::{check_images, with_room};
 use crate::progress::Progress;
 use crate::scene::{Camera, EDGE_ON, Light, PixelRay};
 
@@ -69,7 +70,9 @@ impl Tracer {
         }
         let [width, height] = size.map(|n| n as usize);
         let shader = Shader::new(&self.inner, camera, light);
-        let mut data = vec![TruthMask::NOTHING; width * height];
+        check_images("size", 1, size, size_of::<i8>())?;
+        let mut data = with_room("size", width * height)?;
+        data.resize(width * height, TruthMask::NOTHING);
         progress.set_total(height as u64);
         data.par_chunks_mut(width * TILE).enumerate().try_for_each(|(band, rows)| {
             for x in (0..width).step_by(TILE) {

@@ -25,6 +25,8 @@ SYNONYMS = {
     "changes": ".*",
     "params": ".*",
     "parts": ".*",
+    # Of meshes: what faces name.
+    "positions": "positions?|vertices",
     # What is looked up by name, and what is read.
     "value": "value|convention",
     "name": "name|scene|technique|preset|kind",
@@ -36,6 +38,8 @@ SYNONYMS = {
 #: Calls that are left out, and why.
 LEFT_OUT = {
     ("sl.scene_optimal_experiment", "views", "None"): "28 views: some minutes",
+    ("_core.trace_shadow_mask", "progress", "class"): "the caller's own error",
+    ("_core.trace_shadow_mask", "progress", "__call__ raises"): "as above",
 }
 
 

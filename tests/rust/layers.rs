@@ -25,7 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("image", &["error", "geometry"]),
     ("note", &[]),
     ("parameterization", &["error", "geometry", "note"]),
-    ("scene", &["digest", "error", "geometry", "progress"]),
+    ("scene", &["digest", "error", "geometry", "memory", "progress"]),
     ("rays", &["error", "geometry", "scene"]),
     ("focus", &["error", "geometry", "image", "parameterization", "rays", "scene", "simd"]),
     ("fit", &["error", "focus", "geometry", "parameterization", "rays", "scene"]),
@@ -40,7 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["aliasing", "error", "geometry", "image", "parameterization", "progress", "rays", "render", "scene", "trace"],
     ),
     // Truth knows no parameterization.
-    ("trace", &["error", "geometry", "image", "progress", "rays", "scene"]),
+    ("trace", &["error", "geometry", "image", "memory", "progress", "rays", "scene"]),
     (
         "techniques",
         &[

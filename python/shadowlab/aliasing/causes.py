@@ -208,8 +208,8 @@ def causes(
 
 def depths_of(gbuffer: _core.GBuffer, camera: _core.Camera) -> NDArray[np.float64]:
     """Depths along the view (H, W) of what a G-buffer shows, world units."""
-    depth: NDArray[np.float64] = (np.asarray(gbuffer.position) - np.asarray(camera.eye)) @ np.asarray(camera.forward)
-    return depth
+    positions = np.asarray(gbuffer.position)
+    return camera.depth(positions.reshape(-1, 3)).reshape(positions.shape[:2])
 
 
 def causes_of(

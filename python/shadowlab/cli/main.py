@@ -77,7 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             discard_output()
         if debug:
             raise
-        print(f"shadowlab: error: {' '.join(explanation(error).split())}", file=sys.stderr)
+        # Standard error may be as full as the disk; the exit status says it then.
+        with contextlib.suppress(OSError):
+            print(f"shadowlab: error: {' '.join(explanation(error).split())}", file=sys.stderr, flush=True)
         return USAGE_ERROR
 
 

@@ -119,6 +119,8 @@ def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float
     if light_name(options.light) is not None:
         names.remove("light")
     vectors = {name: parse_vector(getattr(options, name), name.replace("_", "-")) for name in names}
+    if "light" in vectors and not any(vectors["light"]):
+        raise ArgumentError(f"light: expected a direction, got {options.light!r}; give the way the light travels")
     return {name: turned(vector, up=options.up or "y") for name, vector in vectors.items()}
 
 
@@ -153,12 +155,13 @@ def chosen_camera(
     fov_y = fitting.fov_y if options.fov_deg is None else float(np.radians(options.fov_deg))
     shift = (0.0, 0.0) if options.shift is None else parse_pair(options.shift, "shift")
     aimed = bool(given.keys() & {"eye", "target"})
-    # Straight down or up there is no horizon to level; the top of the picture is then -z, as on a map.
-    vertical = length > 0 and np.hypot(ahead[0], ahead[2]) <= 1e-6 * length
-    up = ((0, 0, -1) if vertical else (0, 1, 0)) if aimed else fitting.up
+    # Straight down or up there is no horizon to level: another up is chosen, with a warning.
+    up = None if aimed else fitting.up
     if options.ortho_height is not None:
         ahead_of_eye = target if aimed else fitting.eye + fitting.forward
         height = options.ortho_height
+        if not 0 < height < np.inf:
+            raise ArgumentError(f"ortho-height: expected a finite length above 0, got {height:g}; give world units")
         return Camera.orthographic(eye, ahead_of_eye, up, height=height, aspect=aspect, near=near, far=far, shift=shift)
     if not aimed:
         return fitting.replace(fov_y=fov_y, aspect=aspect, near=near, far=far, shift=shift)
@@ -184,7 +187,13 @@ def chosen_light(
     position = np.asarray(given["light_position"], dtype=np.float64)
     bounds = np.asarray(scene.bounds)
     # The farthest corner of the scene's box.
-    reach = float(np.linalg.norm(np.abs(bounds - position).max(axis=0))) if options.range is None else options.range
+    with np.errstate(over="ignore"):
+        reach = float(np.linalg.norm(np.abs(bounds - position).max(axis=0))) if options.range is None else options.range
+    if options.range is None and not np.isfinite(reach):
+        raise ArgumentError(
+            f"light-position: expected a place from which a light can reach the scene, got {options.light_position}; "
+            "move it nearer, or give --range"
+        )
     if options.cone_deg is None:
         if "light" in given:
             raise ArgumentError(

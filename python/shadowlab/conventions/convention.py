@@ -237,7 +237,9 @@ class Convention(Value):
         """
         columns, rows = whole("columns", columns), whole("rows", rows)
         if columns * rows > MOST_TILES:
-            raise ArgumentError(f"columns: expected at most {MOST_TILES} tiles, got {shown(columns)} x {shown(rows)}")
+            raise ArgumentError(
+                f"columns, rows: expected at most {MOST_TILES} tiles, got {shown(columns)} x {shown(rows)}; use fewer"
+            )
         tiles = [(i / columns, j / rows, 1 / columns, 1 / rows) for j in range(rows) for i in range(columns)]
         return self.changed(tile=tiles)
 

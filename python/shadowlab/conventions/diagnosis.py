@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..errors import ArgumentError
+from ..text import shown
+from ..text.arrays import checked_array, checked_items
 from ..text.checked import has_all
 from ..text.checks import whole
 from ..travel import Value
@@ -154,12 +156,17 @@ def stack_of(name: str, value: Maps) -> tuple[np.ndarray, list[tuple[float, floa
     """(K, 4, 4) matrices and the camera depths of each."""
     if has_all(value, "matrices", "partitions"):
         of: Any = value
-        if any(part.post_warp != "none" for part in of.partitions):
+        parts = checked_items(f"{name}.partitions", of.partitions, "a list of maps", "technique.parameterize makes one")
+        if not all(has_all(part, "post_warp", "eye_depth", "lift") for part in parts):
+            raise ArgumentError(
+                f"{name}: expected a Parameterization or matrices, got {shown(value)}; technique.parameterize makes one"
+            )
+        if any(part.post_warp != "none" for part in parts):
             raise ArgumentError(
                 f"{name}: expected maps that are matrices alone, got one with a post-warp; "
                 "hold its .matrices and what follows them against theirs"
             )
-        return np.asarray(of.matrices), [part.eye_depth for part in of.partitions]
+        return checked_array(f"{name}.matrices", of.matrices, shape=(len(parts), 4, 4)), [p.eye_depth for p in parts]
     stack = matrices_of(name, value).reshape(-1, 4, 4)
     for m in stack:
         largest = np.abs(m).max(axis=1, keepdims=True)

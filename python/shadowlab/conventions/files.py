@@ -23,6 +23,8 @@ from .convention import Convention
 Form = Literal["npy", "json", "text"]
 FORMS: tuple[Form, ...] = get_args(Form)
 
+# Bytes of a file of matrices: more than any that means something.
+LARGEST_FILE = 1 << 26
 # What may stand beside the file in the text of such a technique, as `Parameterization.from_matrix` takes it.
 FIELDS = ("file", "convention", "resolution", "eye_depth", "selection")
 
@@ -115,7 +117,12 @@ def matrix_technique(text: str, values: Mapping[str, object]) -> _core.Parameter
 def read(path: Path) -> dict[str, Any]:
     """The matrices of a file under "matrix", and what it says beside them, as `from_matrix` takes it."""
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise LoadError(f"file: expected at most {LARGEST_FILE:,} bytes, got more in {str(path)!r}; check the path")
+    except LoadError:
+        raise
     except OSError as error:
         raise LoadError(f"file: cannot read {str(path)!r} ({error.strerror or error}); check the path") from error
     try:

@@ -26,8 +26,9 @@ from ..techniques.kinds import is_parameterization
 from ..techniques.labels import full_name_of, labelled
 from ..text import format_spec, reason_of, shown
 from ..text.arrays import checked_items
-from ..text.checked import a_flag, a_path
+from ..text.checked import a_count, a_flag, a_path
 from ..text.checks import check_bias, renderer_of, whole
+from ..text.specs import LONGEST_PICTURE
 from ..trace import Truth
 from .columns import TABLES
 from .evaluate import evaluate, fitted
@@ -121,7 +122,7 @@ def scene_optimal_experiment(
     >>> list(found.table["technique"])
     ['uniform:turn=rectangle', 'scene_optimal']
     """
-    how = _How(renderer_of(renderer), check_bias_or_default(bias), whole("reference", reference))
+    how = _How(renderer_of(renderer), check_bias_or_default(bias), a_count(1, LONGEST_PICTURE)("reference", reference))
     sides = checked_sizes(sizes)
     seen = checked_views(configurations() if views is None else views)
     entries = with_normal(techniques)

@@ -79,6 +79,8 @@ def lattice_picture(
     """
     if isinstance(every, bool) or not isinstance(every, (int, np.integer)) or every < 1:
         raise ArgumentError(f"every: expected a whole number of texels, at least 1, got {shown(every)}; try 16")
+    if every >= 1 << 53:
+        raise ArgumentError(f"every: expected fewer texels than a map has, got {shown(every)}; try 16")
     lengths = aliasing.footprint(gbuffer, camera, light, parameterization, resolution=resolution)
     texel, which = aliasing.texel_coordinates(gbuffer, camera, light, parameterization, resolution=resolution)
     arrives = np.ones(which.shape, np.float32) if mask is None else np.asarray(mask, np.float32)

@@ -14,7 +14,7 @@ from ..errors import ArgumentError
 from ..experiments.columns import with_current
 from ..text import shown
 from ..text.arrays import checked_array, checked_items
-from ..text.checked import a_length, has_all, optional
+from ..text.checked import a_length, optional
 
 T = TypeVar("T")
 
@@ -51,7 +51,9 @@ COLUMN_UNITS = {
 
 def current_columns(table: T, wanted: list[str]) -> T:
     """The table with the wanted columns under the names that they have now; something else as it is."""
-    return cast("T", with_current(cast("pd.DataFrame", table), wanted)) if has_all(table, "columns", "iloc") else table
+    import pandas as pd
+
+    return cast("T", with_current(table, wanted)) if isinstance(table, pd.DataFrame) else table
 
 
 def title_and_unit(column: object) -> tuple[str, str]:
@@ -123,11 +125,17 @@ def columns_of(table: object, needed: Iterable[str], name: str = "table") -> pd.
         )
     absent = [column for column in needed if column not in table.columns]
     if absent:
+        there = ", ".join(map(_word, table.columns)) or "none"
         raise ArgumentError(
-            f"{name}: expected columns {', '.join(map(str, needed))}; there is no {', '.join(map(str, absent))} among "
-            f"{', '.join(map(str, table.columns)) or 'none'}; rename or name another"
+            f"{name}: expected columns {', '.join(map(_word, needed))}; there is no {', '.join(map(_word, absent))} "
+            f"among {there}; rename or name another"
         )
     return table
+
+
+def _word(column: object) -> str:
+    """The name of a column for messages: as it is where it is a plain word."""
+    return column if isinstance(column, str) and column.isidentifier() and len(column) < 40 else shown(column)
 
 
 def numbers_of(table: pd.DataFrame, column: object) -> NDArray[np.float64]:

@@ -49,7 +49,10 @@ def _axes(ax: Axes | None) -> Axes:
 def _picture(ax: Axes | None, picture: np.ndarray, title: str, aspect: float) -> Axes:
     ax = _axes(ax)
     height, width = picture.shape[:2]
-    ax.imshow(picture, interpolation="antialiased", aspect=width / (aspect * height))
+    of_pixels = float(width) / height / aspect
+    if not 0 < of_pixels < math.inf:
+        raise ArgumentError(f"aspect: expected width by height of the picture, got {shown(aspect)}; take the camera's")
+    ax.imshow(picture, interpolation="antialiased", aspect=of_pixels)
     ax.set(title=title, xticks=[], yticks=[])
     ax.spines[:].set_visible(False)
     return ax

@@ -17,6 +17,7 @@ from ..text import shown
 from ..text.arrays import checked_array
 from ..text.checked import A_CAMERA, A_LIGHT, a_text, checked, optional
 from ..text.checks import renderer_of
+from ..text.specs import LONGEST_PICTURE
 from .arguments import count_of
 from .axes import MOST_NAMED, _axes, legend_beside
 
@@ -204,6 +205,8 @@ def _chosen(
     p, texels = as_maps(parameterization, resolution)
     if min(texels) < 1:
         raise ArgumentError(f"resolution: expected at least one texel a side, got {shown(resolution)}")
+    if max(texels) > LONGEST_PICTURE:
+        raise ArgumentError(f"resolution: expected at most {LONGEST_PICTURE} texels a side, got {shown(resolution)}")
     parts = list(p.partitions)
     if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index < len(parts):
         raise ArgumentError(f"map: expected one from 0 to {len(parts) - 1}, got {shown(index)}; there are {len(parts)}")

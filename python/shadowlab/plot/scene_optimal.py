@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 SAMPLE_AREA = 3.0
 #: Columns of the figure of maps where nobody says: the paper's, left to right.
 FIGURE_TECHNIQUES = (NORMAL, "lispsm", PUBLISHED, OPTIMAL)
+#: Techniques beside each other in a figure, at which names still fit.
+MOST_COLUMNS = 12
 # Above and below the pictures of a row.
 TITLE_INCHES = 0.85
 # Names of the values that the published search leaves behind, in order.
@@ -185,6 +187,8 @@ def samples_and_maps(
     entries = checked_items("techniques", given, "techniques or their names", f"try {FIGURE_TECHNIQUES}")
     if not entries:
         raise ArgumentError(f"techniques: expected at least one, got none; try {FIGURE_TECHNIQUES}")
+    if len(entries) > MOST_COLUMNS:
+        raise ArgumentError(f"techniques: expected at most {MOST_COLUMNS}, got {len(entries)}; make several figures")
     shape = (len(view.views), 1 + len(entries))
     ratios = [view.camera.aspect, *[1.0] * len(entries)]
     height = 14.0 / sum(ratios) + TITLE_INCHES

@@ -13,6 +13,7 @@ from ..experiments.study import Study
 from ..pictures.eye import difference, shade
 from ..pictures.maps import chosen_picture, mosaic, pictures_of
 from ..text import reason_of, share_text
+from ..text.arrays import bounded
 from ..text.checked import A_CAMERA, A_LIGHT, a_gbuffer, a_text, checked, instance, numbers_in
 from .arguments import an_aspect, columns_of
 from .axes import MARKERS, SERIES, _axes, _picture
@@ -104,8 +105,9 @@ def frustum(
 
     segments = list(pictures.frustum_segments(shadow_clip_from_world, camera, depths))
     ax = _axes(ax)
-    looks = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5, **style}
+    looks: dict[str, Any] = {"colors": [np.array(pictures.FRUSTUM_RGB) / 255], "linewidths": 1.5}
     try:
+        looks |= {name: bounded(value) for name, value in style.items()}
         lines = LineCollection(segments, **looks)
         ax.add_collection(lines)
     except Exception as error:  # noqa: BLE001 - matplotlib raises whatever a property of a line raises

@@ -82,7 +82,7 @@ def row_key(advice: Advice, row: object) -> tuple[str, int, str | None]:
     if isinstance(row, (int, np.integer)) and not isinstance(row, (bool, np.bool_)):
         ranking = advice.standings
         if not 0 <= row < len(ranking):
-            raise ArgumentError(f"row: expected a position from 0 to {len(ranking) - 1}, got {row}")
+            raise ArgumentError(f"row: expected a position from 0 to {len(ranking) - 1}, got {shown(row)}")
         return ranking[row].candidate, ranking[row].memory, None
     of: Any = row
     get: Any = of.get if has_all(row, "get") else lambda name: getattr(row, name, None)

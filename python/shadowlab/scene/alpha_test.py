@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError
-from ..text.arrays import checked_array, checked_number
+from ..text.arrays import bounded, checked_array, checked_number
 from ..text.words import shown
 from ..travel import Value
 
@@ -107,7 +107,7 @@ def alpha_of_image(image: Any) -> npt.NDArray[np.uint8] | None:
 
 def _levels(value: object) -> npt.NDArray[np.uint8]:
     try:
-        found = np.asarray(value)
+        found = np.asarray(bounded(value))
     except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
         found = np.empty(0)
     if found.dtype != np.uint8 or found.ndim != 2 or found.size == 0 or max(found.shape) > LONGEST_SIDE:

@@ -115,7 +115,8 @@ def default_views(scene: Scene, *, aspect: float = WIDE_ASPECT, focus: Scene | N
     """
     around = surroundings_of(scene, focus, aspect)
     views = [viewpoint_in(around, name) for name in VIEWS]
-    return tuple(View(scene, one.camera(aspect), one.sun, picture_size(aspect), one.name) for one in views)
+    size = picture_size(around.aspect)
+    return tuple(View(scene, one.camera(around.aspect), one.sun, size, one.name) for one in views)
 
 
 def default_view(
@@ -186,7 +187,8 @@ def default_viewpoint(scene: Scene, *, aspect: float, focus: Scene | None, view:
 def surroundings_of(scene: Scene, focus: Scene | None, aspect: float) -> Surroundings:
     """What all views of a scene share; errors as of `default_view`."""
     check_scene(scene)
-    if not 1 / WIDEST_ASPECT <= a_length("aspect", aspect) <= WIDEST_ASPECT:
+    aspect = a_length("aspect", aspect)
+    if not 1 / WIDEST_ASPECT <= aspect <= WIDEST_ASPECT:
         raise ArgumentError(f"aspect: expected 1 / {WIDEST_ASPECT} to {WIDEST_ASPECT}, got {shown(aspect)}; try 16 / 9")
     if focus is not None:
         A_SCENE("focus", focus)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ShadowlabError
 from ..text import shown
 from ..text.arrays import checked_array
 from ..text.checked import a_length, a_number
@@ -195,7 +195,13 @@ class Scene(_core.Scene):
         corners[:, across] = ((low + high) / 2)[across] + size / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         # Counter-clockwise as seen from above.
         faces = [[0, 2, 1], [0, 3, 2]] if axis == 1 else [[0, 1, 2], [0, 2, 3]]
-        grounded = self + Scene.from_arrays(corners, faces)
+        try:
+            grounded = self + Scene.from_arrays(corners, faces)
+        except ShadowlabError as error:
+            raise ArgumentError(
+                f"height, size: expected a floor that fits beside the scene, got {height:g} and {size:g} ({error}); "
+                "leave them out for one that does"
+            ) from error
         if self.recipe:
             grounded.recipe = f"{self.recipe}.with_ground({height!r}, {size!r}{up_keyword(up)})"
         return grounded

@@ -317,9 +317,10 @@ def number_of(name: str, value: object) -> float:
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentError(f"{name}: expected a number, got {shown(value)}; leave it out for the default")
-    if math.isnan(value):
-        raise ArgumentError(f"{name}: expected a number, got NaN; leave it out for the default")
     try:
-        return float(value)
+        number = float(value)
     except OverflowError:
-        return math.copysign(math.inf, value)
+        return math.inf if value > 0 else -math.inf
+    if math.isnan(number):
+        raise ArgumentError(f"{name}: expected a number, got NaN; leave it out for the default")
+    return number

@@ -22,6 +22,8 @@ from .words import reason_of, shown
 MOST_ITEMS, MOST_NUMBERS = 1 << 16, 1 << 21
 # Numbers that are converted at once: about 0.01 s.
 _LARGE = 1 << 20
+# Items of a list that numpy reads in some milliseconds.
+AT_ONCE = 1 << 15
 # Axes of an array: more than any argument has.
 MOST_AXES = 4
 # What numpy reads at once, without a look at the items.
@@ -127,7 +129,7 @@ def _scalar(value: object) -> float | None:
 
 
 def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    raw = np.asarray(_readable(value))
+    raw = _read_at_once(value) if type(value) not in _LISTS else _read_in_parts(cast("list[object]", value))
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise TypeError("values are masked; value.filled(...) says what stands there")
     if raw.size == 0:
@@ -153,7 +155,21 @@ def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     return found
 
 
-def _readable(value: object) -> object:
+def _read_at_once(value: object) -> npt.NDArray[Any]:
+    return np.asarray(bounded(value))
+
+
+def _read_in_parts(value: list[object]) -> npt.NDArray[Any]:
+    """A list as an array; of a long one part by part, so that Ctrl-C is seen between two of them."""
+    if len(value) <= AT_ONCE:
+        return _read_at_once(value)
+    parts = [_read_at_once(value[i : i + AT_ONCE]) for i in range(0, len(value), AT_ONCE)]
+    odd = next((part for part in parts if part.dtype.kind not in "iuf"), None)
+    # An array of the kind that is refused, or one of all numbers.
+    return odd if odd is not None else np.concatenate(parts)
+
+
+def bounded(value: object) -> object:
     """The value, or lists with its items, in which numpy finds nothing that makes it wait or ask for memory."""
     if isinstance(value, (np.ndarray, np.generic, *_PLAIN)):
         return value

@@ -16,6 +16,7 @@ use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::terrain::HeightField;
 use super::trees::{oak, poplar, shrub, spruce};
 use crate::error::Result;
+use crate::memory::check_room;
 use crate::scene::{Camera, DirectionalLight, Light};
 
 /// The scene's self-description.
@@ -54,9 +55,12 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
 
 /// Cells of the terrain along each edge.
 const CELLS: usize = 320;
+/// What a tree and its share of the undergrowth take while the list of them grows.
+const BYTES_PER_TREE: u64 = 512;
 
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (trees, extent) = (values.count("trees"), values.number("extent"));
+    check_room("trees", BYTES_PER_TREE * trees as u64, || format!("{trees}"))?;
     let hills = Hills { noise: Noise::new(seed, 7), extent, relief: values.number("relief") };
     let half = DVec2::splat(0.5 * extent);
     let terrain = HeightField::new(-half, half, [CELLS, CELLS], |x, z| hills.height(x, z));

@@ -51,14 +51,12 @@ impl WarpSpace {
         casters: &ConvexBody,
         notes: &mut Vec<Note>,
     ) -> Option<Result<Self, Detail>> {
-        if view.camera.is_orthographic() {
-            return Some(Err(Detail::ParallelRays)).filter(|_| !matches!(view.light, Light::Point(_)));
-        }
         match (&view.light, view.spot()) {
             (Light::Directional(l), _) => Some(Self::directional(view, l.direction(), towards, casters)),
             (_, Some(spot)) => {
                 let depths = spot_depth_range(&spot, view, scene, notes);
-                Some(Self::spot(view, &spot, depths, towards))
+                let parallel = view.camera.is_orthographic();
+                Some(if parallel { Err(Detail::ParallelRays) } else { Self::spot(view, &spot, depths, towards) })
             }
             // Refused before: a point light has no single map.
             _ => None,

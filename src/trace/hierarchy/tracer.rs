@@ -15,6 +15,7 @@ use super::tree::{Box3, Item, LEAF, Tree};
 use super::triangles::Packet;
 use crate::error::Result;
 use crate::geometry::Aabb;
+use crate::memory::check_room;
 use crate::progress::Progress;
 use crate::scene::{Mesh, Scene};
 
@@ -78,6 +79,11 @@ const F32_ROUNDINGS: f64 = 4.0;
 const F64_ROUNDING: f64 = f64::EPSILON / 2.0;
 const F32_ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
 
+/// What the hierarchy of a mesh takes per triangle while it is made: boxes of triangles, twice, and nodes.
+const BYTES_PER_TRIANGLE: u64 = 160;
+/// What an instance takes: its frame, and a box in the upper hierarchy.
+const BYTES_PER_INSTANCE: u64 = 640;
+
 impl Tracer {
     /// The hierarchies of a scene, built on all cores.
     ///
@@ -86,6 +92,9 @@ impl Tracer {
     pub fn new(scene: &Scene, progress: &Progress) -> Result<Self> {
         let origin = scene.origin();
         progress.set_total(scene.meshes().len() as u64 + 1);
+        let triangles: u64 = scene.meshes().iter().map(|mesh| mesh.triangles().len() as u64).sum();
+        let bytes = BYTES_PER_TRIANGLE * triangles + BYTES_PER_INSTANCE * scene.instances().len() as u64;
+        check_room("scene", bytes, || format!("{triangles} triangles in {} places", scene.instances().len()))?;
         let mut sources: Vec<(Arc<Mesh>, bool)> = Vec::new();
         let mut slot_of: HashMap<u32, u32> = HashMap::new();
         let mut placed = Vec::with_capacity(scene.instances().len());

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from ...errors import ArgumentError
 from ...text import shown
 
@@ -24,7 +26,7 @@ def metres_per_unit(unit: object) -> float | None:
         return None
     if isinstance(unit, str) and unit in METRES:
         return METRES[unit]
-    if isinstance(unit, (int, float)) and not isinstance(unit, bool) and 0 < unit < float("inf"):
+    if isinstance(unit, (int, float)) and not isinstance(unit, bool) and 0 < unit <= sys.float_info.max:
         return float(unit)
     listed = ", ".join(repr(name) for name in METRES)
     raise ArgumentError(

@@ -136,7 +136,7 @@ def test_blocks_of_polygons_change_nothing(monkeypatch, at_once, in_place):
     points = np.concatenate([np.reshape(in_space(one), (-1, 3)) for one in shapes if one])
     corners, counts = np.arange(len(points)), np.array([len(one) for one in shapes])
     whole = triangulated(points, corners, counts, in_place=in_place)
-    monkeypatch.setattr(polygons, "AT_ONCE", at_once)
+    monkeypatch.setattr(polygons, "CORNERS_AT_ONCE", at_once)
     found = triangulated(points, corners, counts, in_place=in_place)
     np.testing.assert_array_equal(found.at, whole.at)
     assert found.degenerate == whole.degenerate == 4

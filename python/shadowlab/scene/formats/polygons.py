@@ -22,7 +22,7 @@ NEGLIGIBLE = 1e-6
 #: Corners of a concave polygon that are clipped at most: the time grows with their square, about 2 s here.
 MOST_CORNERS = 50_000
 #: Corners of polygons that are looked at together: what is computed for them, 200 bytes each, stays small.
-AT_ONCE = 1 << 17
+CORNERS_AT_ONCE = 1 << 17
 
 Indices = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -80,7 +80,8 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
     groups: list[list[Indices]] = [[], [], [], []]
     degenerate = 0
     ends = np.cumsum(counts)
-    edges = np.unique(np.searchsorted(ends, np.arange(AT_ONCE, len(corners) + AT_ONCE, AT_ONCE), "left") + 1)
+    wanted = np.arange(CORNERS_AT_ONCE, len(corners) + CORNERS_AT_ONCE, CORNERS_AT_ONCE)
+    edges = np.unique(np.searchsorted(ends, wanted, "left") + 1)
     for begin, end in pairwise([0, *np.minimum(edges, len(counts)).tolist(), len(counts)]):
         if begin < end:
             first = int(ends[begin - 1]) if begin else 0
@@ -153,7 +154,7 @@ def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tu
     if size == 4:
         # As trimesh divides quads: (0, 1, 2) and (2, 3, 0).
         fan[1] = 2, 3, 0
-    step = max(1, AT_ONCE // size)
+    step = max(1, CORNERS_AT_ONCE // size)
     parts = [slice(begin, begin + step) for begin in range(0, count, step)]
     wrong = np.concatenate([_fan_is_wrong(points[corners[at[part]]].astype(np.float64)) for part in parts])
     if size > 4:

@@ -229,6 +229,14 @@ def test_a_technique_that_did_not_warp_is_told_and_not_compared():
     assert "difference" not in text
 
 
+def test_a_uniform_map_that_fits_closer_is_named_before_uniform():
+    rows = table(("uniform", 512, 300, 100), ("lispsm", 512, 150, 50), ("tsm", 512, 300, 100))
+    text = verdict(rows, remarks=noted((), (NO_WARP,), (NO_WARP,)))
+    assert text.startswith("lispsm at 512² has the fewest wrong pixels: 200 pixels")
+    assert "worth it" not in text
+    assert text.count("does not warp here") == 2
+
+
 @pytest.mark.parametrize("counts", [(4000, 1000), (70, 70), (0, 12), (12, 0), (100, 97)])
 def test_every_number_comes_from_the_table(counts):
     rows = table(("uniform", 512, counts[0], 0), ("lispsm", 512, counts[1], 0))

@@ -92,15 +92,16 @@ def sentences(
         flat = ((row, *unwarped_maps(notes, maps_of(row))) for row, notes in noted)
         unwarped = {row["technique"]: reason for row, many, reason in flat if many >= maps_of(row)}
         warped = [row for row in drawn if row["technique"] not in unwarped]
+        ranked = _ranked(drawn, unwarped)
         found += judged_sentences(most_unjudged(WrongPixels.of(row) for row in drawn))
-        found += _fewest(warped or drawn)
+        found += _fewest(ranked)
         if all(hardly_wrong(int(row["misclassified"]), float(row["share"])) for row in drawn):
             found.append(f"This view hardly tests shadows: no run has {FEW_PIXELS} wrong pixels or more.")
         else:
-            found += _about_as_few(warped or drawn)
+            found += _about_as_few(ranked)
             found += warp_sentences(warped, technique_of_label)
             found += memory_sentences(drawn, technique_of_label)
-            found += error_sentences(best_row(warped or drawn))
+            found += error_sentences(best_row(ranked))
             found += noise_sentences([WrongPixels.of(row) for row in drawn])
         for label, reason in unwarped.items():
             found.append(f"{label} does not warp here ({reason}): its map is a uniform one.")
@@ -109,6 +110,13 @@ def sentences(
     if seen is not None and 0 < seen < LITTLE_SEEN:
         found.append(f"Only {share_text(seen)} of the picture's pixels show anything: move the camera closer.")
     return found + _failures(failed)
+
+
+def _ranked(drawn: Sequence[Mapping[str, Any]], unwarped: Mapping[str, str]) -> list[Mapping[str, Any]]:
+    """The rows to choose from: of techniques that do not warp, whose maps may be alike, only what beats the others."""
+    wrong = {id(row): WrongPixels.of(row).count for row in drawn}
+    least = min((wrong[id(row)] for row in drawn if row["technique"] not in unwarped), default=None)
+    return [row for row in drawn if least is None or row["technique"] not in unwarped or wrong[id(row)] < least]
 
 
 def _failures(failed: Sequence[tuple[Mapping[str, Any], str]]) -> list[str]:

@@ -166,11 +166,10 @@ impl Surface {
         }
     }
 
-    /// Where a ray runs above or below the triangle: an interval of its depths, empty if it passes by. NaN for a triangle
-    /// without area.
+    /// Where a ray runs above or below the triangle, or [`BESIDE`] it: an interval of its depths, empty if it passes by.
     fn passage(&self, ray: &PixelRay) -> [f64; 2] {
         self.sides.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[begin, end], (inwards, offset)| {
-            let (here, per_depth) = (inwards.dot(ray.from_eye) + offset, inwards.dot(ray.direction));
+            let (here, per_depth) = (inwards.dot(ray.from_eye) + offset + BESIDE, inwards.dot(ray.direction));
             let crossed = -here / per_depth;
             match per_depth {
                 p if p > 0.0 => [begin.max(crossed), end],

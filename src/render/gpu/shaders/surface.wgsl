@@ -148,9 +148,9 @@ fn depth_on(a: vec3f, edges: array<vec3f, 2>, across: vec3f, scale: f32, ray: Ra
         return met;
     }
     var passage = Passage(nearest, farthest);
-    passage = cut_passage(passage, here.x, per_depth.x);
-    passage = cut_passage(passage, here.y, per_depth.y);
-    passage = cut_passage(passage, 1.0 - here.x - here.y, -per_depth.x - per_depth.y);
+    passage = cut_passage(passage, here.x + BESIDE, per_depth.x);
+    passage = cut_passage(passage, here.y + BESIDE, per_depth.y);
+    passage = cut_passage(passage, 1.0 + BESIDE - here.x - here.y, -per_depth.x - per_depth.y);
     if !(passage.begin <= passage.end) {
         return met;
     }

@@ -296,7 +296,7 @@ def test_failed_rows_survive_csv_and_json(view, tmp_path):
     assert "reason <b>" not in page
     assert "reason &lt;b&gt;" in page
     read = pd.read_csv(tmp_path / "results.csv")
-    assert read["failure"].tolist() == ['a, "quoted"\nreason <b>']
+    assert read["failure"].tolist() == ['a, "quoted" reason <b>']
     assert read["misclassified"].isna().all()
     run = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["runs"][0]
     assert (run["misclassified"], run["settings"]["near"]) == (None, "inf")

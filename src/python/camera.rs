@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use super::arguments::{array, number, number_or};
 use super::camera_changes::{aimed, replaced};
 use super::camera_matrices::from_matrices;
-use super::convert::{SOON, image, instance_of, mat4_to_array, rows3, run_sized, size2, vec3_to_array};
+use super::convert::{image, in_parts, instance_of, mat4_to_array, rows3, size2, vec3_to_array};
 use super::exceptions::argument_error;
 use super::scene::PyScene;
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
@@ -256,16 +256,12 @@ impl PyCamera {
         let py = points.py();
         let points = array::<f64>(points, "points", &[None, Some(3)])?;
         let rows = rows3(&points)?;
-        let depths = run_sized(py, rows.len() > SOON, |progress| {
-            let mut depths = Vec::with_capacity(rows.len());
-            for some in rows.chunks(SOON) {
-                progress.check()?;
-                depths.extend(some.iter().map(|&p| self.camera.depth_of(p.into())));
-            }
-            Ok(depths)
+        let mut depths = Vec::with_capacity(rows.len());
+        in_parts(py, rows.len(), |part| {
+            depths.extend(rows[part].iter().map(|&p| self.camera.depth_of(p.into())));
+            Ok(())
         })?;
-        let n = depths.len();
-        image(py, depths, [n])
+        image(py, depths, [rows.len()])
     }
     /// The corners of the picture at a depth, world.
     ///
@@ -327,23 +323,20 @@ impl PyCamera {
         let (py, [width, height]) = (pixels.py(), size2(size, "size")?);
         let pixels = array::<f64>(pixels, "pixels", &[None, Some(2)])?;
         let places = pixels.as_slice()?.as_chunks::<2>().0;
-        let (origins, directions) = run_sized(py, places.len() > SOON, |progress| {
-            let ray = self.camera.pixel_rays([width, height]);
-            let room = 3 * places.len();
-            let (mut origins, mut directions) = (Vec::with_capacity(room), Vec::with_capacity(room));
-            for some in places.chunks(SOON) {
-                progress.check()?;
-                for &[x, y] in some {
-                    if !(x.is_finite() && y.is_finite()) {
-                        let (got, fix) = (format!("({x}, {y})"), "check where it comes from");
-                        return Err(Error::argument("pixels", "finite numbers", got, fix));
-                    }
-                    let found = ray(x, y);
-                    origins.extend((self.camera.eye() + found.from_eye).to_array());
-                    directions.extend(found.direction.to_array());
+        let ray = self.camera.pixel_rays([width, height]);
+        let room = 3 * places.len();
+        let (mut origins, mut directions) = (Vec::with_capacity(room), Vec::with_capacity(room));
+        in_parts(py, places.len(), |part| {
+            for &[x, y] in &places[part] {
+                if !(x.is_finite() && y.is_finite()) {
+                    let (got, fix) = (format!("({x}, {y})"), "check where it comes from");
+                    return Err(Error::argument("pixels", "finite numbers", got, fix));
                 }
+                let found = ray(x, y);
+                origins.extend((self.camera.eye() + found.from_eye).to_array());
+                directions.extend(found.direction.to_array());
             }
-            Ok((origins, directions))
+            Ok(())
         })?;
         let n = origins.len() / 3;
         Ok((image(py, origins, [n, 3])?, image(py, directions, [n, 3])?))

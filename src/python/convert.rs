@@ -1,5 +1,6 @@
 //! The only place where results become numpy arrays, and long work is watched for Ctrl-C.
 
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -39,15 +40,17 @@ pub fn run_watched<T: Send>(
                 let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(progress))));
             });
             let mut raised = None;
-            for poll in 1u32.. {
+            let mut polls = 0_u32;
+            loop {
                 match receiver.recv_timeout(SIGNAL_POLL) {
                     Ok(done) => return (done, raised),
                     Err(RecvTimeoutError::Timeout) => (),
                     Err(RecvTimeoutError::Disconnected) => unreachable!("the work sends, whatever becomes of it"),
                 }
+                polls = polls.wrapping_add(1);
                 let watched = Python::attach(|py| {
                     py.check_signals()?;
-                    if let (Some(report), 0) = (&report, poll % POLLS_PER_REPORT) {
+                    if let (Some(report), 0) = (&report, polls % POLLS_PER_REPORT) {
                         report.call1(py, progress.state())?;
                     }
                     Ok::<_, PyErr>(())
@@ -57,7 +60,6 @@ pub fn run_watched<T: Send>(
                     progress.stop();
                 }
             }
-            unreachable!("the work ends before four billion looks, a year later")
         })
     });
     match outcome {
@@ -91,6 +93,16 @@ pub fn run_sized<T: Send>(
         return run_watched(py, None, work);
     }
     py.detach(|| work(&Progress::new())).or_raise(py)
+}
+
+/// Calls `work` with one run of `0..n` after the other; where there are many, it may be stopped between two of them.
+pub fn in_parts(py: Python<'_>, n: usize, mut work: impl FnMut(Range<usize>) -> Result<()> + Send) -> PyResult<()> {
+    run_sized(py, n > SOON, |progress| {
+        (0..n).step_by(SOON).try_for_each(|first| {
+            progress.check()?;
+            work(first..n.min(first + SOON))
+        })
+    })
 }
 
 /// Rows of three numbers as a borrowed slice.

@@ -7,7 +7,7 @@ use pyo3::sync::PyOnceLock;
 
 use super::arrays::{equal_lists, stored};
 use super::camera::PyCamera;
-use super::convert::{OrRaise, SOON, image, instance_of, run_sized, vec3_to_array};
+use super::convert::{OrRaise, SOON, image, in_parts, instance_of, run_sized, vec3_to_array};
 use super::state::{Parts, Reduced, State, Writer, first_eight, reduced, seal, state_error};
 use crate::digest::{Digest, Numbers};
 use crate::image::{GBuffer, Surfaces};
@@ -167,14 +167,12 @@ impl PyGBuffer {
         let [w, h] = self.size.map(|n| n as usize);
         let depths = self.with_surfaces(py, |s| {
             let depth = |i: usize| s.receiver(i).map_or(f64::INFINITY, |(p, _)| camera.depth_of(s.origin + p)) as f32;
-            run_sized(py, w * h > SOON, |progress| {
-                let mut depths = Vec::with_capacity(w * h);
-                for first in (0..w * h).step_by(SOON) {
-                    progress.check()?;
-                    depths.extend((first..(first + SOON).min(w * h)).map(depth));
-                }
-                Ok(depths)
-            })
+            let mut depths = Vec::with_capacity(w * h);
+            in_parts(py, w * h, |part| {
+                depths.extend(part.map(depth));
+                Ok(())
+            })?;
+            Ok(depths)
         })?;
         image(py, depths, [h, w])
     }
@@ -186,16 +184,13 @@ impl PyGBuffer {
             None => {
                 // Not within the cell: other threads run meanwhile, and a fork then would leave the cell locked in the child.
                 let sum = self.with_surfaces(py, |s| {
-                    run_sized(py, s.position.len() > SOON, |progress| {
-                        let mut sum = Vec::with_capacity(3 * s.position.len());
-                        for some in s.position.chunks(SOON) {
-                            progress.check()?;
-                            sum.extend(
-                                some.iter().flat_map(|p| (s.origin + Vec3::from_array(*p).as_dvec3()).to_array()),
-                            );
-                        }
-                        Ok(sum)
-                    })
+                    let mut sum = Vec::with_capacity(3 * s.position.len());
+                    in_parts(py, s.position.len(), |part| {
+                        let world = |p: &[f32; 3]| (s.origin + Vec3::from_array(*p).as_dvec3()).to_array();
+                        sum.extend(s.position[part].iter().flat_map(world));
+                        Ok(())
+                    })?;
+                    Ok(sum)
                 })?;
                 let [w, h] = self.size.map(|n| n as usize);
                 let sum = image(py, sum, [h, w, 3])?.into_any().unbind();

@@ -7,7 +7,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments::word_or;
 use super::convert::{
-    SOON, argument_error, array, image, mat4_from_rows, mat4_to_array, rows3, run_sized, texels, to_exception,
+    argument_error, array, image, in_parts, mat4_from_rows, mat4_to_array, rows3, texels, to_exception,
 };
 use super::exceptions::refusable;
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
@@ -387,17 +387,14 @@ impl PyPartition {
         let py = points.py();
         let points = array::<f64>(points, "points", &[None, Some(3)])?;
         let rows = rows3(&points)?;
-        let (ndc, w) = run_sized(py, rows.len() > SOON, |progress| {
-            let (mut ndc, mut w) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
-            for some in rows.chunks(SOON) {
-                progress.check()?;
-                for &p in some {
-                    let (p_ndc, p_w) = self.partition.project(p.into());
-                    ndc.extend(p_ndc.to_array());
-                    w.push(p_w);
-                }
+        let (mut ndc, mut w) = (Vec::with_capacity(3 * rows.len()), Vec::with_capacity(rows.len()));
+        in_parts(py, rows.len(), |part| {
+            for &p in &rows[part] {
+                let (p_ndc, p_w) = self.partition.project(p.into());
+                ndc.extend(p_ndc.to_array());
+                w.push(p_w);
             }
-            Ok((ndc, w))
+            Ok(())
         })?;
         Ok((image(py, ndc, [rows.len(), 3])?, image(py, w, [rows.len()])?))
     }

@@ -119,12 +119,10 @@ def read(path: Path) -> dict[str, Any]:
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise LoadError(f"file: expected at most {LARGEST_FILE:,} bytes, got more in {str(path)!r}; check the path")
-    except LoadError:
-        raise
     except OSError as error:
         raise LoadError(f"file: cannot read {str(path)!r} ({error.strerror or error}); check the path") from error
+    if len(content) > LARGEST_FILE:
+        raise LoadError(f"file: expected at most {LARGEST_FILE:,} bytes, got more in {str(path)!r}; check the path")
     try:
         if content.startswith(b"\x93NUMPY"):
             return {"matrix": np.load(io.BytesIO(content), allow_pickle=False)}

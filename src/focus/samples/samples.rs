@@ -306,10 +306,10 @@ impl Samples {
     fn outline_of(&self, camera: &Camera, light: &Light, indices: &[u32]) -> Option<Outline> {
         Outline::of(RayFrame::new(light, camera.eye())?, &self.of_indices(indices, camera.eye()))
     }
-    /// How far from their surfaces they lie at most (world units), as positions are f32 relative to the origin.
+    /// How far from their surfaces they lie at most, world units.
     pub fn rounding(&self) -> f64 {
         let far = self.points.iter().map(|p| vector(*p).length_squared()).fold(0.0, f64::max);
-        f64::from(f32::EPSILON) * far.sqrt()
+        rounding_at(far.sqrt())
     }
     /// Near and far camera depth of the samples that face a light, out to the corners of their pixels and within the camera's
     /// planes; nothing where none does.
@@ -319,6 +319,11 @@ impl Samples {
             None => depths_of(camera, &self.of_indices(&self.facing(camera, light, region), camera.eye())),
         }
     }
+}
+
+/// How far from its surface a position lies at most, which is f32 relative to an origin so far away.
+fn rounding_at(distance: f64) -> f64 {
+    f64::from(f32::EPSILON) * distance
 }
 
 /// Near and far camera depth of samples, out to the corners of their pixels and within the camera's planes; nothing without any.
@@ -336,8 +341,8 @@ fn depths_of(camera: &Camera, chosen: &Chosen) -> Option<[f64; 2]> {
             range = [range[0].min(near), range[1].max(far)];
         }
     }
-    // Positions are f32 relative to the origin: surfaces lie up to a step before or behind.
-    let step = f64::from(f32::EPSILON) * chosen.farthest_from_origin();
+    // Surfaces lie up to a step before or behind.
+    let step = rounding_at(chosen.farthest_from_origin());
     let ends = [range[0] - step, range[1] + step].map(|depth| depth.clamp(camera.near(), camera.far()));
     (range[0] <= range[1]).then_some(ends)
 }

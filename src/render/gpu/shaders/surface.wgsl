@@ -112,7 +112,7 @@ const RAY_IN_PLANE = 16.0 / 8388608.0;
 // How far beside a triangle its plane may be met, in parts of the triangle: see render::cpu::gbuffer.
 const BESIDE = 1.0 / 64.0;
 
-// Depths, and whether there are any.
+// An interval of depths, empty where it ends before it begins.
 struct Passage {
     begin: f32,
     end: f32,

@@ -102,7 +102,7 @@ class Summary(Value):
             return cls(0, pixels, footprint.counts())
         # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
         major, projection, depth = (
-            np.asarray(a[chosen], np.float64) for a in (footprint.major, footprint.projection, footprint.depth)
+            _chosen(a, chosen, measured) for a in (footprint.major, footprint.projection, footprint.depth)
         )
         (along_t, along_s), of_map = (footprint.perspective_ts[..., k][chosen] for k in (0, 1)), footprint.map[chosen]
         perspective = largest_extent(
@@ -176,6 +176,17 @@ class Summary(Value):
     def _repr_html_(self) -> str:
         table = self.bands.to_html(index=False, border=0, float_format=lambda v: f"{v:.4g}") if self._bands else ""
         return f"<p>{escape(repr(self))}</p>{table}"
+
+
+def _chosen(values: Floats, chosen: NDArray[np.bool_], count: int) -> NDArray[np.float64]:
+    """The chosen values (count,), some rows at a time: Ctrl-C is seen between two of them."""
+    found, at = np.empty(count), 0
+    rows = max(1, (1 << 20) // chosen[0].size)
+    for row in range(0, len(chosen), rows):
+        part = values[row : row + rows][chosen[row : row + rows]]
+        found[at : at + len(part)] = part
+        at += len(part)
+    return found
 
 
 def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:

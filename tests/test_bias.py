@@ -8,7 +8,7 @@ import shadowlab as sl
 from shadowlab.reports.reproduce import bias_python
 
 DOCS = Path(__file__).parents[1] / "docs" / "bias.md"
-PARTS = ("world", "texels", "ndc", "slope", "slope_limit")
+PARTS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
 
 
 def documented() -> dict[str, float]:
@@ -28,6 +28,6 @@ def test_the_table_of_defaults_is_true() -> None:
     assert documented() == {part: getattr(sl.Bias(), part) for part in PARTS}
 
 
-@pytest.mark.parametrize("bias", [sl.Bias(), sl.Bias.none(), sl.Bias(slope_limit=3), sl.Bias(slope_limit=float("inf"))])
+@pytest.mark.parametrize("bias", [sl.Bias(), sl.Bias.none(), sl.Bias(slope_limit=3), sl.Bias(plane=1, normal=2), sl.Bias(slope_limit=float("inf"))])
 def test_a_bias_survives_being_written_as_python(bias: sl.Bias) -> None:
     assert eval(bias_python(bias), {"sl": sl}) == bias

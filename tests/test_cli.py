@@ -114,6 +114,7 @@ def test_a_bias_reaches_the_maps_and_the_command_in_the_report(run, tmp_path):
     default = sl.Bias()
     assert first["bias"] == {
         "world": 0.5, "texels": default.texels, "ndc": default.ndc, "slope": default.slope, "slope_limit": 3.0,
+        "plane": default.plane, "normal": default.normal,
     }  # fmt: skip
     again = shlex.split(first["reproduce"]["command"])
     assert again[again.index("--out") + 1] == str(tmp_path / "a")
@@ -286,7 +287,7 @@ BAD = {
     "fov is nan": (["compare", "MESH", "--fov-deg", "nan"], "degrees"),
     "bias without value": (["compare", "MESH", "--bias", "world"], "bias", "world"),
     "bias empty": (["compare", "MESH", "--bias", ""], "bias"),
-    "bias unknown": (["compare", "MESH", "--bias", "wrold=1"], "wrold", "world, texels, ndc, slope, slope_limit"),
+    "bias unknown": (["compare", "MESH", "--bias", "wrold=1"], "wrold", "world, texels, ndc, slope, slope_limit, plane, normal"),
     "bias a word": (["compare", "MESH", "--bias", "world=much"], "expected a number for world", "much"),
     "bias twice": (["compare", "MESH", "--bias", "world=1,world=2"], "twice"),
     "out empty": (["compare", "MESH", "--out", ""], "out: expected the name of a directory"),

@@ -82,7 +82,13 @@ class Bias:
     slope : float
         Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
     slope_limit : float
-        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
+        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none. It limits the
+        plane part, too.
+    plane : float
+        1: a texel is compared with the depth of the receiver's own plane at its centre, which is exact for planes; 0: with
+        the depth of the receiver; a part of the way between.
+    normal : float
+        World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
     """
     def __new__(
         cls,
@@ -92,6 +98,8 @@ class Bias:
         ndc: float | None = None,
         slope: float | None = None,
         slope_limit: float | None = None,
+        plane: float | None = None,
+        normal: float | None = None,
     ) -> Bias: ...
     @staticmethod
     def none() -> Bias:
@@ -111,6 +119,12 @@ class Bias:
     @property
     def slope_limit(self) -> float:
         """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
+    @property
+    def plane(self) -> float:
+        """How much of the way to its own plane at the texel's centre the receiver is moved."""
+    @property
+    def normal(self) -> float:
+        """World sizes of a shadow texel along the normal."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

@@ -37,7 +37,13 @@ use crate::threads;
 /// slope : float
 ///     Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
 /// slope_limit : float
-///     Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none.
+///     Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none. It limits the
+///     plane part, too.
+/// plane : float
+///     1: a texel is compared with the depth of the receiver's own plane at its centre, which is exact for planes; 0: with
+///     the depth of the receiver; a part of the way between.
+/// normal : float
+///     World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
 #[pyclass(name = "Bias", frozen, eq, hash, module = "shadowlab")]
 #[derive(Clone)]
 pub struct PyBias {
@@ -50,11 +56,11 @@ impl State for PyBias {
     const NAME: &'static str = "Bias";
     fn write(&self, to: &mut Writer) {
         let b = &self.bias;
-        to.numbers(&[b.world, b.texels, b.ndc, b.slope, b.slope_limit]);
+        to.numbers(&[b.world, b.texels, b.ndc, b.slope, b.slope_limit, b.plane, b.normal]);
     }
     fn read(from: &mut Reader<'_>) -> Result<Self, Fault> {
-        let [world, texels, ndc, slope, slope_limit] = from.numbers()?;
-        let bias = Bias { world, texels, ndc, slope, slope_limit };
+        let [world, texels, ndc, slope, slope_limit, plane, normal] = from.numbers()?;
+        let bias = Bias { world, texels, ndc, slope, slope_limit, plane, normal };
         Ok(Self { bias: bias.checked().map_err(|e| e.to_string())? })
     }
 }
@@ -62,7 +68,8 @@ impl State for PyBias {
 #[pymethods]
 impl PyBias {
     #[new]
-    #[pyo3(signature = (*, world=None, texels=None, ndc=None, slope=None, slope_limit=None))]
+    #[pyo3(signature = (*, world=None, texels=None, ndc=None, slope=None, slope_limit=None, plane=None, normal=None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         world: Option<&Bound<'_, PyAny>>,
@@ -70,6 +77,8 @@ impl PyBias {
         ndc: Option<&Bound<'_, PyAny>>,
         slope: Option<&Bound<'_, PyAny>>,
         slope_limit: Option<&Bound<'_, PyAny>>,
+        plane: Option<&Bound<'_, PyAny>>,
+        normal: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let d = Bias::default();
         let bias = Bias {
@@ -78,6 +87,8 @@ impl PyBias {
             ndc: number_or(ndc, "ndc", d.ndc)?,
             slope: number_or(slope, "slope", d.slope)?,
             slope_limit: number_or(slope_limit, "slope_limit", d.slope_limit)?,
+            plane: number_or(plane, "plane", d.plane)?,
+            normal: number_or(normal, "normal", d.normal)?,
         };
         Ok(Self { bias: bias.checked().or_raise(py)? })
     }
@@ -111,14 +122,24 @@ impl PyBias {
     fn slope_limit(&self) -> f64 {
         self.bias.slope_limit
     }
+    /// How much of the way to its own plane at the texel's centre the receiver is moved.
+    #[getter]
+    fn plane(&self) -> f64 {
+        self.bias.plane
+    }
+    /// World sizes of a shadow texel along the normal.
+    #[getter]
+    fn normal(&self) -> f64 {
+        self.bias.normal
+    }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce(py, self)
     }
     fn __repr__(&self) -> String {
         let b = &self.bias;
         format!(
-            "Bias(world={}, texels={}, ndc={}, slope={}, slope_limit={})",
-            b.world, b.texels, b.ndc, b.slope, b.slope_limit
+            "Bias(world={}, texels={}, ndc={}, slope={}, slope_limit={}, plane={}, normal={})",
+            b.world, b.texels, b.ndc, b.slope, b.slope_limit, b.plane, b.normal
         )
     }
 }

@@ -1,7 +1,8 @@
 //! Depth bias, each part in the unit its name says. The parts add up.
 //!
 //! Source: theory.md 13: the constant world bias (13.1), the receiver-plane bias of a nearest lookup (13.2), tight at
-//! `slope = 1`.
+//! `slope = 1`; the depth of the receiver's plane at each compared texel (`plane`), Isidoro 2006 `[isidoro2006]`; the offset along
+//! the normal, Holbert 2011 `[holbert2011]`.
 
 use crate::error::{Error, Result};
 
@@ -18,8 +19,13 @@ pub struct Bias {
     pub slope: f64,
     /// Upper limit of how far the slope part carries a receiver along the light ray, in world sizes of a shadow texel (as
     /// `texels`); infinity for none. What a surface straight across the ray gains in a warped map is no way along the ray and
-    /// is not limited.
+    /// is not limited. It limits the `plane` part, too.
     pub slope_limit: f64,
+    /// 1: what is compared with a texel is the depth of the receiver's own plane at that texel's centre, which is exact for
+    /// planes; 0: the depth of the receiver; a part of the way between.
+    pub plane: f64,
+    /// World sizes of a shadow texel (as `texels`) by which the receiver is moved along its normal before anything else.
+    pub normal: f64,
 }
 
 impl Default for Bias {
@@ -32,26 +38,37 @@ impl Default for Bias {
     /// that the light grazes would be carried through its roof. Held to 16 texels it has the fewest wrong pixels in sum and on
     /// average over the maps; 8 to 64 texels are within 0.7 % in sum, no limit has 1.0 % more, 4 texels 2.1 %, 2 texels 16 %.
     fn default() -> Self {
-        Self { world: 0.0, texels: 0.1, ndc: 1e-6, slope: 1.02, slope_limit: 16.0 }
+        Self { world: 0.0, texels: 0.1, ndc: 1e-6, slope: 1.02, slope_limit: 16.0, plane: 0.0, normal: 0.0 }
     }
 }
 
 impl Bias {
     /// No bias at all: acne everywhere.
-    pub const NONE: Self = Self { world: 0.0, texels: 0.0, ndc: 0.0, slope: 0.0, slope_limit: f64::INFINITY };
+    pub const NONE: Self =
+        Self { world: 0.0, texels: 0.0, ndc: 0.0, slope: 0.0, slope_limit: f64::INFINITY, plane: 0.0, normal: 0.0 };
 
     /// This bias if every part is usable.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a part that is not finite (the limit may be infinite) or a negative slope or limit.
     pub fn checked(self) -> Result<Self> {
-        for (name, x) in [("bias.world", self.world), ("bias.texels", self.texels), ("bias.ndc", self.ndc)] {
+        let constants = [
+            ("bias.world", self.world),
+            ("bias.texels", self.texels),
+            ("bias.ndc", self.ndc),
+            ("bias.normal", self.normal),
+        ];
+        for (name, x) in constants {
             if !x.is_finite() {
                 return Err(Error::argument(name, "a finite number", x, "0 switches this part off"));
             }
         }
         if !(self.slope >= 0.0 && self.slope.is_finite()) {
             return Err(Error::argument("bias.slope", "a finite number, 0 or more", self.slope, "0 switches it off"));
+        }
+        if !(0.0..=1.0).contains(&self.plane) {
+            let fix = "1 compares with the receiver's plane, 0 with the receiver";
+            return Err(Error::argument("bias.plane", "a number from 0 to 1", self.plane, fix));
         }
         if !(self.slope_limit >= 0.0) {
             let fix = "infinity switches the limit off";

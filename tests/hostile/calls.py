@@ -237,7 +237,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Convention.of": {"value": lambda: "opengl"},
     "Convention.changed": {"changes": lambda: {"y": "down"}},
     "Convention.in_atlas": {"columns": lambda: 2, "rows": lambda: 2},
-    "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit")},
+    "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")},
     "Parameterization.from_matrix": {
         "selection": lambda: "depth", "post_warp": lambda: [None], "regions": lambda: [np.zeros((0, 4))],
         "convention": lambda: None,

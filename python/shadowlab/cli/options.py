@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import ArgumentError
-from ..text import parse_bias, parse_resolutions, parse_size
+from ..text import BIAS, parse_bias, parse_resolutions, parse_size
 from ..text.checks import BACKENDS, FILTERS, UP_AXES, VIEWS
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def lookup_options(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--bias",
         metavar="NAME=VALUE,...",
-        help="what is taken off the depth before it is compared: world, texels, ndc, slope, slope_limit",
+        help=f"what is taken off the depth before it is compared: {', '.join(BIAS)}",
     )
 
 

@@ -149,7 +149,7 @@ def bias_python(bias: Bias) -> str:
     """An expression that makes the bias."""
     limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
     parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
-    return f"sl.Bias({parts}, slope_limit={limit})"
+    return f"sl.Bias({parts}, slope_limit={limit}, plane={bias.plane!r}, normal={bias.normal!r})"
 
 
 def python_snippet(study: Study, runs: Sequence[Run]) -> str:

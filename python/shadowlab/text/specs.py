@@ -14,7 +14,7 @@ from ..errors import ArgumentError, UnknownNameError
 from .words import shown
 
 # The values of a bias, in the order in which they are told.
-BIAS = ("world", "texels", "ndc", "slope", "slope_limit")
+BIAS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
 
 # Parentheses within parentheses, as in src/techniques/text.rs: more than any text has that means something.
 MOST_PARENTHESES = 64

@@ -61,9 +61,12 @@ pub(super) struct Lookup {
     bias_ndc: f32,
     slope: f32,
     slope_limit: f32,
+    plane: f32,
+    bias_normal: f32,
     filter_kind: u32,
     first_map: u32,
     end_map: u32,
+    unused: [u32; 2],
 }
 
 impl Lookup {
@@ -108,12 +111,15 @@ impl EyeSpace {
             bias_ndc: bias.ndc as f32,
             slope: bias.slope as f32,
             slope_limit: finite(bias.slope_limit as f32),
+            plane: bias.plane as f32,
+            bias_normal: bias.normal as f32,
             filter_kind: match settings.filter {
                 Filter::Nearest => 0,
                 Filter::Pcf2x2 => 1,
             },
             first_map: 0,
             end_map: 0,
+            unused: [0; 2],
         })
     }
 

@@ -94,7 +94,7 @@ impl Case<'_> {
         let unlimited = self.lookup(Bias { slope_limit: f64::INFINITY, ..Bias::default() });
         let receivers: Vec<_> = (0..truth.len()).map(|i| g.surfaces().receiver(i)).collect();
         let at = |l: &MapLookup, i: usize| match receivers[i].map(|(p, n)| l.compare_at(p, n)) {
-            Some(Comparison::At { p_texel, z }) => Some((p_texel, z)),
+            Some(Comparison::At(r)) => Some((r.p_texel, l.depth_at(&r, r.p_texel))),
             _ => None,
         };
         let texels: Vec<Option<DVec2>> = (0..truth.len()).map(|i| at(&lookup, i).map(|a| a.0)).collect();

@@ -45,13 +45,46 @@ pub struct Lookups<'a> {
 pub enum Comparison {
     /// Lit without a look at the map: outside of it, behind its projection centre, or nearer than its near plane.
     Lit,
-    /// Lit where the stored depth is at least `z`.
-    At {
-        /// Where in the map.
-        p_texel: DVec2,
-        /// Biased NDC depth, in [0, 1].
-        z: f64,
-    },
+    /// Lit where the stored depth is at least [`MapLookup::depth_at`] of the texel.
+    At(Reference),
+}
+
+/// A receiver that is compared with texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference {
+    /// Where in the map.
+    pub p_texel: DVec2,
+    /// Biased NDC depth, but for the part that each texel has of its own.
+    pub z: f64,
+    /// The receiver, relative to the origin, moved along its normal; and that.
+    p: DVec3,
+    normal: DVec3,
+    /// NDC depth without bias.
+    unbiased: f64,
+    /// What depth on the receiver's plane changes by with each texel, and how much it may.
+    per_texel: DVec2,
+    limit: f64,
+}
+
+/// A receiver in a map, with how what it is there changes about it.
+#[derive(Debug, Clone, Copy)]
+struct Projected {
+    p_texel: DVec2,
+    /// Before the post-warp.
+    plain: DVec3,
+    ndc: DVec3,
+    /// Gradients in world space: of the texel coordinates X and Y (down), and of NDC z.
+    grad_x: DVec3,
+    grad_y: DVec3,
+    grad_z: DVec3,
+    /// The cross product of the first two.
+    cross: DVec3,
+    /// Its part along the ray.
+    det_ray: f64,
+    /// To the light: a unit vector, whether the light is placed or at infinity.
+    to_light: DVec3,
+    /// World size of a texel across the ray, its longer side.
+    texel: f64,
 }
 
 impl MapLookup {
@@ -90,56 +123,63 @@ impl MapLookup {
         Held::of(self.post_warp.apply(DVec3::new(x, y, z) / w, w), w)
     }
 
-    /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
-    ///
-    /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
-    /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
-    pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
+    /// The receiver in the map; nothing outside of it, and before its near plane.
+    #[inline(always)]
+    fn projected(&self, p: DVec3) -> Option<Projected> {
         let [row_x, row_y, row_z, row_w] = self.rows;
         let p4 = p.extend(1.0);
         let w = row_w.dot(p4);
         // Written so that a NaN (of a matrix at the limits of f64) counts as outside.
         if !(w > 0.0) {
-            return Comparison::Lit;
+            return None;
         }
-        let projected = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
-        let ndc = self.post_warp.apply(projected, w);
-        if !(ndc.z >= 0.0) {
-            return Comparison::Lit;
-        }
+        let plain = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        let ndc = self.post_warp.apply(plain, w);
         let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
-        if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
-            return Comparison::Lit;
+        if !(ndc.z >= 0.0 && (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return None;
         }
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
-        let p_texel = DVec2::new(u, v) * size;
-
-        // Gradients in world space: of the texel coordinates X and Y (down), and of NDC z (E.5), quotient rule.
+        // (E.5), quotient rule.
         let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
-        let (mut grad_x, mut grad_y) = (gradient(row_x, projected.x), gradient(row_y, projected.y));
+        let (mut grad_x, mut grad_y) = (gradient(row_x, plain.x), gradient(row_y, plain.y));
         match &self.post_warp {
             PostWarp::None => {}
             PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale / w),
             PostWarp::Rectilinear(warp) => {
-                let slopes = warp.slopes(projected.truncate());
+                let slopes = warp.slopes(plain.truncate());
                 (grad_x, grad_y) = (grad_x * slopes.x, grad_y * slopes.y);
             }
         }
         let (grad_x, grad_y) = (grad_x * (0.5 * size.x), grad_y * (-0.5 * size.y));
-        let grad_z = gradient(row_z, ndc.z);
-        let cross = grad_x.cross(grad_y);
-
-        // To the light: a unit vector, whether the light is placed or at infinity.
-        let to_light = (self.light.truncate() - self.light.w * p).normalize_or_zero();
-
-        // Part 1: along the ray (13.1). A texel seen along the ray is a parallelogram whose sides are the columns of
-        // the inverse of [grad_x; grad_y] across the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
+        let (cross, to_light) = (grad_x.cross(grad_y), self.way_to_light(p));
+        // A texel seen along the ray is a parallelogram whose sides are the columns of the inverse of [grad_x; grad_y] across
+        // the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
         let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
         let det_ray = cross.dot(to_light).abs();
         // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
         let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
-        let shift = self.bias.world + self.bias.texels * texel;
-        let p4_moved = (p + shift * to_light).extend(1.0);
+        let (p_texel, grad_z) = (DVec2::new(u, v) * size, gradient(row_z, ndc.z));
+        Some(Projected { p_texel, plain, ndc, grad_x, grad_y, grad_z, cross, det_ray, to_light, texel })
+    }
+
+    /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
+    ///
+    /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
+    /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
+    pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
+        let Some(mut at) = self.projected(p) else { return Comparison::Lit };
+        let mut p = p;
+        if self.bias.normal != 0.0 {
+            p += self.bias.normal * at.texel * normal;
+            let Some(moved) = self.projected(p) else { return Comparison::Lit };
+            at = moved;
+        }
+        let [_, _, row_z, row_w] = self.rows;
+
+        // Part 1: along the ray (13.1).
+        let shift = self.bias.world + self.bias.texels * at.texel;
+        let p4_moved = (p + shift * at.to_light).extend(1.0);
         let w_moved = row_w.dot(p4_moved);
         // Moved past the light, or past the plane through it: nothing can be in between.
         if !(w_moved > 0.0) {
@@ -149,44 +189,69 @@ impl MapLookup {
 
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
-        if self.bias.slope > 0.0 {
-            let det = cross.dot(normal).abs();
-            let a_det = grad_z.dot(grad_y.cross(normal));
-            let b_det = -grad_z.dot(grad_x.cross(normal));
+        let (mut per_texel, mut limit) = (DVec2::ZERO, f64::INFINITY);
+        if self.bias.slope > 0.0 || self.bias.plane > 0.0 {
+            let facing = at.cross.dot(normal);
+            let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
             // On the plane, depth changes by these per texel, times det; Y grows down.
-            let facing = cross.dot(normal);
-            let bends = self.bends(projected.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0]);
-            let (a_det, b_det) = (a_det.abs() * bends.falling.x, b_det.abs() * bends.falling.y);
+            let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0]);
             let reach = self.bias.slope * self.filter.reach_texels();
-            let limit = match self.bias.slope_limit {
-                l if l.is_finite() => {
-                    // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
-                    let a_across = grad_z.dot(grad_y.cross(to_light)).abs() * bends.largest.x;
-                    let b_across = grad_z.dot(grad_x.cross(to_light)).abs() * bends.largest.y;
-                    let across = if det_ray > 0.0 { (a_across + b_across) / det_ray } else { 0.0 };
-                    l * texel * grad_z.dot(to_light).abs() + reach * across
-                }
-                _ => f64::INFINITY,
-            };
+            if self.bias.slope_limit.is_finite() {
+                // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
+                let a_across = at.grad_z.dot(at.grad_y.cross(at.to_light)).abs() * bends.largest.x;
+                let b_across = at.grad_z.dot(at.grad_x.cross(at.to_light)).abs() * bends.largest.y;
+                let across = if at.det_ray > 0.0 { (a_across + b_across) / at.det_ray } else { 0.0 };
+                limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + reach * across;
+            }
             // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
-            let gain = if det > 0.0 { (a_det + b_det) / det } else { f64::INFINITY };
-            z -= (reach * gain).min(limit);
+            let is_edge_on = facing == 0.0;
+            if self.bias.slope > 0.0 {
+                let gain = (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y) / facing.abs();
+                z -= (reach * if is_edge_on { f64::INFINITY } else { gain }).min(limit);
+            }
+            if !is_edge_on {
+                per_texel = DVec2::new(a_det, b_det) / facing;
+            }
         }
-        // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
-        // depth: nearer than the near plane is what lies there itself.
-        Comparison::At { p_texel, z: z.clamp(0.0, 1.0) }
+        let (p_texel, unbiased) = (at.p_texel, at.ndc.z);
+        Comparison::At(Reference { p_texel, z, p, normal, unbiased, per_texel, limit })
+    }
+
+    /// The depth that the texel with this centre is compared with, in [0, 1].
+    ///
+    /// Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's depth:
+    /// nearer than the near plane is what lies there itself.
+    #[inline(always)]
+    pub fn depth_at(&self, reference: &Reference, centre: DVec2) -> f64 {
+        if self.bias.plane == 0.0 {
+            return reference.z.clamp(0.0, 1.0);
+        }
+        let change = match &self.post_warp {
+            // NDC depth is affine on the plane.
+            PostWarp::None => reference.per_texel.dot(centre - reference.p_texel),
+            _ => self.change_on_plane(reference, centre),
+        };
+        (reference.z + self.bias.plane * change.clamp(-reference.limit, reference.limit)).clamp(0.0, 1.0)
+    }
+
+    /// How much farther the receiver's plane is at another place of the map; 0 where it is seen edge on.
+    fn change_on_plane(&self, reference: &Reference, place: DVec2) -> f64 {
+        let [_, _, row_z, row_w] = self.rows;
+        let Some(q) = self.on_plane_at(reference.p, reference.normal, place) else { return 0.0 };
+        let z = row_z.dot(q.extend(1.0)) / row_w.dot(q.extend(1.0));
+        if z.is_finite() { z - reference.unbiased } else { 0.0 }
     }
 
     /// The share of light, 0 to 1, that arrives at a receiver which faces the light and is within its reach; `map` has
     /// rows from the top.
     pub fn light(&self, map: &[f32], p: DVec3, normal: DVec3) -> f32 {
-        let (p_texel, z) = match self.compare_at(p, normal) {
-            Comparison::Lit => return 1.0,
-            Comparison::At { p_texel, z } => (p_texel, z),
-        };
+        let Comparison::At(reference) = self.compare_at(p, normal) else { return 1.0 };
+        let p_texel = reference.p_texel;
         let [width, height] = self.size;
         // Clamp to edge. Casts saturate.
         let lit = |i: i64, j: i64| -> f64 {
+            // Of a texel beyond the edge, the plane where it would be.
+            let z = self.depth_at(&reference, DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
             let i = i.clamp(0, i64::from(width) - 1) as usize;
             let j = j.clamp(0, i64::from(height) - 1) as usize;
             f64::from(u8::from(f64::from(map[j * width as usize + i]) >= z))

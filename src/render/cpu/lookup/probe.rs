@@ -30,8 +30,9 @@ impl MapLookup {
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         let place = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
         // A bias that moves it past the light or the near plane lights it whatever the map holds.
-        let biased = match self.compare_at(p, normal) {
-            Comparison::At { z, .. } => z,
+        let comparison = self.compare_at(p, normal);
+        let biased = |centre: DVec2| match &comparison {
+            Comparison::At(reference) => self.depth_at(reference, centre),
             Comparison::Lit => 0.0,
         };
         let (texel, to_light) = (self.texel_size(p, ndc), self.way_to_light(p));
@@ -64,7 +65,7 @@ impl MapLookup {
             if !is_read {
                 continue;
             }
-            let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
+            let (is_dark, is_dark_unbiased) = (stored < biased(centre), stored < ndc.z.min(1.0));
             probe.taps[(j * 2 + i) as usize] = Tap { weight: weight(i, j), centre, gap, is_dark, is_dark_unbiased };
         }
         probe

@@ -12,11 +12,15 @@ struct Lookup {
     bias_ndc: f32,
     slope: f32,
     slope_limit: f32,
+    plane: f32,
+    bias_normal: f32,
     // 0: one comparison with the texel the point falls into. 1: bilinear weights over the four nearest.
     filter_kind: u32,
     // The maps of this batch.
     first_map: u32,
     end_map: u32,
+    unused_0: u32,
+    unused_1: u32,
 }
 
 @group(1) @binding(2) var<uniform> lookup: Lookup;
@@ -30,12 +34,33 @@ const BOUNDLESS = 1e30;
 
 struct Comparison {
     p_texel: vec2f,
+    // Biased, but for the part that each texel has of its own: depth on the receiver's plane by texel, and how much it may change.
     z: f32,
+    per_texel: vec2f,
+    limit: f32,
     // Lit without a look at the map: outside of it, behind its projection centre, or nearer than its near plane.
     is_lit: bool,
 }
 
-const LIT = Comparison(vec2f(), 0.0, true);
+const LIT = Comparison(vec2f(), 0.0, vec2f(), 0.0, true);
+
+// A receiver in a map, with how what it is there changes about it.
+struct Projected {
+    is_within: bool,
+    w: f32,
+    ndc: vec3f,
+    // In the map, texels.
+    place: vec2f,
+    // Gradients of the texel coordinates X and Y (down), and of NDC z.
+    grad_x: vec3f,
+    grad_y: vec3f,
+    grad_z: vec3f,
+    across: vec3f,
+    det_ray: f32,
+    toward: vec3f,
+    // World size of a texel across the ray.
+    texel: f32,
+}
 
 fn to_light(p: vec3f) -> vec3f {
     let v = choice.light.xyz - choice.light.w * p;
@@ -43,65 +68,83 @@ fn to_light(p: vec3f) -> vec3f {
     return select(vec3f(), v / size, size > 0.0);
 }
 
-fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
+fn projected(m: Map, p: vec3f) -> Projected {
+    var at: Projected;
     let p4 = vec4f(p, 1.0);
-    let w = dot(m.row_w, p4);
-    if !(w > 0.0) {
-        return LIT;
+    at.w = dot(m.row_w, p4);
+    if !(at.w > 0.0) {
+        return at;
     }
-    let ndc = vec3f(dot(m.row_x, p4), dot(m.row_y, p4), dot(m.row_z, p4)) / w;
-    if !(ndc.z >= 0.0) {
-        return LIT;
-    }
-    let uv = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
-    if !(uv.x >= 0.0 && uv.x <= 1.0 && uv.y >= 0.0 && uv.y <= 1.0) {
-        return LIT;
-    }
+    at.ndc = vec3f(dot(m.row_x, p4), dot(m.row_y, p4), dot(m.row_z, p4)) / at.w;
+    let uv = vec2f(0.5 + 0.5 * at.ndc.x, 0.5 - 0.5 * at.ndc.y);
+    at.is_within = at.ndc.z >= 0.0 && uv.x >= 0.0 && uv.x <= 1.0 && uv.y >= 0.0 && uv.y <= 1.0;
     let size = vec2f(textureDimensions(depth_maps));
+    at.place = uv * size;
+    at.grad_x = 0.5 * size.x * (m.row_x.xyz - at.ndc.x * m.row_w.xyz) / at.w;
+    at.grad_y = -0.5 * size.y * (m.row_y.xyz - at.ndc.y * m.row_w.xyz) / at.w;
+    at.grad_z = (m.row_z.xyz - at.ndc.z * m.row_w.xyz) / at.w;
+    at.across = cross(at.grad_x, at.grad_y);
+    at.toward = to_light(p);
+    let longer = max(length(cross(at.grad_x, at.toward)), length(cross(at.grad_y, at.toward)));
+    at.det_ray = abs(dot(at.across, at.toward));
+    // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
+    at.texel = select(0.0, longer / at.det_ray, at.det_ray > 0.0);
+    return at;
+}
 
-    // Gradients of the texel coordinates X and Y (down), and of NDC z.
-    let grad_x = 0.5 * size.x * (m.row_x.xyz - ndc.x * m.row_w.xyz) / w;
-    let grad_y = -0.5 * size.y * (m.row_y.xyz - ndc.y * m.row_w.xyz) / w;
-    let grad_z = (m.row_z.xyz - ndc.z * m.row_w.xyz) / w;
-    let across = cross(grad_x, grad_y);
-    let toward = to_light(p);
+fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
+    var at = projected(m, p);
+    if at.is_within && lookup.bias_normal != 0.0 {
+        at = projected(m, p + lookup.bias_normal * at.texel * normal);
+    }
+    if !at.is_within {
+        return LIT;
+    }
 
     // Part 1: along the ray, by the world size of a texel across it.
-    let longer = max(length(cross(grad_x, toward)), length(cross(grad_y, toward)));
-    let det_ray = abs(dot(across, toward));
-    // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
-    let texel = select(0.0, longer / det_ray, det_ray > 0.0);
-    let shift = lookup.bias_world + lookup.bias_texels * texel;
+    let shift = lookup.bias_world + lookup.bias_texels * at.texel;
     // The row's product with the moved point, as a change of its product with the point.
-    let w_moved = w + shift * dot(m.row_w.xyz, toward);
+    let w_moved = at.w + shift * dot(m.row_w.xyz, at.toward);
     if !(w_moved > 0.0) {
         return LIT;
     }
     // z_moved / w_moved = ndc.z + shift * (row_z - ndc.z row_w) . toward / w_moved: nothing cancels.
-    var z = ndc.z + shift * dot(grad_z, toward) * (w / w_moved) - lookup.bias_ndc;
+    var z = at.ndc.z + shift * dot(at.grad_z, at.toward) * (at.w / w_moved) - lookup.bias_ndc;
 
-    // Part 2: what the receiver's own plane gains over the filter's reach.
-    if lookup.slope > 0.0 {
-        let det = abs(dot(across, normal));
-        let gain = abs(dot(grad_z, cross(grad_y, normal))) + abs(dot(grad_z, cross(grad_x, normal)));
-        let reach = select(0.5, 1.0, lookup.filter_kind == 1);
-        var limit = BOUNDLESS;
+    // Part 2: what the receiver's own plane gains over the filter's reach, and at each texel.
+    var per_texel = vec2f();
+    var limit = BOUNDLESS;
+    if lookup.slope > 0.0 || lookup.plane > 0.0 {
+        let facing = dot(at.across, normal);
+        let change = vec2f(dot(at.grad_z, cross(at.grad_y, normal)), -dot(at.grad_z, cross(at.grad_x, normal)));
+        let reach = lookup.slope * select(0.5, 1.0, lookup.filter_kind == 1);
         if lookup.slope_limit < BOUNDLESS {
             // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
-            let gain_across = abs(dot(grad_z, cross(grad_y, toward))) + abs(dot(grad_z, cross(grad_x, toward)));
-            let due = select(0.0, lookup.slope * reach * gain_across / det_ray, det_ray > 0.0);
-            limit = lookup.slope_limit * texel * abs(dot(grad_z, toward)) + due;
+            let gain_across =
+                abs(dot(at.grad_z, cross(at.grad_y, at.toward))) + abs(dot(at.grad_z, cross(at.grad_x, at.toward)));
+            let due = select(0.0, reach * gain_across / at.det_ray, at.det_ray > 0.0);
+            limit = lookup.slope_limit * at.texel * abs(dot(at.grad_z, at.toward)) + due;
         }
-        // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
-        z -= min(select(BOUNDLESS, lookup.slope * reach * gain / det, det > 0.0), limit);
+        // A plane seen edge on (facing = 0) has no finite slope in the map: the limit alone holds it.
+        if lookup.slope > 0.0 {
+            let gain = (abs(change.x) + abs(change.y)) / abs(facing);
+            z -= min(select(BOUNDLESS, reach * gain, facing != 0.0), limit);
+        }
+        per_texel = select(vec2f(), change / facing, facing != 0.0);
+    }
+    return Comparison(at.place, z, per_texel, limit, false);
+}
+
+// 1 where the stored depth of a layer is at least that of the receiver at a texel. Clamp to edge.
+fn lit(layer: u32, texel: vec2i, at: Comparison) -> f32 {
+    var z = at.z;
+    if lookup.plane > 0.0 {
+        // The depth of the receiver's plane at the texel's centre.
+        z += lookup.plane * clamp(dot(at.per_texel, vec2f(texel) + 0.5 - at.p_texel), -at.limit, at.limit);
     }
     // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
     // depth: nearer than the near plane is what lies there itself.
-    return Comparison(uv * size, clamp(z, 0.0, 1.0), false);
-}
-
-// 1 where the stored depth of a layer is at least z. Clamp to edge.
-fn lit(layer: u32, texel: vec2i, z: f32) -> f32 {
+    z = clamp(z, 0.0, 1.0);
     let inside = clamp(texel, vec2i(0), vec2i(textureDimensions(depth_maps)) - 1);
     return select(0.0, 1.0, textureLoad(depth_maps, inside, layer, 0) >= z);
 }
@@ -113,13 +156,13 @@ fn light(map: u32, p: vec3f, normal: vec3f) -> f32 {
         return 1.0;
     }
     if lookup.filter_kind == 0 {
-        return lit(layer, vec2i(floor(at.p_texel)), at.z);
+        return lit(layer, vec2i(floor(at.p_texel)), at);
     }
     let corner = floor(at.p_texel - 0.5);
     let f = at.p_texel - 0.5 - corner;
     let texel = vec2i(corner);
-    let top = (1.0 - f.x) * lit(layer, texel, at.z) + f.x * lit(layer, texel + vec2i(1, 0), at.z);
-    let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at.z) + f.x * lit(layer, texel + vec2i(1, 1), at.z);
+    let top = (1.0 - f.x) * lit(layer, texel, at) + f.x * lit(layer, texel + vec2i(1, 0), at);
+    let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at) + f.x * lit(layer, texel + vec2i(1, 1), at);
     return (1.0 - f.y) * top + f.y * bottom;
 }
 

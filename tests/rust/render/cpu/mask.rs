@@ -183,7 +183,7 @@ fn the_limit_holds_a_plane_seen_edge_on() {
         let lookup =
             MapLookup::new(&p.partitions[0], &directional(down), DVec3::ZERO, [16; 2], bias, Filter::Nearest).unwrap();
         match lookup.compare_at(DVec3::new(0.01, -0.6, 0.02), normal) {
-            Comparison::At { z, .. } => z,
+            Comparison::At(reference) => lookup.depth_at(&reference, reference.p_texel),
             Comparison::Lit => panic!("{bias:?} lights a receiver without a look at the map"),
         }
     };

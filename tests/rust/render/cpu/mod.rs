@@ -1,5 +1,6 @@
 //! The renderer on the processor.
 
+mod bias;
 mod gbuffer;
 mod mask;
 mod precision;

@@ -130,8 +130,12 @@ fn masks_agree_on_every_library_scene() {
         for technique in ["uniform", "lispsm"] {
             let technique = by_body(technique);
             let p = technique.parameterize(&s.scene, &s.camera, &s.light, 1024).unwrap();
-            for (filter_name, filter) in Filter::NAMES {
-                let settings = MaskSettings { resolution: [1024; 2], size: [512, 384], bias: Bias::default(), filter };
+            let parts = Bias { plane: 1.0, slope: 0.75, texels: 0.4, normal: 0.2, ..Bias::default() };
+            let [nearest, pcf] = Filter::NAMES;
+            for ((filter_name, filter), bias) in
+                [(nearest, Bias::default()), (pcf, Bias::default()), (nearest, parts), (pcf, parts)]
+            {
+                let settings = MaskSettings { resolution: [1024; 2], size: [512, 384], bias, filter };
                 let a = gpu.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
                 let b = cpu.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
                 let differs = |(a, b): &(&f32, &f32)| a.is_nan() != b.is_nan() || (*a - *b).abs() > 1e-3;

@@ -299,6 +299,8 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.compare": {"truth": lambda: True, "source": lambda: None},
     "sl.evaluate": {"label": lambda: None},
     "sl.predict": {"shadows": lambda: "mapped"},
+    "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
+    "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
     "sl.scene_optimal_experiment": {
         "techniques": lambda: ["uniform:turn=rectangle", "uniform"], "sizes": lambda: (16,),
         "views": lambda: advice().views, "out": lambda: None, "reference": lambda: 16,

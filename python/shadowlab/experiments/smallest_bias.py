@@ -9,6 +9,7 @@ import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
+from html import escape
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
@@ -125,6 +126,9 @@ class SmallestBias(Value):
 
     def __str__(self) -> str:
         return self.verdict
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(self.verdict)}</p>{self.curve.to_html(index=False, border=0, float_format='{:.4g}'.format)}"
 
     def __repr__(self) -> str:
         value = "none" if self.value is None else f"{self.value:.4g}"

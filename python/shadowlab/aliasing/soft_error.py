@@ -104,8 +104,8 @@ def soft_error(mask: npt.ArrayLike, soft: npt.ArrayLike) -> SoftError:
     given, exact = _light("mask", mask), _light("soft", soft)
     if given.shape != exact.shape:
         raise ArgumentError(
-            f"mask, soft: expected images of one size, got shapes {list(given.shape)} and {list(exact.shape)}; make both "
-            "of one view and size"
+            f"mask, soft: expected images of one size, got shapes {list(given.shape)} and {list(exact.shape)}; make "
+            "both of one view and size"
         )
     unmatched = np.isnan(given) != np.isnan(exact)
     return SoftError(given - exact, int(np.count_nonzero(unmatched)))

@@ -26,6 +26,7 @@ from ._core import (
     set_threads,
     threads,
 )
+from .aliasing.blur import blur
 from .conventions.convention import Convention
 from .scene import library
 from .scene.alpha_test import AlphaTest
@@ -84,6 +85,7 @@ __all__ = [
     "__version__",
     "advise",
     "aliasing",
+    "blur",
     "compare",
     "default_view",
     "default_views",

@@ -300,6 +300,10 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.compare": {"truth": lambda: True, "source": lambda: None},
     "sl.evaluate": {"label": lambda: None},
     "sl.predict": {"shadows": lambda: "mapped"},
+    "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
+    "_core.blur": {
+        "iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0, "progress": lambda: None,
+    },
     "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
     "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
     "sl.trace.soft_shadow_mask": {"samples": lambda: 2},

@@ -269,6 +269,16 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         leafy_scene(),
     ],
     "Limits": lambda: [sl.Limits(), sl.Limits(size=10_000_000, ratio=20.5)],
+    "SmallestBias": lambda: [
+        sl.smallest_bias(
+            sl.View(*view(), size=SIZE), "lispsm", part, resolution=64, renderer="cpu", progress=False, acne=acne
+        )
+        for part, acne in (("slope", 0.0), ("world", 0.01))
+    ],
+    "SoftError": lambda: [
+        sl.aliasing.soft_error(np.array([[1.0, PAYLOAD_32, -0.0]], np.float32), [[1 / 3, 0.5, 0.0]]),
+        sl.aliasing.soft_error([[1.0]], [[0.5]]),
+    ],
     "Source": lambda: [
         importlib.import_module("shadowlab.scene.source").Source.of_scene(scene) for scene in (small_scene(), view()[0])
     ],

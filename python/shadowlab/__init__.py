@@ -26,6 +26,7 @@ from ._core import (
     set_threads,
     threads,
 )
+from .aliasing.blur import blur
 from .conventions.convention import Convention
 from .scene import library
 from .scene.alpha_test import AlphaTest
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from .experiments.predict import Prediction, predict
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
+    from .experiments.smallest_bias import SmallestBias, smallest_bias
     from .experiments.study import Study
     from .scene.default_view import default_view, default_views
 
@@ -73,6 +75,7 @@ __all__ = [
     "Run",
     "Samples",
     "Scene",
+    "SmallestBias",
     "Source",
     "SpotLight",
     "Study",
@@ -82,6 +85,7 @@ __all__ = [
     "__version__",
     "advise",
     "aliasing",
+    "blur",
     "compare",
     "default_view",
     "default_views",
@@ -97,6 +101,7 @@ __all__ = [
     "report",
     "scene_optimal_experiment",
     "set_threads",
+    "smallest_bias",
     "technique",
     "techniques",
     "threads",
@@ -113,6 +118,7 @@ _LAZY = {
     "Diagnosis": "conventions.diagnosis",
     "Prediction": "experiments.predict",
     "Run": "experiments.run",
+    "SmallestBias": "experiments.smallest_bias",
     "Study": "experiments.study",
     "advise": "experiments.advise",
     "compare": "experiments.compare",
@@ -124,6 +130,7 @@ _LAZY = {
     "plot": "plot",
     "report": "doctor",
     "scene_optimal_experiment": "experiments.scene_optimal",
+    "smallest_bias": "experiments.smallest_bias",
 }
 
 

@@ -38,6 +38,7 @@ __all__ = [
     "Technique",
     "__version__",
     "adapters",
+    "blur",
     "causes",
     "drawn_samples",
     "first_hit",
@@ -341,6 +342,18 @@ def look_up(
     filter: _Filter = "nearest",
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
+
+def blur(
+    mask: npt.ArrayLike,
+    gbuffer: GBuffer,
+    camera: Camera,
+    *,
+    iterations: int,
+    strength: Literal["depth", "even"] = "depth",
+    depth: float | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> npt.NDArray[np.float32]:
+    """The mask after the blur: (H, W) float32; see `shadowlab.blur`."""
 
 def causes(
     scene: Scene,

@@ -23,6 +23,8 @@ from ._core import (
 __all__ = [
     "RGB",
     "Backend",
+    "BiasPart",
+    "BlurStrength",
     "ConventionLike",
     "Filter",
     "Floats",
@@ -67,6 +69,10 @@ Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 
 #: How many texels of a map a pixel reads: the nearest, or the four nearest, weighted.
 Filter: TypeAlias = Literal["nearest", "pcf2x2"]
+#: One part of a bias, by its unit.
+BiasPart: TypeAlias = Literal["world", "texels", "ndc", "slope"]
+#: Where a blur is wide: near the viewer, as wide in the world everywhere; or as wide in the picture everywhere.
+BlurStrength: TypeAlias = Literal["depth", "even"]
 #: The axis of a file that points up.
 Up: TypeAlias = Literal["y", "z"]
 #: A view that is chosen for a scene: along it at eye level, the whole from above, along it against the light.

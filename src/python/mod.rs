@@ -5,6 +5,7 @@ mod alpha_states;
 mod alpha_test;
 mod arguments;
 mod arrays;
+mod blur;
 mod camera;
 mod camera_changes;
 mod camera_matrices;
@@ -40,6 +41,8 @@ mod usage;
 mod _core {
     #[pymodule_export]
     use super::aliasing::{PyMisclassified, misclassified};
+    #[pymodule_export]
+    use super::blur::blur;
     #[pymodule_export]
     use super::camera::PyCamera;
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Depth maps, G-buffers and shadow masks: one trait, a CPU and a GPU implementation that agree texel for texel.
 
 mod bias;
+mod blur;
 pub mod cpu;
 mod filter;
 #[cfg(feature = "gpu")]
@@ -9,6 +10,7 @@ mod precision;
 mod renderer;
 
 pub use bias::Bias;
+pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
 pub use filter::Filter;
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
 pub(crate) use renderer::{check_count, check_extent};

@@ -199,6 +199,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "side": lambda: 4,
     "size": lambda: SIZE,
     "slack": lambda: 1.1,
+    "soft": lambda: sl.trace.soft_shadow_mask(world().scene, world().camera, world().light, size=SIZE, samples=2),
     "steps": lambda: 2,
     "study": study,
     "style": dict,
@@ -299,6 +300,13 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.compare": {"truth": lambda: True, "source": lambda: None},
     "sl.evaluate": {"label": lambda: None},
     "sl.predict": {"shadows": lambda: "mapped"},
+    "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
+    "_core.blur": {
+        "iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0, "progress": lambda: None,
+    },
+    "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
+    "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
+    "sl.trace.soft_shadow_mask": {"samples": lambda: 2},
     "sl.scene_optimal_experiment": {
         "techniques": lambda: ["uniform:turn=rectangle", "uniform"], "sizes": lambda: (16,),
         "views": lambda: advice().views, "out": lambda: None, "reference": lambda: 16,

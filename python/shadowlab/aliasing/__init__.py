@@ -11,6 +11,7 @@ from .causes import Causes, causes
 from .codes import Cause, Difference, NoTexel
 from .footprint import Footprint, footprint, footprint_at, halfway_normals
 from .frustum_body import outline
+from .soft_error import SoftError, soft_error
 from .summary import Summary
 from .usage import Usage, look_up, texel_coordinates, usage
 
@@ -29,6 +30,7 @@ __all__ = [
     "LightAngles",
     "Misclassified",
     "NoTexel",
+    "SoftError",
     "Summary",
     "Temporal",
     "Usage",
@@ -45,6 +47,7 @@ __all__ = [
     "misclassified",
     "outline",
     "over_light_angle",
+    "soft_error",
     "temporal",
     "texel_coordinates",
     "usage",

@@ -3,7 +3,7 @@
 - Of a run and a study: `eye_view`, `difference_view`, `chosen_view`, `shadow_map`, `frustum`, `error_curve`,
   `study_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
-- Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`.
+- Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`, `bias_curve`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`.
 - Of scene-optimized maps: `samples_view`, `search_history`, `samples_and_maps`, `percent_more`.
 """
@@ -16,6 +16,7 @@ from ..pictures.errors import error_picture
 from ..pictures.eye import difference, shade, truth_mask
 from ..pictures.lattice import lattice_picture
 from .axes import MARKERS, SERIES
+from .bias import bias_curve
 from .causes import cause_map, causes
 from .curves import error_along_view, error_over_angle
 from .distributions import error_by_depth, error_histogram
@@ -28,6 +29,7 @@ from .temporal import drift, flips
 __all__ = [
     "MARKERS",
     "SERIES",
+    "bias_curve",
     "cause_map",
     "cause_picture",
     "causes",

@@ -1,6 +1,7 @@
 //! Depth maps, G-buffers and masks, by both renderers.
 
 mod against_truth;
+mod blur;
 mod cpu;
 mod edge_on;
 #[cfg(feature = "gpu")]

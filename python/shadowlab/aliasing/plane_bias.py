@@ -1,0 +1,196 @@
+r"""The bias that a plane needs: what its depth gains over the reach of a filter, in the unit of each part of `Bias`.
+
+Source: theory.md (13.2), and (13.1) for what a depth is in world units. The gain is taken at the corners of the reach,
+so that it is exact under a post-warp, too. Coordinates x, t, z are affine on a plane, with t = y of the map, or
+t = 1 / w where a logarithm of w replaces y.
+
+```
+      light          what a texel stores is the plane's depth at its centre c; a receiver p of the same texel is
+        \  \         compared with it. The gain is the depth of p less that of the farthest centre that is read.
+         p--\--
+             c\-___
+```
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+
+if TYPE_CHECKING:
+    from ..types import BiasPart, Filter, Light
+
+Reals: TypeAlias = NDArray[np.float64]
+# How far from the point a compared texel's centre can lie, texels along each axis: `Filter::reach_texels`.
+REACH_TEXELS: dict[Filter, float] = {"nearest": 0.5, "pcf2x2": 1.0}
+
+
+class PlanePoints(NamedTuple):
+    """Points of surfaces: world positions, unit normals on either side, and unit vectors to the light, (N, 3) each."""
+
+    position: Reals
+    normal: Reals
+    to_light: Reals
+
+
+def plane_bias(
+    gbuffer: _core.GBuffer, light: Light, parameterization: _core.Parameterization, chosen: NDArray[np.int16],
+    where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int], filter: Filter,
+) -> Reals:  # fmt: skip
+    """The least value of one part of a bias that leaves no acne on the plane of each pixel of `where`, (N,).
+
+    `chosen` is the map that each pixel asks; pixels without one need 0. The other parts are those of `bias`, whose
+    limit of the slope part is not counted. Infinite where this part cannot do it: where a plane is seen edge on by the
+    light.
+    """
+    where = where & (chosen >= 0)
+    found = np.zeros(np.count_nonzero(where))
+    position, normal, map_of = gbuffer.position[where], gbuffer.normal[where].astype(np.float64), chosen[where]
+    to_light = _ways_to(light, position)
+    for k, partition in enumerate(parameterization.partitions):
+        of = map_of == k
+        if of.any():
+            seen = PlanePoints(position[of], normal[of], to_light[of])
+            found[of] = _of_map(partition, seen, part, bias, resolution, REACH_TEXELS[filter])
+    return found
+
+
+def _of_map(
+    partition: _core.Partition, of: PlanePoints, part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
+    reach_texels: float,
+) -> Reals:  # fmt: skip
+    rows = partition.matrix.copy()
+    depth_row, w_row = rows[2], rows[3]
+    if partition.post_warp == "log":
+        rows[1] = 0.0, 0.0, 0.0, 1.0
+    clip = of.position @ rows[:, :3].T + rows[:, 3]
+    w = clip[:, 3]
+    x, t, z = (clip[:, :3] / w[:, None]).T
+
+    # Of clip z and w along the way to the light.
+    depth_rise, w_rise = of.to_light @ depth_row[:3], of.to_light @ w_row[:3]
+
+    def gradient(i: int, value: Reals) -> Reals:
+        step: Reals = (rows[i, :3] - value[:, None] * w_row[:3]) / w[:, None]
+        return step
+
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        grad_x, grad_t, grad_z = gradient(0, x), gradient(1, t), gradient(2, z)
+        # On the plane grad_z = a grad_x + b grad_t + c normal.
+        volume = _triple(grad_x, grad_t, of.normal)
+        a = _triple(grad_z, grad_t, of.normal) / volume
+        b = -_triple(grad_z, grad_x, of.normal) / volume
+        steps_x, steps_t = _reach(partition, x, t, resolution, reach_texels)
+        gain = _largest_fall(a, steps_x) + _largest_fall(b, steps_t)
+        gain = np.where(np.isfinite(gain), np.maximum(gain, 0.0), np.inf)
+
+        def way(depth: Reals) -> Reals:
+            """How far along the ray clip z / w becomes this."""
+            found: Reals = (depth * w - clip[:, 2]) / (depth_rise - depth * w_rise)
+            return found
+
+        def moved(shift: Reals) -> Reals:
+            """What a way along the ray takes off the depth."""
+            less: Reals = z - (clip[:, 2] + shift * depth_rise) / (w + shift * w_rise)
+            return less
+
+        texel = np.zeros_like(w)
+        if part == "texels" or bias.texels != 0.0:
+            texel = _texel_size(partition, x, t, grad_x, grad_t, of.to_light, resolution)
+        along, off, times = bias.world + bias.texels * texel, bias.ndc, bias.slope
+        if part == "slope":
+            needed = (gain - moved(along) - off) / gain
+        elif part == "ndc":
+            needed = gain * (1.0 - times) - moved(along)
+        elif part == "world":
+            needed = way(z - gain * (1.0 - times) + off) - (along - bias.world)
+        else:
+            needed = (way(z - gain * (1.0 - times) + off) - bias.world) / texel
+    # A plane across the ray gains nothing and needs nothing; what has no finite answer needs more than there is.
+    least: Reals = np.where(gain > 0.0, np.where(np.isnan(needed), np.inf, np.maximum(needed, 0.0)), 0.0)
+    return least
+
+
+def _triple(a: Reals, b: Reals, c: Reals) -> Reals:
+    product: Reals = np.einsum("ij,ij->i", np.cross(a, b), c)
+    return product
+
+
+def _ways_to(light: Light, position: Reals) -> Reals:
+    """Unit vectors to a light, (N, 3)."""
+    if isinstance(light, _core.DirectionalLight):
+        towards: Reals = np.broadcast_to(-np.asarray(light.direction, np.float64), position.shape)
+        return towards
+    way: Reals = np.asarray(light.position, np.float64) - position
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    unit: Reals = np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
+    return unit
+
+
+def _largest_fall(slope: Reals, steps: tuple[Reals, Reals]) -> Reals:
+    """The most that something with a slope falls over either of two steps."""
+    fall: Reals = np.maximum(-slope * steps[0], -slope * steps[1])
+    return fall
+
+
+def _reach(
+    partition: _core.Partition, x: Reals, t: Reals, resolution: tuple[int, int], reach_texels: float
+) -> tuple[tuple[Reals, Reals], tuple[Reals, Reals]]:
+    """Steps of x and of t to both ends of the filter's reach."""
+    half_x, half_y = 2.0 * reach_texels / resolution[0], 2.0 * reach_texels / resolution[1]
+    if partition.post_warp == "log":
+        # y = scale ln w + offset: a step of y multiplies t = 1 / w.
+        rate = half_y / partition.post_warp_terms["scale"]
+        return _even(x, half_x), (t * np.expm1(-rate), t * np.expm1(rate))
+    knots = partition.post_warp_knots
+    if knots is None:
+        return _even(x, half_x), _even(t, half_y)
+    return _uneven(knots[0], x, half_x), _uneven(knots[1], t, half_y)
+
+
+def _even(at: Reals, half: float) -> tuple[Reals, Reals]:
+    return np.full_like(at, -half), np.full_like(at, half)
+
+
+def _uneven(knots: Reals, at: Reals, half: float) -> tuple[Reals, Reals]:
+    """Steps before an ascending piecewise linear function that lead a step of `half` down and up after it."""
+    before, after = knots.T
+    place = _linear(at, before, after)
+    return _linear(place - half, after, before) - at, _linear(place + half, after, before) - at
+
+
+def _linear(at: Reals, known: Reals, values: Reals) -> Reals:
+    """The function through the knots, beyond the outer ones as next to them."""
+    i = _piece(at, known)
+    value: Reals = values[i] + (at - known[i]) * ((values[i + 1] - values[i]) / (known[i + 1] - known[i]))
+    return value
+
+
+def _piece(at: Reals, known: Reals) -> NDArray[np.intp]:
+    return np.clip(np.searchsorted(known, at, side="right") - 1, 0, len(known) - 2)
+
+
+def _texel_size(
+    partition: _core.Partition, x: Reals, t: Reals, grad_x: Reals, grad_t: Reals, to_light: Reals,
+    resolution: tuple[int, int],
+) -> Reals:  # fmt: skip
+    """World size of a texel across the ray, the longer side of its parallelogram; 0 where it has none."""
+    of_x, of_t = np.full_like(x, 0.5 * resolution[0]), np.full_like(t, 0.5 * resolution[1])
+    if partition.post_warp == "log":
+        of_t = of_t * np.abs(partition.post_warp_terms["scale"]) / t  # dy / dt
+    elif (knots := partition.post_warp_knots) is not None:
+        of_x, of_t = (
+            of * (np.diff(pair[:, 1]) / np.diff(pair[:, 0]))[_piece(at, pair[:, 0])]
+            for of, pair, at in ((of_x, knots[0], x), (of_t, knots[1], t))
+        )
+    grad_x, grad_t = grad_x * of_x[:, None], grad_t * of_t[:, None]
+    longer = np.maximum(
+        np.linalg.norm(np.cross(grad_x, to_light), axis=1), np.linalg.norm(np.cross(grad_t, to_light), axis=1)
+    )
+    volume = np.abs(_triple(grad_x, grad_t, to_light))
+    size: Reals = np.divide(longer, volume, out=np.zeros_like(longer), where=volume > 0.0)
+    return size

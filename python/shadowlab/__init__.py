@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .experiments.advise import advise
     from .experiments.compare import compare
     from .experiments.evaluate import evaluate
+    from .experiments.explain_pixel import PixelExplanation, explain_pixel
     from .experiments.predict import Prediction, predict
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
@@ -66,6 +67,7 @@ __all__ = [
     "Note",
     "Parameterization",
     "Partition",
+    "PixelExplanation",
     "PointLight",
     "Prediction",
     "Preset",
@@ -88,6 +90,7 @@ __all__ = [
     "diagnose",
     "errors",
     "evaluate",
+    "explain_pixel",
     "library",
     "load_scene",
     "plot",
@@ -111,6 +114,7 @@ sys.modules[f"{__name__}.library"] = library
 _LAZY = {
     "Advice": "experiments.advice",
     "Diagnosis": "conventions.diagnosis",
+    "PixelExplanation": "experiments.explain_pixel",
     "Prediction": "experiments.predict",
     "Run": "experiments.run",
     "Study": "experiments.study",
@@ -120,6 +124,7 @@ _LAZY = {
     "default_views": "scene.default_view",
     "diagnose": "conventions.diagnosis",
     "evaluate": "experiments.evaluate",
+    "explain_pixel": "experiments.explain_pixel",
     "predict": "experiments.predict",
     "plot": "plot",
     "report": "doctor",

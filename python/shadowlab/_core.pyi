@@ -39,6 +39,7 @@ __all__ = [
     "__version__",
     "adapters",
     "causes",
+    "compared",
     "drawn_samples",
     "first_hit",
     "footprint",
@@ -327,6 +328,21 @@ def look_up(
     filter: _Filter = "nearest",
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
+
+def compared(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    pixels: npt.ArrayLike,
+    *,
+    resolution: _Size | None = None,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.int16], _Float, _Float]:
+    """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
+    depth (N,) float64, NaN where the pixel is lit without a look at the map.
+    """
 
 def causes(
     scene: Scene,

@@ -68,6 +68,8 @@ UPWARD = {
     ("experiments.advice", "Advice.save"): ("reports",),
     ("experiments.advice", "Advice._repr_html_"): ("reports",),
     ("experiments.advice", "Advice.__repr__"): ("reports",),
+    ("experiments.explain_pixel", "PixelExplanation.figure"): ("plot",),
+    ("experiments.explain_pixel", "PixelExplanation.__str__"): ("reports",),
     ("experiments.scene_optimal_table", "SceneOptimalTable.figure"): ("plot",),
     ("experiments.scene_optimal_table", "SceneOptimalTable.save"): ("reports",),
     ("experiments.scene_optimal_table", "SceneOptimalTable.__repr__"): ("reports",),

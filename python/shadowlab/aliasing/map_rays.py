@@ -1,9 +1,9 @@
-r"""The light's rays through the places of one map: where a texel lies in the world, and how far along its ray a depth is.
+r"""The light's rays through the places of one map: where a texel lies in the world, and where a depth is on its ray.
 
-    light                       A place in the map is one ray of light (theory.md (0.1)). With x and y of the place known, the
-      \   \                     rows x, y and w of the matrix give two planes that hold the ray; a third plane, the
-       \   \  stored            receiver's, cuts it in one point. Clip z and w are affine along the ray, so that a depth
-    ____\___\___ receiver       is met where a linear equation says.
+light                      A place in the map is one ray of light (theory.md (0.1)). With x and y of the place given,
+  \   \                    the rows x, y and w of the matrix give two planes that hold the ray; a third, the
+   \   \  stored           receiver's, cuts it in one point. Clip z and w are affine along the ray, so that a depth
+____\___\___ receiver      is met where a linear equation says.
 
 The twin of what the core probes (theory.md 14); in double precision, relative to a G-buffer's origin.
 """
@@ -15,13 +15,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from .._core import Partition
-    from ..types import Light
-
-Vector = NDArray[np.float64]
+    from ..types import Light, Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,13 +101,13 @@ class MapRays:
         return way / length if length > 0 else np.zeros(3)
 
     def height(self, point: Vector, depth: float) -> float:
-        """How far from a point towards the light NDC depth has a value, world units; 0 where it is the same all along."""
+        """How far from a point towards the light NDC depth has a value, world units; 0 where it never changes."""
         clip, way = self.clip(point), self.rows[:, :3] @ self.to_light(point)
         below = way[2] - depth * way[3]
         return float((depth * clip[3] - clip[2]) / below) if below != 0 else 0.0
 
     def start(self, point: Vector) -> float:
-        """How far from a point towards the light its ray begins: at the near plane, or where there is nothing before."""
+        """How far from a point towards the light its ray begins: at the near plane, or before everything."""
         near = self.height(point, 0.0)
         placed = float(np.asarray(self.light.point)[3]) != 0
         way = np.asarray(self.light.point, np.float64)[:3] - (point + self.origin)

@@ -16,8 +16,8 @@ from .codes import NoTexel
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from ..types import Filter, Light, ShadowMaps
-    from .map_rays import MapRays, Vector
+    from ..types import Filter, Light, ShadowMaps, Vector
+    from .map_rays import MapRays
     from .pixel_surface import PixelSurface
     from .pixel_texel import Held
 
@@ -74,7 +74,7 @@ class TexelRead(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison(Value):
+class PixelComparison(Value):
     """How a pixel is compared.
 
     Attributes
@@ -106,7 +106,7 @@ def compared_at(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization, pixel: tuple[int, int],
     resolution: int, bias: _core.Bias, filter: Filter,
 ) -> tuple[int, Vector, float | None]:  # fmt: skip
-    """Map (or a `NoTexel`), place in it in texels, and reference depth of a pixel; None where it is lit without a look."""
+    """Map (or a `NoTexel`), place in texels, and reference depth of a pixel; None where it is lit without a look."""
     maps, places, depths = _core.compared(
         gbuffer, camera, light, p, np.array([pixel]), resolution=resolution, bias=bias, filter=filter
     )

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
 from ..trace import first_hit
 from ..travel import Value
 
 if TYPE_CHECKING:
-    from ..types import Light
+    from ..types import Light, Vector
 
-Vector = NDArray[np.float64]
 # Rays that begin again behind the surface that they start on: its neighbours at a corner, no more.
 MOST_STARTS = 8
 # How far a ray begins again behind what it met, as a share of the scene's size: above double precision, below single.

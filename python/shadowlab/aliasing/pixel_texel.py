@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
 from ..trace import first_hit
@@ -15,16 +14,16 @@ from .map_rays import MapRays
 from .pixel_surface import Met
 
 if TYPE_CHECKING:
+    from ..types import Vector
     from .footprint import Footprint
     from .pixel_surface import PixelSurface
 
-Vector = NDArray[np.float64]
 # How far from a texel's centre what it stores may be met, texels: rasterisers round vertices to 1/256 of a texel.
 SNAP_TEXELS = 1.0 / 128.0
 ABOUT = np.array([[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]) * SNAP_TEXELS
 # Two units in the last place of single precision near 1: of stored depths.
 DEPTH_ROUNDING = 2.0 * float(np.finfo(np.float32).eps)
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+TEXEL_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,7 @@ def pixel_texel(
 ) -> PixelTexel:
     """The outline of a texel on the receiver's plane, in the world and in a picture of a size."""
     point, at = surface.point - rays.origin, np.array(texel, np.float64)
-    found = [rays.on_plane(at + corner, point, surface.normal) for corner in CORNERS]
+    found = [rays.on_plane(at + corner, point, surface.normal) for corner in TEXEL_CORNERS]
     corners = None if any(one is None for one in found) else np.array(found) + rays.origin
     centre = rays.on_plane(at + 0.5, point, surface.normal)
     measured = bool(extent.measured[0])
@@ -202,10 +201,8 @@ def held_by(
     slack = _slack(rays, anchor, depth, point) if anchor is not None else 0.0
     chosen = 0 if away[0] <= slack else int(np.argmin(away))
     known = [height for height in heights if np.isfinite(height)]
-    if stored is not None and known and min(known) <= stored <= max(known):
-        difference = 0.0
-    else:
-        difference = min(away)
+    among = stored is not None and bool(known) and min(known) <= stored <= max(known)
+    difference = 0.0 if among else min(away)
     hit = met[chosen]
     ray_depth = None if hit is None else float(rays.ndc(hit.point - rays.origin)[2])
     instance, triangle = (-1, -1) if hit is None else (hit.instance, hit.triangle)
@@ -237,7 +234,7 @@ def _apart(height: float, stored: float | None) -> float:
 
 
 def _slack(rays: MapRays, anchor: Vector, depth: float, point: Vector) -> float:
-    """A difference along the ray that counts as none: rounding of stored depths and positions, and a part of a texel."""
+    """A difference along the ray that counts as none: rounding of depths and positions, and a part of a texel."""
     step = abs(rays.height(anchor, depth - DEPTH_ROUNDING) - rays.height(anchor, depth))
     rounding = DEPTH_ROUNDING * float(np.linalg.norm(point))
     return 2.0 * SNAP_TEXELS * max(rays.texel_sides(anchor)) + step + rounding

@@ -16,7 +16,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from html import escape
 from io import BytesIO
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..aliasing.causes import CAUSES, CauseName
 from ..aliasing.codes import Cause, Difference, NoTexel
 from ..aliasing.footprint import footprint_at
 from ..aliasing.map_rays import MapRays
-from ..aliasing.pixel_comparison import Comparison, TexelRead, bias_parts, carried, compared_at, is_map, taps
+from ..aliasing.pixel_comparison import PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map, taps
 from ..aliasing.pixel_surface import Met, PixelSurface, met_on_the_way, pixel_surface
 from ..aliasing.pixel_texel import Held, MapChain, PixelTexel, held_by, map_chain, pixel_texel
 from ..errors import UnsupportedError
@@ -115,7 +115,7 @@ class PixelExplanation(Value):
         The texel that it falls into.
     held : Held or None
         What that texel stores, and whose triangle it is.
-    comparison : Comparison or None
+    comparison : PixelComparison or None
         Reference depths, bias and verdict of each texel that the filter reads.
     trials : tuple of PixelTrial
         What was tried to make a wrong pixel right; empty of others.
@@ -139,7 +139,7 @@ class PixelExplanation(Value):
     chain: MapChain | None
     texel: PixelTexel | None
     held: Held | None
-    comparison: Comparison | None
+    comparison: PixelComparison | None
     trials: tuple[PixelTrial, ...] = ()
 
     @property
@@ -241,7 +241,8 @@ def explain_pixel(
     width, height = view.size
     x, y = a_count(0, width - 1)("x", x), a_count(0, height - 1)("y", y)
     resolution = whole("resolution", resolution)
-    check_bias(bias), check_filter(filter)
+    check_bias(bias)
+    check_filter(filter)
     a_flag("trials", trials), a_flag("progress", progress)
     draw = renderer_of(renderer)
     run = _run(view, technique, resolution, draw, _core.Bias() if bias is None else bias, filter)
@@ -266,7 +267,7 @@ def _run(
             label=label,
         )  # fmt: skip
 
-    key: tuple[Hashable, ...] = (item, label, resolution, bias, filter, *identity_of(renderer))
+    key = (cast("Hashable", item), label, resolution, bias, filter, *identity_of(renderer))
     # A renderer from elsewhere is kept with its run, so that its identity stays its own.
     run, _ = RUNS.get(view, key, lambda: (make(), renderer), lambda _: 1)
     if run.failure:
@@ -336,7 +337,7 @@ def _in_map(
     return {
         "map": index, "reason": _reason(p, index, surface.eye_depth), "eye_depth": part.eye_depth, "chain": chain,
         "texel": texel, "held": held(column, row),
-        "comparison": Comparison(unbiased, reference, moved, parts, tuple(reads), arrives),
+        "comparison": PixelComparison(unbiased, reference, moved, parts, tuple(reads), arrives),
     }  # fmt: skip
 
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 TrialKind = Literal["resolution", "bias", "technique"]
 # The longest side of a map, and texels of all maps together, that are drawn to find one that mends: 256 MiB.
 LONGEST_MAP = 8192
-MOST_TEXELS = LONGEST_MAP**2
+MOST_TRIED_TEXELS = LONGEST_MAP**2
 # Techniques that a pixel is tried with, one of each kind: no warp, a warp, several maps, uneven maps.
-OTHERS = (
+OTHER_TECHNIQUES = (
     "uniform:fit=shadow", "lispsm", "plane_optimal", "scene_optimal", "rectilinear", "z_partition:count=3,inner=lispsm",
     "optimal_partition",
 )  # fmt: skip
@@ -107,7 +107,7 @@ class Trials:
     @property
     def most(self) -> int:
         """How many trials there are at most."""
-        return len(BIAS_PARTS) + len(OTHERS) + max(0, (LONGEST_MAP // self.run.resolution).bit_length() - 1)
+        return len(BIAS_PARTS) + len(OTHER_TECHNIQUES) + max(0, (LONGEST_MAP // self.run.resolution).bit_length() - 1)
 
     def all(self, told: Callable[[str], None]) -> Iterator[PixelTrial]:
         """Every trial, one after the other; `told` hears what is tried next."""
@@ -115,7 +115,7 @@ class Trials:
         for part in BIAS_PARTS:
             told(f"bias {part}")
             yield self.bias(part)
-        for technique in OTHERS:
+        for technique in OTHER_TECHNIQUES:
             if technique != self.run.label:
                 told(technique)
                 yield self.technique(technique)
@@ -124,7 +124,7 @@ class Trials:
         """Maps of twice the side, again and again, until the pixel is right or more would be too much work."""
         maps = len(_parameterization(self.run).partitions)
         side = 2 * self.run.resolution
-        while side <= LONGEST_MAP and maps * side**2 <= MOST_TEXELS:
+        while side <= LONGEST_MAP and maps * side**2 <= MOST_TRIED_TEXELS:
             told(f"resolution {side}")
             again = evaluate(
                 self.run.view, self.run.item, side, metrics=("misclassified",), renderer=self.renderer,
@@ -151,10 +151,8 @@ class Trials:
         """
         x, y = self.pixel
         own = float(getattr(self.run.bias, part))
-        if self.errors[y, x] == Difference.FALSE_SHADOW:
-            value = self._more(part, own)
-        else:
-            value = self._less(part, own)
+        change = self._more if self.errors[y, x] == Difference.FALSE_SHADOW else self._less
+        value = change(part, own)
         bias = self.run.bias if value is None else with_part(self.run.bias, part, value)
         shown = own if value is None else value
         trial = PixelTrial(

@@ -1,10 +1,10 @@
 r"""An explained pixel in three views: the picture around it, the map around its texel, and a cut along the light's ray.
 
-    eye view                 the map                    cut through the receiver, along its normal and the ray
-    +-----------+            +-----------+                   \      \ stored
-    |   [pixel] |            | [] [] []  |              ------\------x------- reference depth
-    |  /texel/  |            | [] [x] [] |                     o bias \
-    +-----------+            +-----------+              ________\______\_____ receiver's plane
+eye view                 the map                    cut through the receiver, along its normal and the ray
++-----------+            +-----------+                   \      \ stored
+|   [pixel] |            | [] [] []  |              ------\------x------- reference depth
+|  /texel/  |            | [] [x] [] |                     o bias \
++-----------+            +-----------+              ________\______\_____ receiver's plane
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
+
+    from ..aliasing.pixel_surface import Met, PixelSurface
+    from ..aliasing.pixel_texel import Held
 
 # Of the pixel, of its texel, of what is stored and of what truth's ray meets: apart for all kinds of colour vision.
 PIXEL, TEXEL, STORED, BLOCKER = "#000000", "#E69F00", "#009E73", "#CC79A7"
@@ -72,10 +75,10 @@ def pixel_figure(explanation: PixelExplanation) -> Figure:
             f"explanation: expected a PixelExplanation, got {shown(explanation)}; sl.explain_pixel(...) makes one"
         )
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=SIZE_INCHES, layout="constrained")
     # Room for the legends below.
-    figure.get_layout_engine().set(rect=(0.0, LEGENDS, 1.0, 1.0 - LEGENDS))
+    figure = Figure(figsize=SIZE_INCHES, layout=ConstrainedLayoutEngine(rect=(0.0, LEGENDS, 1.0, 1.0 - LEGENDS)))
     eye, light, cut = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.25))
     figure.suptitle(headline(explanation), fontsize="medium", x=0.01, ha="left")
     eye_crop(explanation, eye)
@@ -116,13 +119,13 @@ def eye_crop(found: PixelExplanation, ax: Axes) -> Axes:
                 columns + x0 + 0.5, rows + y0 + 0.5, ".", color=np.array(rgb) / 255, label=name,
                 markersize=max(2.0, 60.0 / around),
             )  # fmt: skip
-    outline(ax, middle + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), PIXEL, "the pixel")
+    outlined(ax, middle + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), PIXEL, "the pixel")
     if corners is not None:
-        outline(ax, corners, TEXEL, "its texel")
+        outlined(ax, corners, TEXEL, "its texel")
     ax.set(xlim=(x0, x1), ylim=(y1, y0), title="eye view, as the map draws it", xlabel="pixels")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(6, integer=True))
-    legend(ax)
+    legend_under(ax)
     return ax
 
 
@@ -140,25 +143,27 @@ def map_crop(found: PixelExplanation, ax: Axes) -> Axes:
     y0, y1 = max(0, texel.row - TEXELS_AROUND), min(height, texel.row + TEXELS_AROUND + 1)
     ax.imshow(pictures.relief(layer[y0:y1, x0:x1]), extent=(x0, x1, y1, y0), interpolation="nearest")
     scene = found.run.view.scene
-    named = [
-        (PIXEL, "receiver", found.surface and (found.surface.instance, found.surface.triangle), "-"),
-        (STORED, "stored surface", found.held and (found.held.instance, found.held.triangle), "-"),
-        (BLOCKER, "blocker", found.blocker and (found.blocker.instance, found.blocker.triangle), (0, (4, 2))),
+    named: list[tuple[str, str, PixelSurface | Held | Met | None, Any]] = [
+        (PIXEL, "receiver", found.surface, "-"),
+        (STORED, "stored surface", found.held, "-"),
+        (BLOCKER, "blocker", found.blocker, (0, (4, 2))),
     ]
     for colour, name, which, line in named:
-        places = None if which is None else triangle_in_map(found, triangle_corners(scene, *which))
+        places = (
+            None if which is None else triangle_in_map(found, triangle_corners(scene, which.instance, which.triangle))
+        )
         if places is not None:
             ring = np.vstack([places, places[:1]])
             ax.plot(*ring.T, color="white", linewidth=3.0, alpha=0.8)
             ax.plot(*ring.T, color=colour, linewidth=1.6, linestyle=line, label=f"{name}'s triangle")
-    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + (texel.column, texel.row)
-    outline(ax, square, TEXEL, "the texel")
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + np.array([texel.column, texel.row])
+    outlined(ax, square, TEXEL, "the texel")
     ax.plot(*chain.place, "o", color=PIXEL, markeredgecolor="white", markersize=6, label="the pixel's point")
     ax.plot(texel.column + 0.5, texel.row + 0.5, "+", color=TEXEL, markersize=9, markeredgewidth=2)
     ax.set(xlim=(x0, x1), ylim=(y1, y0), xlabel=f"texels of {'the map' if found.maps == 1 else f'map {found.map + 1}'}")
     ax.set_xticks([x0, texel.column, x1])
     ax.set_yticks([y0, texel.row, y1])
-    legend(ax)
+    legend_under(ax)
     return ax
 
 
@@ -174,14 +179,14 @@ def triangle_in_map(found: PixelExplanation, corners: NDArray[np.float64] | None
     return made
 
 
-def outline(ax: Axes, corners: NDArray[np.float64], colour: str, label: str) -> None:
+def outlined(ax: Axes, corners: NDArray[np.float64], colour: str, label: str) -> None:
     """A closed outline with a pale casing that shows it on any ground."""
     ring = np.vstack([corners, corners[:2]])
     ax.plot(*ring.T, **CASING)
     ax.plot(*ring.T, color=colour, linewidth=2.0, solid_joinstyle="miter", label=label)
 
 
-def legend(ax: Axes) -> None:
+def legend_under(ax: Axes) -> None:
     """The names of what is drawn, below the axes."""
     handles, _ = ax.get_legend_handles_labels()
     ax.legend(

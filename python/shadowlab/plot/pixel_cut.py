@@ -1,10 +1,10 @@
-r"""A cut through a receiver in the plane of its normal and the ray to the light: what an explained pixel is compared with.
+r"""A cut through a receiver in the plane of its normal and the ray to the light: what is compared at a pixel.
 
-         \        \  light                 Across: along the receiver's plane. Up: its normal, both in world units and at one
-          \    ----x  stored               scale. Each line of equal depth in the map is straight, since NDC depth is a
-    -------\--------\-------- reference    quotient of affine functions: what is stored above the reference's line shades.
-            o  bias  \
-    _________\________\______ receiver
+ \        \  light                 Across: along the receiver's plane. Up: its normal, in world units at one scale.
+  \    ----x  stored               Each line of equal depth in the map is straight, since NDC depth is a quotient of
+---\--------\-------- reference    affine functions: what is stored on the light's side of the reference shades.
+    o  bias  \
+_____\________\______ receiver
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..aliasing.map_rays import MapRays
 from ..experiments.run import done
@@ -26,15 +25,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..experiments.explain_pixel import PixelExplanation
+    from ..types import Vector
 
-Vector = NDArray[np.float64]
 CUT_PIXEL, CUT_TEXEL, CUT_STORED, CUT_BLOCKER, CUT_REFERENCE = "#000000", "#E69F00", "#009E73", "#CC79A7", "#0072B2"
 # What is higher than so many texels or biases is drawn at the edge with its distance.
 TALLEST = 8.0
 # Gaps that are none to the eye, in parts of the longest thing.
 ON_PLANE = 2e-3
 # Width of the picture in units of what is in it.
-MARGIN = 1.35
+CUT_MARGIN = 1.35
 # Width by height of what fits above the receiver's plane.
 HIGH_FOR_WIDE = 1.5
 LABEL: dict[str, Any] = {
@@ -68,14 +67,13 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
     ray = np.array([surface.to_light @ cut.across, surface.to_light @ cut.up])
     side = max(texel.size_world) / max(ray[1], 0.05)
     moved = abs(comparison.bias_world)
-    gap = 0.0 if held.gap is None else held.gap
     unit = max(0.6 * side, moved, 1e-30)
     centre = None if texel.centre is None else np.array([cut.of(texel.centre)[0], 0.0])
     stored = None if centre is None or held.gap is None else centre + held.gap * ray
     blocker = None if found.blocker is None else found.blocker.distance * ray
     seen = [np.zeros(2), comparison.bias_world * ray, centre, stored, blocker]
     window(ax, [at for at in seen if at is not None and np.linalg.norm(at) <= TALLEST * unit], unit)
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    (left, right), low = ax.get_xlim(), ax.get_ylim()[0]
     reach = 0.5 * (right - left)
     ax.axhspan(low, 0.0, color="#E9E6E0", zorder=0)
     ax.axhline(0.0, color=CUT_PIXEL, linewidth=2.0, zorder=2)
@@ -85,10 +83,8 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
     if texel.corners is not None:
         extent = np.array([cut.of(corner)[0] for corner in texel.corners])
         ax.plot([extent.min(), extent.max()], [0, 0], color=CUT_TEXEL, linewidth=6, solid_capstyle="butt", zorder=2.5)
-        ax.annotate(
-            "the texel", (float(np.clip(extent.mean(), left + 0.2 * reach, right - 0.2 * reach)), 0.0), xytext=(0, -22), ha="center",
-            color=CUT_TEXEL, **LABEL,
-        )  # fmt: skip
+        middle = float(np.clip(extent.mean(), left + 0.2 * reach, right - 0.2 * reach))
+        ax.annotate("the texel", (middle, 0.0), xytext=(0, -22), ha="center", color=CUT_TEXEL, **LABEL)
     draw_ray(ax, np.zeros(2), ray, reach, CUT_PIXEL, "-")
     if centre is not None:
         draw_ray(ax, centre, ray, reach, CUT_TEXEL, (0, (5, 3)))
@@ -96,7 +92,7 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
     if moved > 0:
         end = comparison.bias_world * ray
         arrow = {"arrowstyle": "<->", "color": CUT_REFERENCE, "linewidth": 1.8}
-        ax.annotate("", end, (0, 0), arrowprops=arrow, zorder=4)
+        ax.annotate("", (end[0], end[1]), (0, 0), arrowprops=arrow, zorder=4)
         mark(ax, 0.5 * end, f"bias {digits(comparison.bias_world)}", CUT_REFERENCE, (-6, 4), "right")
     ax.plot(0, 0, "o", color=CUT_PIXEL, markeredgecolor="white", markersize=7, zorder=5)
     if stored is not None and held.gap is not None:
@@ -104,7 +100,7 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
         far = "on the plane" if abs(held.gap) < ON_PLANE * unit else f"{digits(abs(held.gap))} {side} the plane"
         put(ax, stored, "s", f"stored, {far}", CUT_STORED)
     elif held.is_empty:
-        corner = {"xycoords": "axes fraction", "xytext": (-6, -14), "ha": "right"}
+        corner: dict[str, Any] = {"xycoords": "axes fraction", "xytext": (-6, -14), "ha": "right"}
         ax.annotate("the texel is empty", (1, 1), color=CUT_STORED, **corner, **LABEL)
     if found.blocker is not None and blocker is not None:
         put(ax, blocker, "D", f"blocker, {digits(found.blocker.distance)} away", CUT_BLOCKER)
@@ -160,13 +156,13 @@ def draw_reference(found: PixelExplanation, ax: Axes, cut: Cut, reach: float) ->
 
 def mark(ax: Axes, at: Vector, words: str, colour: str, shift: tuple[int, int], ha: str) -> None:
     """Words beside a place."""
-    ax.annotate(words, at, xytext=shift, ha=ha, color=colour, zorder=6, **LABEL)
+    ax.annotate(words, (at[0], at[1]), xytext=shift, ha=ha, color=colour, zorder=6, **LABEL)
 
 
 def window(ax: Axes, seen: list[Vector], unit: float) -> None:
     """Limits around places, at one scale, with a part of the receiver below its plane."""
     low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-    width = max(float(high[0] - low[0]), HIGH_FOR_WIDE * float(high[1] - low[1]), 1.5 * unit) * MARGIN
+    width = max(float(high[0] - low[0]), HIGH_FOR_WIDE * float(high[1] - low[1]), 1.5 * unit) * CUT_MARGIN
     middle = 0.5 * float(low[0] + high[0])
     below = min(float(low[1]) - 0.08 * width, -0.16 * width)
     limits = {"xlim": (middle - 0.5 * width, middle + 0.5 * width), "ylim": (below, below + 0.85 * width)}
@@ -186,7 +182,8 @@ def put(ax: Axes, at: Vector, marker: str, words: str, colour: str) -> None:
         return
     way = (at - place) / np.linalg.norm(at - place)
     arrow = {"arrowstyle": "->", "color": colour, "linewidth": 2.0}
-    ax.annotate("", place + 0.9 * float(room.min()) * way, place, arrowprops=arrow, zorder=5)
+    tip = place + 0.9 * float(room.min()) * way
+    ax.annotate("", (tip[0], tip[1]), (place[0], place[1]), arrowprops=arrow, zorder=5)
 
 
 def scale_bar(ax: Axes) -> None:
@@ -196,5 +193,5 @@ def scale_bar(ax: Axes) -> None:
     length = float(max(m * 10**exponent for m in (1.0, 2.0, 5.0) if m * 10**exponent <= 0.3 * (right - left)))
     x, y = right - 0.04 * (right - left), low + 0.04 * (high - low)
     ax.plot([x - length, x], [y, y], color=SOFT, linewidth=3, solid_capstyle="butt")
-    where = {"xytext": (0, 4), "ha": "center", "textcoords": "offset points"}
+    where: dict[str, Any] = {"xytext": (0, 4), "ha": "center", "textcoords": "offset points"}
     ax.annotate(digits(length), (x - 0.5 * length, y), color=SOFT, fontsize="small", **where)

@@ -23,9 +23,9 @@ WRONG = {
     "false shadow": "is wrong: the map shades it, and rays say that it is lit",
     "false light": "is wrong: the map lights it, and rays say that it is in shadow",
 }
-RIGHT = {"lit": "is right: lit by the map and by rays", "shadow": "is right: in shadow by the map and by rays"}
+RIGHT_TEXTS = {"lit": "is right: lit by the map and by rays", "shadow": "is right: in shadow by the map and by rays"}
 # What the numbers of a step are, in the order of the chain.
-STEPS = ("light_ray", "warped", "clip", "ndc")
+CHAIN_STEPS = ("light_ray", "warped", "clip", "ndc")
 STEP_NAMES = {"light_ray": "light ray", "warped": "warped ray", "clip": "clip", "ndc": "NDC"}
 # Digits of depths: a step of single precision is 6e-8.
 DEPTH_DIGITS = 8
@@ -58,7 +58,7 @@ def first_line(found: PixelExplanation) -> str:
             f"{of} counts as no error: the map {said} it, and its truth is undecided, since it changes where rays move "
             "by what single precision resolves."
         )
-    return f"{of} {RIGHT[found.truth]}."
+    return f"{of} {RIGHT_TEXTS[found.truth]}."
 
 
 def cause_line(found: PixelExplanation) -> str:
@@ -67,8 +67,8 @@ def cause_line(found: PixelExplanation) -> str:
     assert cause is not None
     if cause == "edge":
         moved = found.edge_px
-        by = "" if moved is None or not math.isfinite(moved) else f", {px_text(moved)} from where it belongs"
-        return f"A silhouette lies between the pixel and the centre of its texel: the edge of a shadow is drawn{by}."
+        by = " elsewhere" if moved is None or not math.isfinite(moved) else f" {px_text(moved)} from where it belongs"
+        return f"A silhouette lies between the pixel and its texel's centre: the shadow's edge is drawn{by}."
     if cause == "acne":
         gap = None if held is None else held.gap
         what = "" if gap is None or gap <= 0 else f" The texel's depth lies {digits(gap)} above the receiver's plane."
@@ -90,17 +90,17 @@ def mend_lines(found: PixelExplanation) -> list[str]:
         return []
     lines = []
     for trial in found.mends:
-        lines.append(f"  {trial.text}: {outcome(trial)}")
+        lines.append(f"  {trial.text}: {trial_outcome(trial)}")
     head = "Right with" if lines else "Nothing that was tried makes it right."
     without = [trial.text for trial in found.trials if not trial.is_right and not trial.failure and not trial.part]
     parts = [trial.part for trial in found.trials if not trial.is_right and trial.part]
     tail = [f"Still wrong with {listed(without)}."] if without else []
-    tail += [f"No value of the bias's {listed(parts)} alone mends it."] if parts else []
+    tail += [f"No change of the bias's {listed(parts)} alone mends it."] if parts else []
     tail += [f"Not tried: {trial.text} ({trial.failure})." for trial in found.trials if trial.failure]
     return [f"{head}:" if lines else head, *lines, *tail]
 
 
-def outcome(trial: PixelTrial) -> str:
+def trial_outcome(trial: PixelTrial) -> str:
     """What a trial makes of the picture and of the pixels around."""
     wrong, before = trial.wrong or 0, trial.wrong_before
     picture = f"{before:,} wrong pixels become {wrong:,}"
@@ -121,7 +121,7 @@ def surface_line(found: PixelExplanation, surface: PixelSurface) -> str:
         else f"it is beyond the reach of the {light.kind} light"
     )
     return (
-        f"Surface: {triangle_text(surface.instance, surface.triangle)} at {vector(surface.point)}, "
+        f"Surface: {triangle_text(surface.instance, surface.triangle)} at {point_text(surface.point)}, "
         f"{digits(surface.eye_depth)} deep in the view; {stands}."
     )
 
@@ -162,30 +162,35 @@ def texel_lines(found: PixelExplanation) -> list[str]:
     if chain is None or texel is None or held is None or comparison is None:
         return []
     lines = []
-    for name in STEPS:
+    for name in CHAIN_STEPS:
         value = getattr(chain, name)
         if value is not None:
-            lines.append(f"  {STEP_NAMES[name]:<10} {vector(value)}")
-    size = "" if texel.size_px is None else f", {digits(texel.size_px[0])} x {digits(texel.size_px[1])} px in the picture"
+            lines.append(f"  {STEP_NAMES[name]:<10} {point_text(value)}")
+    size = "" if texel.size_px is None else f"; {' x '.join(map(digits, texel.size_px))} px in the picture"
     across = " x ".join(map(digits, texel.size_world))
     lines.append(
-        f"Texel: column {texel.column}, row {texel.row}, with the point at {vector(chain.place)}{size}; {across} in the "
+        f"Texel: column {texel.column}, row {texel.row}, the point at {point_text(chain.place)}{size}; {across} in the "
         "world, across the ray."
     )
     lines.append(held_line(found, held))
     if comparison.unbiased is None:
         return [*lines, "Comparison: lit without one, since the point lies before the near plane."]
     if comparison.reference is None:
-        return [*lines, "Comparison: lit without one, since the bias carries the point past the light or the near plane."]
+        return [
+            *lines,
+            "Comparison: lit without one, since the bias carries the point past the light or the near plane.",
+        ]
     parts = [f"{part.name} {depth_text(part.ndc)} ({digits(part.world)})" for part in comparison.parts]
-    bias = f"; bias {depth_text(comparison.unbiased - comparison.reference)} ({digits(comparison.bias_world)} towards the light)"
+    lowered = depth_text(comparison.unbiased - comparison.reference)
+    bias = f"; bias {lowered} ({digits(comparison.bias_world)} towards the light)"
     of = f", of which alone: {', '.join(parts)}" if len(parts) > 1 else ""
     said = "lit" if comparison.light >= 0.5 else "in shadow"
     lines.append(
         f"Comparison: reference {depth(comparison.reference)}, {depth(comparison.unbiased)} without bias{bias}{of}."
     )
     votes = [
-        f"({read.column}, {read.row}) {depth(read.held.depth)} {'lit' if read.is_lit else 'dark'}, weight {read.weight:.3g}"
+        f"({read.column}, {read.row}) {depth(read.held.depth)} {'lit' if read.is_lit else 'dark'}, "
+        f"weight {read.weight:.3g}"
         for read in comparison.reads
     ]
     lines.append(f"Verdict: {said}" + (f"; {'; '.join(votes)}." if len(votes) > 1 else "."))
@@ -217,7 +222,7 @@ def held_line(found: PixelExplanation, held: Held) -> str:
 
 def met_text(met: Met) -> str:
     """A triangle on a ray, with where it is."""
-    return f"{triangle_text(met.instance, met.triangle)} at {vector(met.point)}, {digits(met.distance)} away"
+    return f"{triangle_text(met.instance, met.triangle)} at {point_text(met.point)}, {digits(met.distance)} away"
 
 
 def triangle_text(instance: int, triangle: int) -> str:
@@ -225,7 +230,7 @@ def triangle_text(instance: int, triangle: int) -> str:
     return f"triangle {triangle} of instance {instance}"
 
 
-def vector(values: np.ndarray) -> str:
+def point_text(values: np.ndarray) -> str:
     """Numbers in parentheses, six digits each."""
     return f"({', '.join(f'{value:.6g}' for value in np.asarray(values).tolist())})"
 

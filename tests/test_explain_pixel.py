@@ -104,7 +104,7 @@ def test_the_reference_is_that_of_the_definitions(scene, technique, resolution, 
         assert found.comparison.unbiased == pytest.approx(unbiased, **near)
         assert [part.name for part in found.comparison.parts] == list(BIAS_PARTS)
         for part in found.comparison.parts:
-            values = {name: 0.0 for name in BIAS} | {"slope_limit": 8.0, part.name: getattr(bias, part.name)}
+            values = dict.fromkeys(BIAS, 0.0) | {"slope_limit": 8.0, part.name: getattr(bias, part.name)}
             alone = reference_depth(*of, _core.Bias(**values), *at)
             assert part.ndc == pytest.approx(unbiased - alone, rel=1e-6, abs=1e-12)
         world = next(part for part in found.comparison.parts if part.name == "world")
@@ -151,7 +151,7 @@ def test_the_outline_is_the_texel(scene, technique, resolution):
             continue
         places = np.column_stack([0.5 + 0.5 * ndc[:, 0], 0.5 - 0.5 * ndc[:, 1]]) * resolution
         corner = np.array([texel.column, texel.row])
-        assert places == pytest.approx(corner + [[0, 0], [1, 0], [1, 1], [0, 1]], abs=1e-5)
+        assert places == pytest.approx(corner + np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), abs=1e-5)
         if texel.corners_px is not None and texel.size_px[0] < 2:
             # Of a texel as small as that the picture's perspective bends nothing.
             sides = np.linalg.norm(np.diff(texel.corners_px, axis=0), axis=1)
@@ -161,7 +161,7 @@ def test_the_outline_is_the_texel(scene, technique, resolution):
 
 
 def test_stored_depth_texel_and_triangle_are_those_of_an_independent_ray():
-    """Random wrong pixels: the ray of the texel's centre by the inverse matrix, on all triangles in double precision."""
+    """Random wrong pixels: the ray of the texel's centre by the inverse matrix, on all triangles in numpy."""
     each = -(-WRONG_PIXELS // len(PROJECTIVE))
     checked = unconfirmed = moved = 0
     for scene, technique, resolution in PROJECTIVE:
@@ -182,7 +182,9 @@ def test_stored_depth_texel_and_triangle_are_those_of_an_independent_ray():
             rays = [texel_ray(matrix, texel + 0.5 + step, resolution) for step in ABOUT]
             hits = [triangles.first(*ray) for ray in rays]
             # Beyond the far plane nothing is drawn.
-            depths = [ndc_of(matrix, o + t * d)[2] if t < np.inf else 1.0 for (o, d), (t, _) in zip(rays, hits)]
+            depths = [
+                ndc_of(matrix, o + t * d)[2] if t < np.inf else 1.0 for (o, d), (t, _) in zip(rays, hits, strict=True)
+            ]
             depths = np.minimum(depths, 1.0)
             if not held.agrees:
                 unconfirmed += 1
@@ -287,7 +289,7 @@ def test_neighbours_are_counted():
 
 def test_a_pixel_of_the_background():
     scene = sl.library.scene("robots")
-    up = scene.camera.replace(target=scene.camera.eye + (0.2, 1.0, -0.3), up=(0.0, 0.0, -1.0))
+    up = scene.camera.replace(target=scene.camera.eye + np.array([0.2, 1.0, -0.3]), up=(0.0, 0.0, -1.0))
     found = explained(sl.View(scene, up, scene.light, size=(32, 18)), "uniform", 3, 4, 64, trials=True)
     assert (found.truth, found.verdict, found.light, found.surface) == ("nothing", "not compared", None, None)
     assert (found.reason, found.map, found.trials, found.mends) == ("nothing", None, (), ())
@@ -363,7 +365,8 @@ def test_another_map_is_named_wrong():
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "name"), [(-1, 0, "x"), (320, 0, "x"), (0, 180, "y"), (0, -1, "y"), (1.5, 0, "x"), (0, "3", "y"), (True, 0, "x")]
+    ("x", "y", "name"),
+    [(-1, 0, "x"), (320, 0, "x"), (0, 180, "y"), (0, -1, "y"), (1.5, 0, "x"), (0, "3", "y"), (True, 0, "x")],
 )  # fmt: skip
 def test_a_pixel_out_of_the_picture_is_refused(x, y, name):
     with pytest.raises(sl.errors.ArgumentError, match=f"^{name}: expected a whole number from 0 to"):

@@ -34,9 +34,9 @@ OTHER_TECHNIQUES = (
 NEIGHBOURS_PX = 16
 # Doublings of a part of the bias before it is given up: from a thousandth of its start to a thousand times the scene.
 DOUBLINGS = 40
-# Halvings between one value that mends and one that does not: to a part in a thousand.
-HALVINGS = 10
-# Digits of a bias that is named.
+# How well a change is known that mends, as a share of it, and the most halvings on the way.
+PRECISION, HALVINGS = 1e-3, 40
+# Digits of the change of a bias that is named.
 BIAS_DIGITS = 4
 
 
@@ -179,29 +179,31 @@ class Trials:
             high = own + start
         else:
             return None
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self._is_right(part, middle) else (middle, high)
-        return self._rounded(part, high, low, up=True)
+        return self._least(part, high, low, own)
 
     def _less(self, part: str, own: float) -> float | None:
         """The largest value from 0 to that of the bias that makes the pixel right, of a few digits."""
         if own <= 0 or not self._is_right(part, 0.0):
             return None
-        low, high = 0.0, own
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._is_right(part, middle) else (low, middle)
-        return self._rounded(part, low, high, up=False)
+        return self._least(part, 0.0, own, own)
 
-    def _rounded(self, part: str, value: float, other: float, *, up: bool) -> float:
-        """The value with a few digits, away from the side that does not mend; as it is where that mends no more."""
-        if value == 0:
-            return value
-        unit = 10.0 ** (np.floor(np.log10(abs(value))) - BIAS_DIGITS + 1)
-        steps = np.ceil(value / unit) if up else np.floor(value / unit)
-        made = float(f"{steps * unit:.{BIAS_DIGITS}g}")
-        return made if made != other and self._is_right(part, made) else value
+    def _least(self, part: str, right: float, wrong: float, own: float) -> float:
+        """The least change between a value that makes the pixel right and one that does not, rounded to a few digits.
+
+        Rounded away from what is wrong; as it is where that mends no more.
+        """
+        for _ in range(HALVINGS):
+            if abs(right - wrong) <= PRECISION * abs(right - own):
+                break
+            middle = 0.5 * (right + wrong)
+            right, wrong = (middle, wrong) if self._is_right(part, middle) else (right, middle)
+        if right in (0.0, own):
+            return right
+        digits = BIAS_DIGITS - 1 - int(np.floor(np.log10(abs(right - own))))
+        unit = 10.0**-digits
+        steps = np.ceil(right / unit) if right > wrong else np.floor(right / unit)
+        rounded = round(float(steps * unit), max(digits, 0))
+        return rounded if rounded != wrong and self._is_right(part, rounded) else right
 
     def _is_right(self, part: str, value: float) -> bool:
         """Whether the pixel is right where a part of the bias has a value, by a look into the maps that are there."""

@@ -31,8 +31,8 @@ PROJECTIVE = (
 # A rasteriser moves vertices by up to 1/256 of a texel, so that it draws at a centre what a ray meets that far away.
 SNAP = 1 / 128
 ABOUT = SNAP * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
-# Share of wrong pixels whose stored depth no ray about the centre confirms, mostly at silhouettes that are snapped.
-UNCONFIRMED = 0.01
+# Share of wrong pixels whose stored depth no ray about the centre may confirm; of 1,049 measured there was none.
+UNCONFIRMED = 0.002
 
 
 def explained(view, technique, x, y, resolution, **more):

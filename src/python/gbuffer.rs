@@ -43,6 +43,12 @@ pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>
     instance_of(value, "gbuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
 }
 
+/// The records of a rectangle (x, y, width, height) of a picture with rows of a width.
+fn rectangle<T: Copy>(of: &[T], row_width: usize, [x, y, width, height]: [usize; 4]) -> Vec<T> {
+    let row = |y: usize| of[y * row_width + x..][..width].iter().copied();
+    (y..y + height).flat_map(row).collect()
+}
+
 impl PyGBuffer {
     /// Width and height, pixels.
     pub fn picture(&self) -> [u32; 2] {
@@ -273,24 +279,20 @@ impl PyGBuffer {
         };
         let (x, w) = part(x, width, ["x", "width"], sides[0])?;
         let (y, h) = part(y, height, ["y", "height"], sides[1])?;
-        let all = self.size[0] as usize;
-        fn rows<T: Copy>(of: &[T], [x, y, w, h]: [usize; 4], all: usize) -> Vec<T> {
-            (y..y + h).flat_map(|row| of[row * all + x..row * all + x + w].iter().copied()).collect()
-        }
-        let of = [x, y, w, h];
+        let (all, of) = (self.size[0] as usize, [x, y, w, h]);
         let depth = self.depth.bind(py).readonly();
-        let depth = rows(depth.as_slice()?, of, all);
+        let depth = rectangle(depth.as_slice()?, all, of);
         self.with_surfaces(py, |s| {
             Ok(Self {
                 size: [w as u32, h as u32],
                 origin: self.origin,
                 camera: self.camera,
                 depth: image(py, depth, [h, w])?.unbind(),
-                relative: image(py, rows(s.position, of, all).into_flattened(), [h, w, 3])?.unbind(),
+                relative: image(py, rectangle(s.position, all, of).into_flattened(), [h, w, 3])?.unbind(),
                 position: PyOnceLock::new(),
-                normal: image(py, rows(s.normal, of, all).into_flattened(), [h, w, 3])?.unbind(),
-                triangle: image(py, rows(s.triangle, of, all), [h, w])?.unbind(),
-                instance: image(py, rows(s.instance, of, all), [h, w])?.unbind(),
+                normal: image(py, rectangle(s.normal, all, of).into_flattened(), [h, w, 3])?.unbind(),
+                triangle: image(py, rectangle(s.triangle, all, of), [h, w])?.unbind(),
+                instance: image(py, rectangle(s.instance, all, of), [h, w])?.unbind(),
             })
         })
     }

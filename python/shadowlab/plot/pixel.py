@@ -21,7 +21,6 @@ from ..errors import ArgumentError
 from ..experiments.explain_pixel import PixelExplanation
 from ..experiments.run import done
 from ..text import shown
-from ..text.checks import renderer_of
 from .axes import say
 from .pixel_cut import cut_view
 
@@ -105,7 +104,7 @@ def eye_crop(found: PixelExplanation, ax: Axes) -> Axes:
     around = int(min(max(math.ceil(1.25 * reach) + 1, LEAST_PX), MOST_PX))
     x0, x1 = max(0, found.x - around), min(width, found.x + around + 1)
     y0, y1 = max(0, found.y - around), min(height, found.y + around + 1)
-    part = view.gbuffer(renderer_of(run.backend)).crop(x0, y0, x1 - x0, y1 - y0)
+    part = done(run.gbuffer).crop(x0, y0, x1 - x0, y1 - y0)
     mask = np.asarray(done(run.mask))[y0:y1, x0:x1]
     picture = pictures.shade(part, view.lights[0], mask)
     ax.imshow(picture, extent=(x0, x1, y1, y0), interpolation="nearest")

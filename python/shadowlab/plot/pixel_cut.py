@@ -18,7 +18,6 @@ from ..aliasing.map_rays import MapRays
 from ..experiments.run import done
 from ..scene.view import light_of
 from ..text import digits
-from ..text.checks import renderer_of
 from .axes import SOFT, say
 
 if TYPE_CHECKING:
@@ -133,7 +132,7 @@ def draw_reference(found: PixelExplanation, ax: Axes, cut: Cut, reach: float) ->
     view = found.run.view
     part = done(found.run.parameterization).partitions[found.map]
     size = (found.run.resolution, found.run.resolution)
-    origin = np.asarray(view.gbuffer(renderer_of(found.run.backend)).origin, np.float64)
+    origin = np.asarray(done(found.run.gbuffer).origin, np.float64)
     rows = MapRays(part, light_of(view), origin, size, 1.0).rows
     for depth, colour, line, name in (
         (comparison.unbiased, SOFT, (0, (2, 2)), "depth of the receiver without bias"),

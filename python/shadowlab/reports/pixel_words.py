@@ -104,7 +104,7 @@ def trial_outcome(trial: PixelTrial) -> str:
     """What a trial makes of the picture and of the pixels around."""
     wrong, before = trial.wrong or 0, trial.wrong_before
     picture = f"{before:,} wrong pixels become {wrong:,}"
-    if before and wrong != before:
+    if before and factor(wrong / before) != "1":
         picture += f" ({factor(wrong / before)} times)"
     return f"{picture}; within 16 px {trial.mended:,} become right and {trial.broken:,} wrong"
 

@@ -13,6 +13,14 @@ import numpy as np
 
 import shadowlab as sl
 
+CAUSE_NAMES = {1: "acne", 2: "edge", 3: "leak", 4: "missing", 5: "other"}
+# Scene, technique, texels: maps of every kind, each cause.
+CASES = (
+    ("robots", "uniform", 256), ("robots", "lispsm", 256), ("robots", "rectilinear", 128),
+    ("robots", "z_partition:count=3,inner=lispsm", 128), ("skylight", "uniform", 256), ("skylight", "lispsm", 512),
+    ("ceiling", "plane_optimal", 256), ("dueling", "log_psm", 256), ("dueling", "optimal_partition", 128),
+    ("courtyard", "lispsm", 256),
+)  # fmt: skip
 # Two triangles that a ray meets together, relative to the length of the ray: rounding of double precision.
 TOGETHER = 1e-12
 
@@ -135,3 +143,8 @@ def some(image: np.ndarray, count: int, seed: int) -> list[tuple[int, int]]:
     rows, columns = np.nonzero(image)
     chosen = np.random.default_rng(seed).permutation(len(rows))[:count]
     return [(int(columns[k]), int(rows[k])) for k in sorted(chosen)]
+
+
+def explained(view, technique, x, y, resolution, **more):
+    more = {"renderer": "cpu", "trials": False} | more
+    return sl.explain_pixel(view, technique, x, y, resolution=resolution, **more)

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from .experiments.advise import advise
     from .experiments.compare import compare
     from .experiments.evaluate import evaluate
-    from .experiments.explain_pixel import PixelExplanation, explain_pixel
+    from .experiments.explain_pixel import explain_pixel
+    from .experiments.pixel_explanation import PixelExplanation
     from .experiments.predict import Prediction, predict
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
@@ -114,7 +115,7 @@ sys.modules[f"{__name__}.library"] = library
 _LAZY = {
     "Advice": "experiments.advice",
     "Diagnosis": "conventions.diagnosis",
-    "PixelExplanation": "experiments.explain_pixel",
+    "PixelExplanation": "experiments.pixel_explanation",
     "Prediction": "experiments.predict",
     "Run": "experiments.run",
     "Study": "experiments.study",

@@ -18,7 +18,7 @@ from .. import pictures
 from ..aliasing.codes import Difference
 from ..aliasing.pixel_triangles import triangle_corners
 from ..errors import ArgumentError
-from ..experiments.explain_pixel import PixelExplanation
+from ..experiments.pixel_explanation import PixelExplanation
 from ..experiments.run import done
 from ..text import shown
 from .axes import say

@@ -23,7 +23,7 @@ from .axes import SOFT, say
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..experiments.explain_pixel import PixelExplanation
+    from ..experiments.pixel_explanation import PixelExplanation
     from ..types import Vector
 
 CUT_PIXEL, CUT_TEXEL, CUT_STORED, CUT_BLOCKER, CUT_REFERENCE = "#000000", "#E69F00", "#009E73", "#CC79A7", "#0072B2"

@@ -14,7 +14,7 @@ from .words import factor
 if TYPE_CHECKING:
     from ..aliasing.pixel_surface import Met, PixelSurface
     from ..aliasing.pixel_texel import Held
-    from ..experiments.explain_pixel import PixelExplanation
+    from ..experiments.pixel_explanation import PixelExplanation
     from ..experiments.pixel_trials import PixelTrial
     from ..types import Light
 

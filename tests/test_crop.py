@@ -80,5 +80,5 @@ def test_pixels_are_compared_as_the_picture_is(technique):
 @pytest.mark.parametrize("pixels", [[(320, 0)], [(0, -1)], [(0, 0), (3, 180)]])
 def test_pixels_outside_are_refused(pixels):
     run, view = run_of("robots", "lispsm", 128), view_of("robots")
-    with pytest.raises(sl.errors.ArgumentError, match="^pixels: expected columns and rows of a picture of 320 x 180"):
+    with pytest.raises(sl.errors.ArgumentError, match=r"^pixels: expected columns and rows of a picture of 320 x 180"):
         _core.compared(view.gbuffer("cpu"), view.camera, view.light, run.parameterization, pixels)

@@ -63,3 +63,31 @@ def test_neighbours_are_counted():
     before, after = run.errors.image[around], again.errors.image[around]
     assert trial.mended == np.count_nonzero((before > 0) & (after == 0))
     assert trial.broken == np.count_nonzero((before == 0) & (after > 0))
+
+
+def test_trials_of_an_object_name_all_of_its_settings():
+    """What is explained may be no text; the trials' technique is one all the same, and makes the same maps."""
+    view = view_of("robots")
+    item = sl.technique("lispsm", near=0.5)
+    run = sl.evaluate(view, item, 128, metrics=["misclassified"], renderer="cpu")
+    (x, y), *_ = some(run.errors.image > 0, 1, 1)
+    found = explained(view, item, x, y, 128, trials=True)
+    trial = next(trial for trial in found.trials if trial.kind == "resolution")
+    again = sl.evaluate(view, trial.technique, trial.resolution, metrics=["misclassified"], renderer="cpu")
+    assert again.errors.count == trial.wrong
+    assert again.parameterization == sl.evaluate(view, item, trial.resolution, renderer="cpu").parameterization
+
+
+def test_no_map_is_drawn_beyond_the_limit():
+    from shadowlab.experiments.pixel_trials import LONGEST_MAP, MOST_TRIED_TEXELS
+
+    assert LONGEST_MAP == 8192
+    view, several = view_of("robots"), "z_partition:count=3,inner=lispsm"
+    for technique, maps in (("lispsm", 1), (several, 3)):
+        run = run_of("robots", technique, 2048)
+        chosen = some(run.errors.image > 0, 1, 2)
+        for x, y in chosen:
+            found = explained(view, technique, x, y, 2048, trials=True)
+            sides = [trial.resolution for trial in found.trials if trial.kind == "resolution"]
+            assert sides == [4096, 8192][: len(sides)]
+            assert all(maps * side**2 <= MOST_TRIED_TEXELS for side in sides)

@@ -12,6 +12,7 @@ from .. import _core
 from ..aliasing.codes import Difference
 from ..aliasing.pixel_comparison import BIAS_LIMITS, BIAS_PARTS, look_up_near
 from ..scene.view import light_of
+from ..techniques.labels import spec_of
 from ..text import BIAS, format_value
 from ..travel import Value
 from .evaluate import evaluate
@@ -97,6 +98,7 @@ class Trials:
 
     def __init__(self, run: Run, renderer: RendererLike, pixel: tuple[int, int]):
         self.run, self.renderer, self.pixel = run, renderer, pixel
+        self.text = spec_of(run.label, run.item)
         self.errors = np.asarray(done(run.errors).image)
         x, y = pixel
         self.around = (
@@ -116,7 +118,7 @@ class Trials:
             told(f"bias {part}")
             yield self.bias(part)
         for technique in OTHER_TECHNIQUES:
-            if technique != self.run.label:
+            if technique not in (self.run.label, self.text):
                 told(technique)
                 yield self.technique(technique)
 
@@ -130,7 +132,7 @@ class Trials:
                 self.run.view, self.run.item, side, metrics=("misclassified",), renderer=self.renderer,
                 filter=self.run.filter, bias=self.run.bias, label=self.run.label,
             )  # fmt: skip
-            made = self._judged("resolution", f"resolution={side}", again)
+            made = self._judged("resolution", f"resolution={side}", self.text, again)
             yield made
             if made.is_right or made.failure:
                 return
@@ -142,7 +144,7 @@ class Trials:
             self.run.view, text, self.run.resolution, metrics=("misclassified",), renderer=self.renderer,
             filter=self.run.filter, bias=self.run.bias,
         )  # fmt: skip
-        return self._judged("technique", f"technique={text}", again)
+        return self._judged("technique", f"technique={text}", text, again)
 
     def bias(self, part: str) -> PixelTrial:
         """One part of the bias, changed as little as makes the pixel right; the others stay.
@@ -156,7 +158,7 @@ class Trials:
         bias = self.run.bias if value is None else with_part(self.run.bias, part, value)
         shown = own if value is None else value
         trial = PixelTrial(
-            "bias", f"bias={part}={format_value(shown)}", self.run.label, self.run.resolution, bias, value is not None,
+            "bias", f"bias={part}={format_value(shown)}", self.text, self.run.resolution, bias, value is not None,
             part=part, wrong_before=int(done(self.run.errors).count),
         )  # fmt: skip
         if value is None:
@@ -216,10 +218,10 @@ class Trials:
         truth = np.asarray(view.truth())[y : y + 1, x : x + 1]
         return bool(_core.misclassified(light, truth).image[0, 0] == Difference.AGREE)
 
-    def _judged(self, kind: TrialKind, text: str, again: Run) -> PixelTrial:
+    def _judged(self, kind: TrialKind, text: str, technique: str, again: Run) -> PixelTrial:
         """The trial of another run."""
         trial = PixelTrial(
-            kind, text, again.label, again.resolution, again.bias, False,
+            kind, text, technique, again.resolution, again.bias, False,
             wrong_before=int(done(self.run.errors).count), failure=again.failure,
         )  # fmt: skip
         return trial if again.failure else self._counted(trial, done(again.errors))

@@ -60,7 +60,7 @@ EXAMPLES = (
         "Acne",
         "The floor without any bias. In the cut, the depth that the texel stores lies on the receiver's own plane, but "
         "nearer to the light than the pixel's point: a texel covers a slanted patch, and half of it shades itself. The "
-        "least slope bias that mends this one pixel is below 1; a slope of 1 mends all pixels of the floor.",
+        "pixel lies well within its texel, so that half of the slope mends it; a slope of 1 mends all of the floor.",
         "robots", "uniform", 512, (480, 270), (320, 113), sl.Bias.none(),
     ),
     Example(

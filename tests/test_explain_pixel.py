@@ -217,3 +217,23 @@ def test_what_truths_ray_meets_is_in_the_way(scene, technique, resolution):
     for x, y in some(run.errors.image == 1, 10, 8):
         found = explained(view, technique, x, y, resolution)
         assert (found.truth, found.blocker) == ("lit", None)
+
+
+@pytest.mark.parametrize(("scene", "technique", "resolution"), PROJECTIVE[:4])
+def test_the_shortfall_is_the_world_bias_that_lights(scene, technique, resolution):
+    """A little more of a world bias lights a dark pixel, a little less does not; of a lit one the other way round."""
+    run, view = run_of(scene, technique, resolution), view_of(scene)
+    tested = 0
+    for x, y in some(run.errors.image == 1, 6, 10) + some(run.causes.image == 3, 6, 11):
+        found = explained(view, technique, x, y, resolution)
+        short = found.comparison.shortfall
+        assert (short > 0) == (found.light < 0.5)
+        values = {name: getattr(run.bias, name) for name in BIAS}
+        for times, light in ((0.99, found.light), (1.01, 1.0 - found.light)):
+            bias = sl.Bias(**values | {"world": times * short})
+            mask = sl.aliasing.look_up(
+                run.maps, view.gbuffer("cpu"), view.camera, view.light, run.parameterization, bias=bias
+            )
+            assert mask[y, x] == light
+        tested += 1
+    assert tested > 3

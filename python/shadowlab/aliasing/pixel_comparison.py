@@ -86,6 +86,9 @@ class PixelComparison(Value):
         the near plane, or the bias carries it there or past the light.
     bias_world : float
         How far all of the bias carries the receiver towards the light, world units.
+    shortfall : float or None
+        How much further towards the light the receiver would have to be carried for the texel that it falls into to
+        light it, world units; negative: how much less would still do. None without a reference and of an empty texel.
     parts : tuple of BiasPart
         What each part does alone.
     reads : tuple of TexelRead
@@ -97,6 +100,7 @@ class PixelComparison(Value):
     unbiased: float | None
     reference: float | None
     bias_world: float
+    shortfall: float | None
     parts: tuple[BiasPart, ...]
     reads: tuple[TexelRead, ...]
     light: float

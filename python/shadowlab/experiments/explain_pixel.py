@@ -22,7 +22,7 @@ from ..aliasing.codes import Cause, Difference, NoTexel
 from ..aliasing.footprint import footprint_at
 from ..aliasing.map_rays import MapRays
 from ..aliasing.pixel_comparison import PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map, taps
-from ..aliasing.pixel_surface import PixelSurface, met_on_the_way, pixel_surface
+from ..aliasing.pixel_surface import Met, PixelSurface, met_on_the_way, pixel_surface
 from ..aliasing.pixel_texel import Held, held_by, map_chain, pixel_texel
 from ..errors import UnsupportedError
 from ..scene.kept import Kept
@@ -172,6 +172,7 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
         "verdict": VERDICTS[Difference(int(done(run.errors).image[y, x]))],
         "cause": CAUSES.get(code), "edge_px": moved if code == Cause.EDGE else None,
         "surface": surface, "blocker": None, "map": None, "maps": len(p.partitions),
+        "blocker_depth": None,
         "reason": WITHOUT_MAP.get(index, "only"), "eye_depth": None, "chain": None, "texel": None, "held": None,
         "comparison": None,
     }  # fmt: skip
@@ -181,12 +182,12 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
         found["blocker"] = met_on_the_way(view.scene, view.camera, light, surface, pixel, view.size)
     if not is_map(index):
         return found
-    return found | _in_map(run, light, gbuffer, maps, surface, pixel, index, reference)
+    return found | _in_map(run, light, gbuffer, maps, surface, found["blocker"], pixel, index, reference)
 
 
 def _in_map(
-    run: Run, light: Light, gbuffer: _core.GBuffer, maps: ShadowMaps, surface: PixelSurface, pixel: tuple[int, int],
-    index: int, reference: float | None,
+    run: Run, light: Light, gbuffer: _core.GBuffer, maps: ShadowMaps, surface: PixelSurface, blocker: Met | None,
+    pixel: tuple[int, int], index: int, reference: float | None,
 ) -> dict[str, Any]:  # fmt: skip
     """The fields of an explanation that are about the map that serves the pixel."""
     view, p = run.view, done(run.parameterization)
@@ -215,10 +216,13 @@ def _in_map(
         reads.append(TexelRead(i, j, weight, reference is None or stored.depth >= reference, stored))
     moved = 0.0 if unbiased is None or reference is None else carried(rays, surface, unbiased, reference)
     arrives = sum(read.weight for read in reads if read.is_lit)
+    stored = held(column, row)
+    short = None if reference is None or stored.is_empty else carried(rays, surface, reference, stored.depth)
     return {
         "map": index, "reason": _reason(p, index, surface.eye_depth), "eye_depth": part.eye_depth, "chain": chain,
-        "texel": texel, "held": held(column, row),
-        "comparison": PixelComparison(unbiased, reference, moved, parts, tuple(reads), arrives),
+        "texel": texel, "held": stored,
+        "comparison": PixelComparison(unbiased, reference, moved, short, parts, tuple(reads), arrives),
+        "blocker_depth": None if blocker is None else float(rays.ndc(blocker.point - rays.origin)[2]),
     }  # fmt: skip
 
 

@@ -60,6 +60,8 @@ class PixelExplanation(Value):
     blocker : Met or None
         What truth's ray to the light meets first, `distance` from the surface; None where nothing is in the way, and
         of a surface that faces away from the light.
+    blocker_depth : float or None
+        NDC depth at which the pixel's map would hold that; outside of 0 to 1 the map cuts it off. None without either.
     map : int or None
         Index of the map that serves the pixel; None where none is asked.
     maps : int
@@ -93,6 +95,7 @@ class PixelExplanation(Value):
     edge_px: float | None
     surface: PixelSurface | None
     blocker: Met | None
+    blocker_depth: float | None
     map: int | None
     maps: int
     reason: MapReason

@@ -63,24 +63,26 @@ def first_line(found: PixelExplanation) -> str:
 
 def cause_line(found: PixelExplanation) -> str:
     """The cause as a sentence with its numbers."""
-    held, cause = found.held, found.cause
+    cause, short = found.cause, None if found.comparison is None else found.comparison.shortfall
     assert cause is not None
     if cause == "edge":
         moved = found.edge_px
         by = " elsewhere" if moved is None or not math.isfinite(moved) else f" {px_text(moved)} from where it belongs"
         return f"A silhouette lies between the pixel and its texel's centre: the shadow's edge is drawn{by}."
     if cause == "acne":
-        gap = None if held is None else held.gap
-        what = "" if gap is None or gap <= 0 else f" The texel's depth lies {digits(gap)} above the receiver's plane."
+        what = "" if short is None or short <= 0 else f" It would take {digits(short)} more towards the light."
         return f"The surface shadows itself: the bias does not cover what its depth changes within the texel.{what}"
     if cause == "leak":
         moved = None if found.comparison is None else found.comparison.bias_world
         by = "" if moved is None else f" by {digits(moved)}"
-        return f"The bias carries the receiver{by} towards the light, past its caster. Without bias it would be dark."
+        what = "Without bias it would be dark." if short is None else f"With {digits(-short)} less it would be dark."
+        return f"The bias carries the receiver{by} towards the light, past its caster. {what}"
     if cause == "missing" and found.map is None:
         return "No map holds the receiver, and what no map holds is lit."
+    if cause == "missing" and found.blocker_depth is not None and not 0 <= found.blocker_depth < 1:
+        return f"The caster lies outside of the map's depths, at NDC depth {digits(found.blocker_depth)}."
     if cause == "missing":
-        return "The map does not hold the caster: it is thinner than a texel there, or outside of the map's depths."
+        return "The map does not hold the caster: its shadow passes between the centres of the texels."
     return f"The map itself is wrong: {MEANINGS[cause]}."
 
 
@@ -182,12 +184,11 @@ def texel_lines(found: PixelExplanation) -> list[str]:
         ]
     parts = [f"{part.name} {depth_text(part.ndc)} ({digits(part.world)})" for part in comparison.parts]
     lowered = depth_text(comparison.unbiased - comparison.reference)
-    bias = f"; bias {lowered} ({digits(comparison.bias_world)} towards the light)"
-    of = f", of which alone: {', '.join(parts)}" if len(parts) > 1 else ""
+    bias = f"; bias {lowered} ({digits(comparison.bias_world)} towards the light)" if parts else ""
+    of = f"; each alone: {', '.join(parts)}" if len(parts) > 1 else ""
     said = "lit" if comparison.light >= 0.5 else "in shadow"
-    lines.append(
-        f"Comparison: reference {depth(comparison.reference)}, {depth(comparison.unbiased)} without bias{bias}{of}."
-    )
+    unbiased = f"{depth(comparison.unbiased)} without bias" if parts else "without any bias"
+    lines.append(f"Comparison: reference {depth(comparison.reference)}, {unbiased}{bias}{of}.")
     votes = [
         f"({read.column}, {read.row}) {depth(read.held.depth)} {'lit' if read.is_lit else 'dark'}, "
         f"weight {read.weight:.3g}"

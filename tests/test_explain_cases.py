@@ -150,3 +150,22 @@ def test_an_explanation_travels():
     assert again == found
     assert str(again) == str(found)
     assert hash(again) == hash(found)
+
+
+def test_a_caster_that_the_map_cuts_off_is_named():
+    """Depths that begin behind the casters: the explanation gives the depth at which the map would hold them."""
+    view = view_of("robots")
+    p = sl.technique("uniform").parameterize(view.scene, view.camera, view.light, resolution=256)
+    cut = np.array(p.matrix)
+    origin = np.asarray(view.gbuffer("cpu").position)[view.gbuffer("cpu").triangle >= 0]
+    depths = p.partitions[0].project(origin)[0][:, 2]
+    near = float(np.percentile(depths, 40))
+    cut[2] = (cut[2] - near * cut[3]) / (1.0 - near)
+    run = sl.evaluate(view, sl.Parameterization.from_matrix(cut), 256, renderer="cpu")
+    tested = 0
+    for x, y in some(run.causes.image == 4, 20, 1):
+        found = explained(view, run.item, x, y, 256)
+        if found.map is not None and found.blocker is not None and found.blocker_depth < 0:
+            assert "outside of the map's depths" in str(found)
+            tested += 1
+    assert tested > 0

@@ -67,6 +67,11 @@ class MapRays:
             x, y = along_knots(of_x, x), along_knots(of_y, y)
         return np.array([x, y, z])
 
+    def depth(self, point: Vector) -> float | None:
+        """NDC depth of a point; None behind the centre of the projection."""
+        clip = self.clip(point)
+        return float(clip[2] / clip[3]) if clip[3] > 0 else None
+
     def place(self, point: Vector) -> Vector:
         """(2,): where a point lies in the map, texels."""
         x, y, _ = self.ndc(point)

@@ -202,9 +202,11 @@ def held_by(
     chosen = 0 if away[0] <= slack else int(np.argmin(away))
     known = [height for height in heights if np.isfinite(height)]
     among = stored is not None and bool(known) and min(known) <= stored <= max(known)
-    difference = 0.0 if among else min(away)
+    # A map without rays of its own confirms nothing that it stores.
+    lost = anchor is None and depth < 1.0
+    difference = 0.0 if among else np.inf if lost else min(away)
     hit = met[chosen]
-    ray_depth = None if hit is None else float(rays.ndc(hit.point - rays.origin)[2])
+    ray_depth = None if hit is None else rays.depth(hit.point - rays.origin)
     instance, triangle = (-1, -1) if hit is None else (hit.instance, hit.triangle)
     return Held(depth, place, gap, instance, triangle, ray_depth, difference, difference <= slack)
 
@@ -220,8 +222,9 @@ def _met_from_light(scene: _core.Scene, rays: MapRays, at: Vector | None) -> tup
     if triangle[0] < 0:
         return nothing
     place = begin - t[0] * to_light
+    depth = rays.depth(place - rays.origin)
     # What lies beyond the far plane is not drawn.
-    if rays.ndc(place - rays.origin)[2] >= 1.0:
+    if depth is None or depth >= 1.0:
         return nothing
     return start - float(t[0]), Met(int(instance[0]), int(triangle[0]), place, float(t[0]))
 

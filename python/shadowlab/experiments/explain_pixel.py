@@ -222,7 +222,7 @@ def _in_map(
         "map": index, "reason": _reason(p, index, surface.eye_depth), "eye_depth": part.eye_depth, "chain": chain,
         "texel": texel, "held": stored,
         "comparison": PixelComparison(unbiased, reference, moved, short, parts, tuple(reads), arrives),
-        "blocker_depth": None if blocker is None else float(rays.ndc(blocker.point - rays.origin)[2]),
+        "blocker_depth": None if blocker is None else rays.depth(blocker.point - rays.origin),
     }  # fmt: skip
 
 

@@ -61,7 +61,8 @@ class PixelExplanation(Value):
         What truth's ray to the light meets first, `distance` from the surface; None where nothing is in the way, and
         of a surface that faces away from the light.
     blocker_depth : float or None
-        NDC depth at which the pixel's map would hold that; outside of 0 to 1 the map cuts it off. None without either.
+        NDC depth at which the pixel's map would hold that; outside of 0 to 1 the map cuts it off. None without either,
+        and behind the centre of the map's projection.
     map : int or None
         Index of the map that serves the pixel; None where none is asked.
     maps : int

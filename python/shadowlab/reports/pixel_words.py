@@ -79,6 +79,8 @@ def cause_line(found: PixelExplanation) -> str:
         return f"The bias carries the receiver{by} towards the light, past its caster. {what}"
     if cause == "missing" and found.map is None:
         return "No map holds the receiver, and what no map holds is lit."
+    if cause == "missing" and found.blocker is not None and found.blocker_depth is None:
+        return "The caster lies behind the centre of the map's projection, which cuts it off."
     if cause == "missing" and found.blocker_depth is not None and not 0 <= found.blocker_depth < 1:
         return f"The caster lies outside of the map's depths, at NDC depth {digits(found.blocker_depth)}."
     if cause == "missing":

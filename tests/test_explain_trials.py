@@ -12,7 +12,7 @@ from shadowlab.text import BIAS
 
 @pytest.mark.parametrize(("scene", "technique", "resolution"), [CASES[1], CASES[3], CASES[4]])
 def test_what_mends_mends(scene, technique, resolution):
-    """Each trial, evaluated again, gives the pixel and the count that it told."""
+    """Each trial, evaluated again, gives the same pixel and the same count."""
     run, view = run_of(scene, technique, resolution), view_of(scene)
     kinds = set()
     for code in (1, 2, 3, 4):

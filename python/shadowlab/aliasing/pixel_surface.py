@@ -31,7 +31,7 @@ class Met(Value):
     point : (3,) float64
         Where, world.
     distance : float
-        From where the ray is told to begin, world units.
+        From the beginning of the ray, world units.
     """
 
     instance: int

@@ -131,8 +131,8 @@ def explain_pixel(
     if not (trials and found["verdict"] in ("false shadow", "false light")):
         return PixelExplanation(**found)
     tried = Trials(run, draw, (x, y))
-    with Steps(tried.most, progress) as told:
-        return PixelExplanation(**found, trials=tuple(tried.all(told)))
+    with Steps(tried.most, progress) as announce:
+        return PixelExplanation(**found, trials=tuple(tried.all(announce)))
 
 
 def _run(

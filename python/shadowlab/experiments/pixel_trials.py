@@ -111,23 +111,23 @@ class Trials:
         """How many trials there are at most."""
         return len(BIAS_PARTS) + len(OTHER_TECHNIQUES) + max(0, (LONGEST_MAP // self.run.resolution).bit_length() - 1)
 
-    def all(self, told: Callable[[str], None]) -> Iterator[PixelTrial]:
-        """Every trial, one after the other; `told` hears what is tried next."""
-        yield from self.resolutions(told)
+    def all(self, announce: Callable[[str], None]) -> Iterator[PixelTrial]:
+        """Every trial, one after the other; `announce` is called with each before it begins."""
+        yield from self.resolutions(announce)
         for part in BIAS_PARTS:
-            told(f"bias {part}")
+            announce(f"bias {part}")
             yield self.bias(part)
         for technique in OTHER_TECHNIQUES:
             if technique not in (self.run.label, self.text):
-                told(technique)
+                announce(technique)
                 yield self.technique(technique)
 
-    def resolutions(self, told: Callable[[str], None]) -> Iterator[PixelTrial]:
+    def resolutions(self, announce: Callable[[str], None]) -> Iterator[PixelTrial]:
         """Maps of twice the side, again and again, until the pixel is right or more would be too much work."""
         maps = len(_parameterization(self.run).partitions)
         side = 2 * self.run.resolution
         while side <= LONGEST_MAP and maps * side**2 <= MOST_TRIED_TEXELS:
-            told(f"resolution {side}")
+            announce(f"resolution {side}")
             again = evaluate(
                 self.run.view, self.run.item, side, metrics=("misclassified",), renderer=self.renderer,
                 filter=self.run.filter, bias=self.run.bias, label=self.run.label,

@@ -48,8 +48,11 @@ def first_line(found: PixelExplanation) -> str:
     run = found.run
     maps = f"{found.maps} × " if found.maps > 1 else ""
     of = f"Pixel ({found.x}, {found.y}) of {found.technique} at {maps}{run.resolution}²"
-    if found.truth == "nothing" or found.surface is None:
-        return f"{of} shows no surface."
+    if found.surface is None:
+        seen = "" if found.truth == "nothing" else ", and rays meet one, so that it counts as no error"
+        return f"{of} shows no surface{seen}."
+    if found.truth == "nothing":
+        return f"{of} counts as no error: it shows a surface, and rays meet none."
     if found.verdict in WRONG:
         return f"{of} {WRONG[found.verdict]}. Cause: {found.cause}."
     if found.truth == "undecided":
@@ -75,7 +78,8 @@ def cause_line(found: PixelExplanation) -> str:
     if cause == "leak":
         moved = None if found.comparison is None else found.comparison.bias_world
         by = "" if moved is None else f" by {digits(moved)}"
-        what = "Without bias it would be dark." if short is None else f"With {digits(-short)} less it would be dark."
+        spare = 0.0 if short is None else -short
+        what = f"With {digits(spare)} less it would be dark." if spare > 0 else "Without bias it would be dark."
         return f"The bias carries the receiver{by} towards the light, past its caster. {what}"
     if cause == "missing" and found.map is None:
         return "No map holds the receiver, and what no map holds is lit."

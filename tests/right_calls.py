@@ -140,6 +140,11 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     assert_type(view.light, types.Light | tuple[types.Light, ...])
     assert_type(view.truth(), types.TruthImage | Any)
     _first, _second = sl.View(scene, camera, [light, light], (64, 64)).truth()
+    why = sl.explain_pixel(view, "lispsm", 3, 4, resolution=256, bias=sl.Bias(world=0.1), filter="pcf2x2")
+    assert_type(why, sl.PixelExplanation)
+    assert_type(why.figure(), Figure)
+    assert_type(why.edge_px, float | None)
+    assert_type(why.x, int)
     run = sl.evaluate(view, "lispsm", 256, metrics=["misclassified", "usage"], renderer=Engine())
     if run.mask is not None and run.errors is not None:
         assert_type(run.mask, types.Mask | Any)

@@ -250,6 +250,10 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         *parameterization("log").partitions,
         *parameterization("face_partition").partitions,
     ],
+    "PixelExplanation": lambda: [
+        sl.explain_pixel(sl.View(*view(), SIZE), "uniform", x, 12, resolution=64, renderer="cpu", trials=False)
+        for x in (3, 20)
+    ],
     "PointLight": lambda: [sl.PointLight((0, -0.0, 1), range=3), sl.PointLight((0, 0, 1), range=4)],
     "Prediction": lambda: [sl.Prediction.of(12.5), sl.Prediction(1.0, 0.5, 3.0)],
     "Preset": lambda: [sl.preset("godot"), sl.preset("filament"), preset_of_ones_own()],

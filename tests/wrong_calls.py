@@ -106,6 +106,9 @@ def of_experiments(scene: sl.Scene, camera: sl.Camera, light: types.Light, view:
     sl.evaluate(view, "lispsm", metrics=["misclasified"])  # wrong: expected "Literal['mask', 'misclassified'
     sl.evaluate(view, "lispsm", renderer="vulkan")  # wrong: Argument "renderer" to "evaluate"
     sl.evaluate(view, "lispsm").mask.shape  # wrong: Item "None" of
+    sl.explain_pixel(view, "lispsm", 3)  # wrong: Missing positional argument "y" in call to "explain_pixel"
+    sl.explain_pixel(view, "lispsm", 3, 4.5)  # wrong: Argument 4 to "explain_pixel" has incompatible type "float"
+    sl.explain_pixel(scene, "lispsm", 3, 4)  # wrong: incompatible type "Scene"; expected "View"
     sl.evaluate(view, ["lispsm"])  # wrong: Argument 2 to "evaluate" has incompatible type "list[str]"
     sl.compare(scene, light, camera)  # wrong: incompatible type "Camera"
     sl.compare(scene, camera, light, ["lispsm"], 512)  # wrong: Too many positional arguments

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from .experiments.advise import advise
     from .experiments.compare import compare
     from .experiments.evaluate import evaluate
+    from .experiments.explain_pixel import explain_pixel
+    from .experiments.pixel_explanation import PixelExplanation
     from .experiments.predict import Prediction, predict
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
@@ -68,6 +70,7 @@ __all__ = [
     "Note",
     "Parameterization",
     "Partition",
+    "PixelExplanation",
     "PointLight",
     "Prediction",
     "Preset",
@@ -92,6 +95,7 @@ __all__ = [
     "diagnose",
     "errors",
     "evaluate",
+    "explain_pixel",
     "library",
     "load_scene",
     "plot",
@@ -116,6 +120,7 @@ sys.modules[f"{__name__}.library"] = library
 _LAZY = {
     "Advice": "experiments.advice",
     "Diagnosis": "conventions.diagnosis",
+    "PixelExplanation": "experiments.pixel_explanation",
     "Prediction": "experiments.predict",
     "Run": "experiments.run",
     "SmallestBias": "experiments.smallest_bias",
@@ -126,6 +131,7 @@ _LAZY = {
     "default_views": "scene.default_view",
     "diagnose": "conventions.diagnosis",
     "evaluate": "experiments.evaluate",
+    "explain_pixel": "experiments.explain_pixel",
     "predict": "experiments.predict",
     "plot": "plot",
     "report": "doctor",

@@ -40,6 +40,7 @@ __all__ = [
     "adapters",
     "blur",
     "causes",
+    "compared",
     "drawn_samples",
     "first_hit",
     "footprint",
@@ -354,6 +355,21 @@ def blur(
     progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.float32]:
     """The mask after the blur: (H, W) float32; see `shadowlab.blur`."""
+
+def compared(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    pixels: npt.ArrayLike,
+    *,
+    resolution: _Size | None = None,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.int16], _Float, _Float]:
+    """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
+    depth (N,) float64, NaN where the pixel is lit without a look at the map.
+    """
 
 def causes(
     scene: Scene,

@@ -356,5 +356,33 @@ class GBuffer:
     @property
     def instance(self) -> npt.NDArray[np.int32]:
         """(H, W) int32: index of the instance; -1 where nothing is."""
+    def crop(self, x: int, y: int, width: int, height: int) -> GBuffer:
+        """A rectangle of the picture: the same records, bit for bit, relative to the same origin.
+
+        Parameters
+        ----------
+        x, y : int
+            Column and row of its upper left pixel.
+        width, height : int
+            Pixels.
+
+        Returns
+        -------
+        GBuffer
+
+        Raises
+        ------
+        ArgumentError
+            For a rectangle without pixels, or one that leaves the picture.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> g = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(16, 9))
+        >>> part = g.crop(3, 4, 5, 2)
+        >>> part.size, bool((part.depth == g.depth[4:6, 3:8]).all())
+        ((5, 2), True)
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -48,6 +48,7 @@ __all__ = [
     "Techniques",
     "TruthImage",
     "Up",
+    "Vector",
     "ViewName",
 ]
 
@@ -89,6 +90,8 @@ Labelled: TypeAlias = "T | Sequence[T] | Mapping[str, T]"
 
 #: Numbers of an image in float32, of points in float64.
 Floats: TypeAlias = npt.NDArray[np.floating[Any]]
+#: A point, a vector or several: (3,), (4,) or (N, 3) float64.
+Vector: TypeAlias = npt.NDArray[np.float64]
 #: A colour in sRGB bytes.
 RGB: TypeAlias = tuple[int, int, int]
 #: (H, W) share of the light that arrives: 1 lit, 0 in shadow, NaN where nothing is seen.

@@ -5,6 +5,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
+use super::arguments::whole;
 use super::arrays::{equal_lists, stored};
 use super::camera::PyCamera;
 use super::convert::{OrRaise, SOON, image, in_parts, instance_of, run_sized, vec3_to_array};
@@ -40,6 +41,12 @@ const VERSION: u32 = 2;
 /// A G-buffer argument.
 pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
     instance_of(value, "gbuffer", "sl.Renderer().gbuffer(scene, camera, size=(640, 360)) makes one")
+}
+
+/// The records of a rectangle (x, y, width, height) of a picture with rows of a width.
+fn rectangle<T: Copy>(of: &[T], row_width: usize, [x, y, width, height]: [usize; 4]) -> Vec<T> {
+    let row = |y: usize| of[y * row_width + x..][..width].iter().copied();
+    (y..y + height).flat_map(row).collect()
 }
 
 impl PyGBuffer {
@@ -223,6 +230,66 @@ impl PyGBuffer {
     #[getter]
     fn instance(&self, py: Python<'_>) -> Py<PyArray2<i32>> {
         self.instance.clone_ref(py)
+    }
+    /// A rectangle of the picture: the same records, bit for bit, relative to the same origin.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y : int
+    ///     Column and row of its upper left pixel.
+    /// width, height : int
+    ///     Pixels.
+    ///
+    /// Returns
+    /// -------
+    /// GBuffer
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     For a rectangle without pixels, or one that leaves the picture.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import shadowlab as sl
+    /// >>> scene = sl.library.scene("robots")
+    /// >>> g = sl.Renderer("cpu").gbuffer(scene, scene.camera, size=(16, 9))
+    /// >>> part = g.crop(3, 4, 5, 2)
+    /// >>> part.size, bool((part.depth == g.depth[4:6, 3:8]).all())
+    /// ((5, 2), True)
+    fn crop<'py>(
+        &self,
+        py: Python<'py>,
+        x: &Bound<'py, PyAny>,
+        y: &Bound<'py, PyAny>,
+        width: &Bound<'py, PyAny>,
+        height: &Bound<'py, PyAny>,
+    ) -> PyResult<Self> {
+        let fix = "choose a rectangle within the picture";
+        let sides = self.size.map(i64::from);
+        let part = |at: &Bound<'py, PyAny>, length: &Bound<'py, PyAny>, names: [&str; 2], side: i64| {
+            let at = whole(at, names[0], [0, side - 1], fix)?;
+            let length = whole(length, names[1], [1, side - at], fix)?;
+            Ok::<_, PyErr>((at as usize, length as usize))
+        };
+        let (x, w) = part(x, width, ["x", "width"], sides[0])?;
+        let (y, h) = part(y, height, ["y", "height"], sides[1])?;
+        let (all, of) = (self.size[0] as usize, [x, y, w, h]);
+        let depth = self.depth.bind(py).readonly();
+        let depth = rectangle(depth.as_slice()?, all, of);
+        self.with_surfaces(py, |s| {
+            Ok(Self {
+                size: [w as u32, h as u32],
+                origin: self.origin,
+                camera: self.camera,
+                depth: image(py, depth, [h, w])?.unbind(),
+                relative: image(py, rectangle(s.position, all, of).into_flattened(), [h, w, 3])?.unbind(),
+                position: PyOnceLock::new(),
+                normal: image(py, rectangle(s.normal, all, of).into_flattened(), [h, w, 3])?.unbind(),
+                triangle: image(py, rectangle(s.triangle, all, of), [h, w])?.unbind(),
+                instance: image(py, rectangle(s.instance, all, of), [h, w])?.unbind(),
+            })
+        })
     }
     // Not by what `==` makes of both: the other side may answer with anything.
     fn __ne__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {

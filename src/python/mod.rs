@@ -10,6 +10,7 @@ mod camera;
 mod camera_changes;
 mod camera_matrices;
 mod causes;
+mod compared;
 mod convert;
 mod drivers;
 mod exceptions;
@@ -47,6 +48,8 @@ mod _core {
     use super::camera::PyCamera;
     #[pymodule_export]
     use super::causes::{causes, look_up};
+    #[pymodule_export]
+    use super::compared::compared;
     #[pymodule_export]
     use super::drivers::adapters;
     #[pymodule_export]

@@ -97,6 +97,12 @@ def optimal() -> Any:
 
 
 @functools.cache
+def explained() -> Any:
+    w = world()
+    return sl.explain_pixel(w.view, "uniform", 8, 6, resolution=16, renderer=w.renderer, trials=False)
+
+
+@functools.cache
 def searched() -> Any:
     """Maps of a technique that searches."""
     w = world()
@@ -156,6 +162,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "edge_normals": lambda: np.ones((4, 2)) * 0.6,
     "elevation": lambda: 0.5,
     "every": lambda: 4,
+    "explanation": explained,
     "eye": lambda: (0.0, 1.0, 9.0),
     "eye_depth": lambda: [(0.5, 9.0)],
     "far": lambda: 100.0,
@@ -291,6 +298,9 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     },
     "sl.set_threads": {"n": lambda: 2},
     "sl.diagnose": {"mine": lambda: np.eye(4), "theirs": lambda: np.eye(4), "tile": lambda: None},
+    "sl.explain_pixel": {"x": lambda: 8, "y": lambda: 6, "trials": lambda: False},
+    "GBuffer.crop": {"x": lambda: 1, "y": lambda: 2, "width": lambda: 3, "height": lambda: 4},
+    "_core.compared": {"pixels": lambda: [[8, 6]]},
     "sl.default_view": {"focus": lambda: None, "view": lambda: "above"},
     "sl.default_views": {"focus": lambda: None},
     "sl.advise": {

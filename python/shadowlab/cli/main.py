@@ -1,4 +1,4 @@
-"""The command `shadowlab`: compare, advise, experiment, matrix, diagnose, techniques, doctor.
+"""The command `shadowlab`: compare, advise, explain, experiment, matrix, diagnose, techniques, doctor.
 
 An error is one line on standard error and exit status 2; Ctrl-C is 130. Vectors and points are in the axes of the
 file, so `--up z` goes with coordinates as the program that wrote the file shows them.
@@ -24,6 +24,7 @@ from .compare import compare_options
 from .diagnose import diagnose_options
 from .doctor import doctor_options
 from .experiment import experiment_options
+from .explain import explain_options
 from .matrix import matrix_options
 from .options import Commands
 from .techniques import techniques_options
@@ -140,8 +141,8 @@ def parser() -> Parser:
         one.add_argument("--debug", action="store_true", help="show where an error comes from")
     commands: Commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for add in (
-        compare_options, advise_options, experiment_options, matrix_options, diagnose_options, techniques_options,
-        doctor_options,
+        compare_options, advise_options, explain_options, experiment_options, matrix_options, diagnose_options,
+        techniques_options, doctor_options,
     ):  # fmt: skip
         add(commands, shared)
     return top

@@ -19,7 +19,7 @@ Commands: TypeAlias = "argparse._SubParsersAction[Any]"
 
 
 def view_options(options: argparse.ArgumentParser, optional: bool = False) -> None:
-    """Adds scene, camera and light: what compare, advise, matrix and diagnose share."""
+    """Adds scene, camera and light: what compare, advise, explain, matrix and diagnose share."""
     options.add_argument(
         "scene",
         metavar="MESH|@LIBRARY",

@@ -94,7 +94,7 @@ class Drawing:
     def causes(self) -> Causes:
         """Why the wrong pixels are wrong."""
         image, distance = self._caused()
-        depth = depths_of(self._gbuffer, self.view.camera)
+        depth = depths_of(self.gbuffer, self.view.camera)
         return Causes(image, distance, depth, int(self.errors.undecided))
 
     @property
@@ -113,7 +113,7 @@ class Drawing:
             return int(self.errors.count)
         moved = shifted(self.parameterization, dx, dy, self.resolution)
         maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution)
-        looks = (self._gbuffer, self.view.camera, light_of(self.view), moved)
+        looks = (self.gbuffer, self.view.camera, light_of(self.view), moved)
         mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter)
         return int(_core.misclassified(mask, self.view.truth()).count)
 
@@ -149,12 +149,13 @@ class Drawing:
         return summary, numbers
 
     @property
-    def _gbuffer(self) -> _core.GBuffer:
+    def gbuffer(self) -> _core.GBuffer:
+        """What the camera sees, as the renderer drew it."""
         return self.view.gbuffer(self.renderer)
 
     @property
     def _looks(self) -> tuple[_core.GBuffer, _core.Camera, Light, Maps]:
-        return self._gbuffer, self.view.camera, light_of(self.view), self.parameterization
+        return self.gbuffer, self.view.camera, light_of(self.view), self.parameterization
 
     def _looked_up(self) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         return self._kept(
@@ -168,7 +169,7 @@ class Drawing:
             view = self.view
             return _core.causes(
                 view.scene, view.camera, light_of(view), self.parameterization, self.errors.image,
-                gbuffer=self._gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
+                gbuffer=self.gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
             )  # fmt: skip
 
         return self._kept("causes", make, lambda found: found[0].nbytes + found[1].nbytes)

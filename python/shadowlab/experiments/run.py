@@ -126,6 +126,11 @@ class Run(Value):
         return own if self.doubt is None else (*own, self.doubt)
 
     @property
+    def gbuffer(self) -> PerLight[_core.GBuffer] | None:
+        """What the camera sees, as the run's renderer drew it; None of a run that failed."""
+        return self._of(lambda drawing: drawing.gbuffer)
+
+    @property
     def maps(self) -> PerLight[ShadowMaps] | None:
         """Shadow maps (H, W) or (K, H, W) float32; None of a run that failed."""
         return self._of(lambda drawing: drawing.maps)

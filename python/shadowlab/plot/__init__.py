@@ -2,6 +2,7 @@
 
 - Of a run and a study: `eye_view`, `difference_view`, `chosen_view`, `shadow_map`, `frustum`, `error_curve`,
   `study_figure`.
+- Of one pixel: `pixel_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
 - Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`, `bias_curve`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`.
@@ -22,6 +23,7 @@ from .curves import error_along_view, error_over_angle
 from .distributions import error_by_depth, error_histogram
 from .eye_views import error_map, lattice
 from .light_views import light_view, warped_view
+from .pixel import pixel_figure
 from .scene_optimal import percent_more, samples_and_maps, samples_view, search_history
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
 from .temporal import drift, flips
@@ -52,6 +54,7 @@ __all__ = [
     "light_view",
     "percent_more",
     "pictures",
+    "pixel_figure",
     "samples_and_maps",
     "samples_view",
     "search_history",

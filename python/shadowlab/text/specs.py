@@ -20,6 +20,8 @@ BIAS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
 MOST_PARENTHESES = 64
 # Pixels along a side of a picture, as of the renderers.
 LONGEST_PICTURE = 16384
+# Of a column or row that a text says.
+MOST_PIXEL_DIGITS = 10
 
 #: What a text can say: a flag, a number, a word, or a tuple of numbers or of such tuples.
 Parsed: TypeAlias = "bool | int | float | str | tuple[Parsed, ...]"
@@ -139,6 +141,20 @@ def parse_pair(text: str, name: str) -> tuple[float, float]:
     """
     x, y = _finite_numbers(text, name, 2, "two", "0,0.5")
     return x, y
+
+
+def parse_pixel(text: str) -> tuple[int, int]:
+    """Column and row of `412,233`.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but two whole numbers of 0 or more.
+    """
+    parts = text.replace(",", " ").split()
+    if len(parts) == 2 and all(part.isascii() and part.isdigit() and len(part) < MOST_PIXEL_DIGITS for part in parts):
+        return int(parts[0]), int(parts[1])
+    raise ArgumentError(f"pixel: expected column and row such as 412,233, counted from 0, got {shown(text)}")
 
 
 def _finite_numbers(text: str, name: str, count: int, word: str, example: str) -> list[float]:

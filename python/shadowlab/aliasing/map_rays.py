@@ -1,0 +1,134 @@
+r"""The light's rays through the places of one map: where a texel lies in the world, and where a depth is on its ray.
+
+light                      A place in the map is one ray of light (theory.md (0.1)). With x and y of the place given,
+  \   \                    the rows x, y and w of the matrix give two planes that hold the ray; a third, the
+   \   \  stored           receiver's, cuts it in one point. Clip z and w are affine along the ray, so that a depth
+____\___\___ receiver      is met where a linear equation says.
+
+The twin of what the core probes (theory.md 14); in double precision, relative to a G-buffer's origin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .._core import Partition
+    from ..types import Light, Vector
+
+
+@dataclass(frozen=True, eq=False)
+class MapRays:
+    """The rays of one map. Points are relative to `origin`, places are in texels: x to the right, y down.
+
+    Attributes
+    ----------
+    partition : Partition
+    light : DirectionalLight, SpotLight or PointLight
+    origin : (3,) float64
+        World point that points are relative to.
+    resolution : (int, int)
+        Width and height of the map, texels.
+    reach : float
+        Length beyond which nothing of the scene lies, world units.
+    """
+
+    partition: Partition
+    light: Light
+    origin: Vector
+    resolution: tuple[int, int]
+    reach: float
+
+    @cached_property
+    def rows(self) -> Vector:
+        """(4, 4): shadow clip from points."""
+        shift = np.eye(4)
+        shift[:3, 3] = self.origin
+        return np.asarray(self.partition.matrix, np.float64) @ shift
+
+    def clip(self, point: Vector) -> Vector:
+        """(4,): homogeneous clip coordinates of a point."""
+        made: Vector = self.rows[:, :3] @ point + self.rows[:, 3]
+        return made
+
+    def ndc(self, point: Vector) -> Vector:
+        """(3,): NDC of a point with clip w above 0, after what follows the matrix."""
+        clip = self.clip(point)
+        x, y, z = clip[:3] / clip[3]
+        if self.partition.post_warp == "log":
+            terms = self.partition.post_warp_terms
+            y = terms["scale"] * np.log(clip[3]) + terms["offset"]
+        elif self.partition.post_warp_knots is not None:
+            of_x, of_y = self.partition.post_warp_knots
+            x, y = along_knots(of_x, x), along_knots(of_y, y)
+        return np.array([x, y, z])
+
+    def depth(self, point: Vector) -> float | None:
+        """NDC depth of a point; None behind the centre of the projection."""
+        clip = self.clip(point)
+        return float(clip[2] / clip[3]) if clip[3] > 0 else None
+
+    def place(self, point: Vector) -> Vector:
+        """(2,): where a point lies in the map, texels."""
+        x, y, _ = self.ndc(point)
+        return np.array([0.5 + 0.5 * x, 0.5 - 0.5 * y]) * self.resolution
+
+    def on_plane(self, place: Vector, point: Vector, normal: Vector) -> Vector | None:
+        """(3,): where the ray of a place meets the plane through a point; None where the plane is seen edge on."""
+        width, height = self.resolution
+        x, y = 2.0 * place[0] / width - 1.0, 1.0 - 2.0 * place[1] / height
+        row_x, row_y, _, row_w = self.rows
+        if self.partition.post_warp_knots is not None:
+            of_x, of_y = self.partition.post_warp_knots
+            x, y = along_knots(of_x[:, ::-1], x), along_knots(of_y[:, ::-1], y)
+        across, along = row_x - x * row_w, row_y - y * row_w
+        if self.partition.post_warp == "log":
+            terms = self.partition.post_warp_terms
+            along = row_w.copy()
+            along[3] -= np.exp((y - terms["offset"]) / terms["scale"])
+        try:
+            found: Vector = np.linalg.solve(
+                np.stack([across[:3], along[:3], normal]), [-across[3], -along[3], normal @ point]
+            )
+        except np.linalg.LinAlgError:
+            return None
+        return found if np.isfinite(found).all() else None
+
+    def to_light(self, point: Vector) -> Vector:
+        """(3,): the unit vector from a point to the light; zero at the light."""
+        of_light = np.asarray(self.light.point, np.float64)
+        way: Vector = of_light[:3] - of_light[3] * (point + self.origin)
+        length = float(np.linalg.norm(way))
+        return way / length if length > 0 else np.zeros(3)
+
+    def height(self, point: Vector, depth: float) -> float:
+        """How far from a point towards the light NDC depth has a value, world units; 0 where it never changes."""
+        clip, way = self.clip(point), self.rows[:, :3] @ self.to_light(point)
+        below = way[2] - depth * way[3]
+        return float((depth * clip[3] - clip[2]) / below) if below != 0 else 0.0
+
+    def start(self, point: Vector) -> float:
+        """How far from a point towards the light its ray begins: at the near plane, or before everything."""
+        near = self.height(point, 0.0)
+        placed = float(np.asarray(self.light.point)[3]) != 0
+        way = np.asarray(self.light.point, np.float64)[:3] - (point + self.origin)
+        whole = float(np.linalg.norm(way)) if placed else self.reach + float(np.linalg.norm(point))
+        return min(near, whole) if near > 0 else whole
+
+    def texel_sides(self, point: Vector) -> tuple[float, float]:
+        """Lengths of one texel along the map's x and y at a point, across its ray, world units; 0 of a singular map."""
+        place, across = self.place(point), self.to_light(point)
+        ends = [self.on_plane(place + step, point, across) for step in np.eye(2)]
+        x, y = (0.0 if end is None else float(np.linalg.norm(end - point)) for end in ends)
+        return x, y
+
+
+def along_knots(knots: Vector, at: float) -> float:
+    """The function through knots (N, 2), linear between and beyond them, at a place."""
+    piece = int(np.searchsorted(knots[1:-1, 0], at, side="right"))
+    (x, y), (next_x, next_y) = knots[piece], knots[piece + 1]
+    return float(y + (at - x) * (next_y - y) / (next_x - x))

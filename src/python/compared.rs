@@ -65,7 +65,10 @@ pub fn compared<'py>(
                     continue;
                 };
                 let (place, depth) = match lookups.map(k).compare_at(point, normal) {
-                    Comparison::At { p_texel, z } => (p_texel.to_array(), z),
+                    Comparison::At(at) => {
+                        let centre = at.p_texel.floor() + 0.5;
+                        (at.p_texel.to_array(), lookups.map(k).depth_at(&at, centre))
+                    }
                     Comparison::Lit => (lookups.map(k).place_of(point).map_or(unknown, |at| at.to_array()), f64::NAN),
                 };
                 found.push((k as i16, place, depth));

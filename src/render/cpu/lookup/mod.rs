@@ -1,10 +1,14 @@
 //! What receivers read in depth maps that are there: a lookup, the mask of an image, and probes for the causes of errors.
 
+mod comparison;
+mod filtered;
 #[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
 mod lookup;
 mod mask;
 mod probe;
+mod projected;
 
-pub use lookup::{Comparison, Lookups, MapLookup};
+pub use comparison::{Comparison, Reference};
+pub use lookup::{Lookups, MapLookup};
 pub(super) use mask::MaskInput;
 pub use mask::look_up;

@@ -6,7 +6,8 @@
 
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
-use super::lookup::{Comparison, MapLookup};
+use super::comparison::Comparison;
+use super::lookup::MapLookup;
 use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
 use crate::render::Filter;

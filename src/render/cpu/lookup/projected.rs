@@ -1,0 +1,106 @@
+//! A receiver in a map, and how what it is there changes about it: theory.md 0, E.5.
+
+use glam::{DVec2, DVec3, DVec4};
+
+use super::lookup::MapLookup;
+use crate::parameterization::PostWarp;
+
+/// A receiver in a map, with how what it is there changes about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Projected {
+    pub(super) p_texel: DVec2,
+    /// Before the post-warp.
+    pub(super) plain: DVec3,
+    pub(super) ndc: DVec3,
+    /// Gradients in world space: of the texel coordinates X and Y (down), and of NDC z.
+    pub(super) grad_x: DVec3,
+    pub(super) grad_y: DVec3,
+    pub(super) grad_z: DVec3,
+    /// The cross product of the first two.
+    pub(super) cross: DVec3,
+    /// Its part along the ray.
+    pub(super) det_ray: f64,
+    /// To the light: a unit vector, whether the light is placed or at infinity.
+    pub(super) to_light: DVec3,
+    /// World size of a texel across the ray, its longer side.
+    pub(super) texel: f64,
+}
+
+impl MapLookup {
+    /// The receiver in the map; nothing outside of it, and before its near plane.
+    #[inline(always)]
+    pub(super) fn projected(&self, p: DVec3) -> Option<Projected> {
+        let [row_x, row_y, row_z, row_w] = self.rows;
+        let p4 = p.extend(1.0);
+        let w = row_w.dot(p4);
+        // Written so that a NaN (of a matrix at the limits of f64) counts as outside.
+        if !(w > 0.0) {
+            return None;
+        }
+        let plain = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
+        let ndc = self.post_warp.apply(plain, w);
+        let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
+        if !(ndc.z >= 0.0 && (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return None;
+        }
+        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        // (E.5), quotient rule.
+        let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
+        let (mut grad_x, mut grad_y) = (gradient(row_x, plain.x), gradient(row_y, plain.y));
+        match &self.post_warp {
+            PostWarp::None => {}
+            PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale / w),
+            PostWarp::Rectilinear(warp) => {
+                let slopes = warp.slopes(plain.truncate());
+                (grad_x, grad_y) = (grad_x * slopes.x, grad_y * slopes.y);
+            }
+        }
+        let (grad_x, grad_y) = (grad_x * (0.5 * size.x), grad_y * (-0.5 * size.y));
+        let (cross, to_light) = (grad_x.cross(grad_y), self.way_to_light(p));
+        // A texel seen along the ray is a parallelogram whose sides are the columns of the inverse of [grad_x; grad_y] across
+        // the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
+        let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
+        let det_ray = cross.dot(to_light).abs();
+        // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
+        let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
+        let (p_texel, grad_z) = (DVec2::new(u, v) * size, gradient(row_z, ndc.z));
+        Some(Projected { p_texel, plain, ndc, grad_x, grad_y, grad_z, cross, det_ray, to_light, texel })
+    }
+}
+
+/// How far a plane's depth changes over the filter's reach along the map's x and y, in units of what its slope says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bends {
+    /// The way on which it falls.
+    pub(super) falling: DVec2,
+    /// Either way, the larger one.
+    pub(super) largest: DVec2,
+}
+
+impl MapLookup {
+    /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls.
+    pub(super) fn bends(&self, at: DVec2, rises: [bool; 2]) -> Bends {
+        match &self.post_warp {
+            PostWarp::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
+            PostWarp::Log { scale, .. } => {
+                let rises_with_w = rises[1] == (*scale > 0.0);
+                let [rising, falling] = self.bend;
+                let along = if rises_with_w { rising } else { falling };
+                Bends { falling: DVec2::new(1.0, along), largest: DVec2::new(1.0, rising.max(falling)) }
+            }
+            // Depth is affine before the warp: what counts is how far the reach goes there.
+            PostWarp::Rectilinear(warp) => {
+                let reach =
+                    2.0 * self.filter.reach_texels() / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+                if reach == DVec2::ZERO {
+                    return Bends { falling: DVec2::ONE, largest: DVec2::ONE };
+                }
+                let (after, per_reach) = (warp.after(at), warp.slopes(at) / reach);
+                let back = (at - warp.before(after - reach)) * per_reach;
+                let on = (warp.before(after + reach) - at) * per_reach;
+                let falling = |axis: usize| if rises[axis] { back[axis] } else { on[axis] };
+                Bends { falling: DVec2::new(falling(0), falling(1)), largest: back.max(on) }
+            }
+        }
+    }
+}

@@ -86,11 +86,31 @@ def ndc_of(matrix: np.ndarray, point: np.ndarray) -> np.ndarray:
     return clip[:3] / clip[3]
 
 
+def way_to(light, point):
+    """The unit vector from a point to a light."""
+    of_light = np.asarray(light.point)
+    to_light = of_light[:3] - of_light[3] * point
+    return to_light / np.linalg.norm(to_light)
+
+
+def texel_size(rows, p, light, origin, resolution):
+    """World size of a texel across the ray at a point relative to the origin, its longer side."""
+    clip = rows[:, :3] @ p + rows[:, 3]
+    grad_x, grad_y = (0.5 * resolution * (rows[i, :3] - clip[i] / clip[3] * rows[3, :3]) / clip[3] for i in (0, 1))
+    to_light = way_to(light, p + origin)
+    longer = max(np.linalg.norm(np.cross(grad, to_light)) for grad in (grad_x, grad_y))
+    return longer / abs(np.cross(grad_x, grad_y) @ to_light)
+
+
 def reference_depth(matrix, light, origin, resolution, bias, filter, point, normal):
-    """Biased NDC depth (13.1), (13.2) of a projective map; None where it is lit without a look."""
+    """Biased NDC depth (13.1) to (13.3) of a projective map, at the texel that the point falls into; None where it is lit
+    without a look.
+    """
     shift = np.eye(4)
     shift[:3, 3] = origin
     rows, p = matrix @ shift, point - origin
+    if bias.normal != 0.0:
+        p = p + bias.normal * texel_size(rows, p, light, origin, resolution) * normal
     clip = rows[:, :3] @ p + rows[:, 3]
     if not clip[3] > 0:
         return None
@@ -103,26 +123,32 @@ def reference_depth(matrix, light, origin, resolution, bias, filter, point, norm
 
     grad_x, grad_y = (s * 0.5 * resolution * gradient(rows[i], ndc[i]) for i, s in ((0, 1), (1, -1)))
     grad_z = gradient(rows[2], ndc[2])
-    of_light = np.asarray(light.point)
-    to_light = of_light[:3] - of_light[3] * point
-    to_light = to_light / np.linalg.norm(to_light)
+    to_light = way_to(light, p + origin)
     cross = np.cross(grad_x, grad_y)
     across = abs(cross @ to_light)
     texel = max(np.linalg.norm(np.cross(grad, to_light)) for grad in (grad_x, grad_y)) / across
+
+    def gain(along, of=np.abs):
+        """Of depth on the plane with this normal, over a texel along each axis."""
+        return np.array(
+            [
+                of(grad_z @ np.cross(grad_y, along) / (cross @ along)),
+                of(-grad_z @ np.cross(grad_x, along) / (cross @ along)),
+            ]
+        )
+
     moved = rows[:, :3] @ (p + (bias.world + bias.texels * texel) * to_light) + rows[:, 3]
     if not moved[3] > 0:
         return None
     z = moved[2] / moved[3] - bias.ndc
-    if bias.slope > 0:
-        reach = bias.slope * {"nearest": 0.5, "pcf2x2": 1.0}[filter]
-
-        def gain(along):
-            return sum(abs(grad_z @ np.cross(grad, along)) for grad in (grad_x, grad_y)) / abs(cross @ along)
-
-        limit = np.inf
-        if np.isfinite(bias.slope_limit):
-            limit = bias.slope_limit * texel * abs(grad_z @ to_light) + reach * gain(to_light)
-        z -= min(reach * gain(normal), limit)
+    reach = bias.slope * {"nearest": 0.5, "pcf2x2": 1.0}[filter]
+    limit = np.inf
+    if np.isfinite(bias.slope_limit):
+        limit = bias.slope_limit * texel * abs(grad_z @ to_light) + reach * gain(to_light).sum()
+    z -= min(reach * gain(normal).sum(), limit)
+    place = (0.5 + 0.5 * np.array([ndc[0], -ndc[1]])) * resolution
+    change = gain(normal, np.asarray) @ (np.floor(place) + 0.5 - place)
+    z += bias.plane * min(max(change, -limit), limit)
     return min(max(z, 0.0), 1.0)
 
 

@@ -30,7 +30,10 @@ def test_the_table_of_defaults_is_true() -> None:
     assert documented() == {part: getattr(sl.Bias(), part) for part in PARTS}
 
 
-@pytest.mark.parametrize("bias", [sl.Bias(), sl.Bias.none(), sl.Bias(slope_limit=3), sl.Bias(plane=1, normal=2), sl.Bias(slope_limit=float("inf"))])
+@pytest.mark.parametrize(
+    "bias",
+    [sl.Bias(), sl.Bias.none(), sl.Bias(slope_limit=3), sl.Bias(plane=1, normal=2), sl.Bias(slope_limit=float("inf"))],
+)
 def test_a_bias_survives_being_written_as_python(bias: sl.Bias) -> None:
     assert eval(bias_python(bias), {"sl": sl}) == bias
 

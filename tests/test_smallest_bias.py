@@ -119,7 +119,7 @@ def test_a_wider_filter_needs_more_of_all_but_the_slope(part):
 @pytest.mark.parametrize("part", PARTS)
 def test_other_parts_lessen_what_is_needed(part):
     view = plane_view(5)
-    rest = sl.Bias(world=1e-3, texels=0.05, ndc=1e-6, slope=0.25, slope_limit=float("inf"))
+    rest = sl.Bias(world=1e-3, texels=0.05, ndc=1e-6, slope=0.25, slope_limit=float("inf"), plane=0.2, normal=0.05)
     alone, beside = (found_in(view, "uniform", part, acne=0.0, bias=bias) for bias in (None, rest))
     assert getattr(beside.bias, part) == 0
     assert NEAR_CORNER * beside.closed_form < beside.value < alone.value

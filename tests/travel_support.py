@@ -197,7 +197,14 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         )
         for n in (1, 2)
     ],
-    "Bias": lambda: [sl.Bias(), sl.Bias.none(), sl.Bias(world=0.01), sl.Bias(world=-0.01, slope_limit=np.inf), sl.Bias(plane=1), sl.Bias(normal=1)],
+    "Bias": lambda: [
+        sl.Bias(),
+        sl.Bias.none(),
+        sl.Bias(world=0.01),
+        sl.Bias(world=-0.01, slope_limit=np.inf),
+        sl.Bias(plane=1),
+        sl.Bias(normal=1),
+    ],
     "Camera": lambda: [lens(), lens(near=0.25), lens(eye=(1, 2, 3)), lens(up=(1, 1, 0)), plan(), view()[1]],
     "Causes": causes,
     "Convention": lambda: [

@@ -24,18 +24,20 @@ if TYPE_CHECKING:
 # What limits a part of a bias and moves nothing by itself.
 BIAS_LIMITS = ("slope_limit",)
 BIAS_PARTS = tuple(name for name in BIAS if name not in BIAS_LIMITS)
+# The largest value of parts that have one.
+MOST_OF_PART = {"plane": 1.0}
 # Texels along each axis that a filter reads.
 FILTER_SIDES: dict[Filter, int] = {"nearest": 1, "pcf2x2": 2}
 
 
 @dataclass(frozen=True, eq=False)
-class BiasPart(Value):
+class BiasShare(Value):
     """What one part of a bias does at a pixel.
 
     Attributes
     ----------
     name : str
-        "world", "texels", "ndc" or "slope".
+        "world", "texels", "ndc", "slope", "plane" or "normal".
     value : float
         In the part's own unit (docs/bias.md).
     ndc : float
@@ -89,7 +91,7 @@ class PixelComparison(Value):
     shortfall : float or None
         How much further towards the light the receiver would have to be carried for the texel that it falls into to
         light it, world units; negative: how much less would still do. None without a reference and of an empty texel.
-    parts : tuple of BiasPart
+    parts : tuple of BiasShare
         What each part does alone.
     reads : tuple of TexelRead
         The texels that are read, in rows from the top.
@@ -101,7 +103,7 @@ class PixelComparison(Value):
     reference: float | None
     bias_world: float
     shortfall: float | None
-    parts: tuple[BiasPart, ...]
+    parts: tuple[BiasShare, ...]
     reads: tuple[TexelRead, ...]
     light: float
 
@@ -122,6 +124,11 @@ def only(bias: _core.Bias, part: str | None) -> _core.Bias:
     """One part of a bias with its limits, or no part."""
     values = {name: getattr(bias, name) if name in BIAS_LIMITS or name == part else 0.0 for name in BIAS}
     return _core.Bias(**values)
+
+
+def with_part(bias: _core.Bias, part: str, value: float) -> _core.Bias:
+    """The bias with another value of a part."""
+    return _core.Bias(**{name: value if name == part else getattr(bias, name) for name in BIAS})
 
 
 def look_up_near(
@@ -156,7 +163,7 @@ def is_map(index: int) -> bool:
 def bias_parts(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization, pixel: tuple[int, int],
     rays: MapRays, surface: PixelSurface, bias: _core.Bias, filter: Filter,
-) -> tuple[float | None, tuple[BiasPart, ...]]:  # fmt: skip
+) -> tuple[float | None, tuple[BiasShare, ...]]:  # fmt: skip
     """Reference depth without bias, and what each part of a bias that is not 0 does alone."""
 
     def depth(of: _core.Bias) -> float | None:
@@ -170,7 +177,7 @@ def bias_parts(
         value = float(getattr(bias, name))
         at = depth(only(bias, name)) if value != 0 else None
         if at is not None:
-            found.append(BiasPart(name, value, unbiased - at, carried(rays, surface, unbiased, at)))
+            found.append(BiasShare(name, value, unbiased - at, carried(rays, surface, unbiased, at)))
     return unbiased, tuple(found)
 
 

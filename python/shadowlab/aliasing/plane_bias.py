@@ -99,17 +99,20 @@ def _of_map(
             return less
 
         texel = np.zeros_like(w)
-        if part == "texels" or bias.texels != 0.0:
+        if part == "texels" or bias.texels != 0.0 or bias.normal != 0.0:
             texel = _texel_size(partition, x, t, grad_x, grad_t, of.to_light, resolution)
-        along, off, times = bias.world + bias.texels * texel, bias.ndc, bias.slope
+        along, off, times = bias.world + bias.texels * texel, bias.ndc, bias.slope + bias.plane
+        # Moved along the normal by so much and back along the plane, which gains nothing, it is moved along the ray.
+        facing = np.abs(np.einsum("ij,ij->i", of.normal, of.to_light))
+        along = along + np.divide(bias.normal * texel, facing, out=np.zeros_like(texel), where=facing > 0.0)
         if part == "slope":
-            needed = (gain - moved(along) - off) / gain
+            needed = (gain * (1.0 - bias.plane) - moved(along) - off) / gain
         elif part == "ndc":
             needed = gain * (1.0 - times) - moved(along)
         elif part == "world":
             needed = way(z - gain * (1.0 - times) + off) - (along - bias.world)
         else:
-            needed = (way(z - gain * (1.0 - times) + off) - bias.world) / texel
+            needed = (way(z - gain * (1.0 - times) + off) - (along - bias.texels * texel)) / texel
     # A plane across the ray gains nothing and needs nothing; what has no finite answer needs more than there is.
     least: Reals = np.where(gain > 0.0, np.where(np.isnan(needed), np.inf, np.maximum(needed, 0.0)), 0.0)
     return least

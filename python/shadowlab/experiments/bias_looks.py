@@ -1,6 +1,6 @@
 """The wrong pixels of a view over one part of a bias, by look-ups in maps that are drawn once.
 
-A larger value of any part moves every receiver nearer to the light, so a pixel that is lit stays lit: with a value,
+A larger value of a `BiasPart` moves every receiver nearer to the light, so a pixel that is lit stays lit: with a value,
 false shadow only shrinks and false light only grows. All counts here rest on that.
 """
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..aliasing.codes import Cause, Difference
+from ..aliasing.pixel_comparison import with_part
 from ..aliasing.plane_bias import plane_bias
 from ..scene.view import light_of
 from .evaluate import fitted
@@ -97,9 +98,3 @@ class BiasLooks:
             self.gbuffer, light_of(self.view), self.parameterization, self.chosen, self.lit, self.part, self.bias,
             (width, height), self.filter,
         )  # fmt: skip
-
-
-def with_part(bias: _core.Bias, part: BiasPart, value: float) -> _core.Bias:
-    """The bias with another value of one part."""
-    parts = {name: float(getattr(bias, name)) for name in ("world", "texels", "ndc", "slope", "slope_limit")}
-    return _core.Bias(**{**parts, part: value})

@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import _core
 from ..aliasing.codes import Difference
-from ..aliasing.pixel_comparison import BIAS_LIMITS, BIAS_PARTS, look_up_near
+from ..aliasing.pixel_comparison import BIAS_LIMITS, BIAS_PARTS, MOST_OF_PART, look_up_near, with_part
 from ..scene.view import light_of
 from ..techniques.labels import spec_of
-from ..text import BIAS, format_value
+from ..text import format_value
 from ..travel import Value
 from .evaluate import evaluate
 from .run import done
@@ -172,13 +172,16 @@ class Trials:
 
     def _more(self, part: str, own: float) -> float | None:
         """The least value above that of the bias that makes the pixel right, of a few digits."""
+        most = MOST_OF_PART.get(part, np.inf)
         start = max(abs(own), smallest_step(part, self.run))
-        low, high = own, own + start
+        low = own
         for _ in range(DOUBLINGS):
+            high = min(own + start, most)
+            if high == low:
+                return None
             if self._is_right(part, high):
                 break
             low, start = high, 2.0 * start
-            high = own + start
         else:
             return None
         return self._least(part, high, low, own)
@@ -238,11 +241,6 @@ class Trials:
             broken=int(np.count_nonzero((before == Difference.AGREE) & (after > Difference.AGREE))),
             mended=int(np.count_nonzero((before > Difference.AGREE) & (after == Difference.AGREE))),
         )
-
-
-def with_part(bias: _core.Bias, part: str, value: float) -> _core.Bias:
-    """The bias with another value of a part."""
-    return _core.Bias(**{name: value if name == part else getattr(bias, name) for name in BIAS})
 
 
 def smallest_step(part: str, run: Run) -> float:

@@ -16,13 +16,14 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError
+from ..aliasing.pixel_comparison import with_part
 from ..scene.view import checked_view
 from ..techniques.labels import name_of, resolved
 from ..text.checked import a_flag, a_number, a_word
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from ..travel import Value
 from ..types import BiasPart
-from .bias_looks import UNLIMITED, BiasCounts, BiasLooks, with_part
+from .bias_looks import UNLIMITED, BiasCounts, BiasLooks
 from .bias_search import BiasSearch
 from .progress import Steps
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from ..scene.view import View
     from ..types import Filter, RendererArgument, TechniqueArgument
 
-BIAS_PARTS: tuple[BiasPart, ...] = get_args(BiasPart)
+SEARCHED_PARTS: tuple[BiasPart, ...] = get_args(BiasPart)
 # Values are told apart up to this share of them.
 TOLERANCE = 1e-3
 # Where a search begins whose closed form has no finite number above 0: by doubling and halving it gets anywhere.
@@ -209,7 +210,7 @@ def smallest_bias(
     """
     checked_view(view), a_flag("progress", progress)
     item = resolved(technique, "technique")
-    part = a_word(BIAS_PARTS, "slope is what planes need")("part", part)
+    part = a_word(SEARCHED_PARTS, "slope is what planes need")("part", part)
     share = a_number("acne", acne)
     if not 0.0 <= share <= 1.0:
         raise ArgumentError(f"acne: expected a share of the lit pixels from 0 to 1, got {share:g}; try 0.001")

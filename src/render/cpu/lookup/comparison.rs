@@ -86,7 +86,7 @@ impl MapLookup {
         Comparison::At(Reference { p_texel, z, p, normal, unbiased, per_texel, limit })
     }
 
-    /// The depth that the texel with this centre is compared with, in [0, 1].
+    /// The depth that the texel with this centre is compared with (13.3), in [0, 1].
     ///
     /// Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's depth:
     /// nearer than the near plane is what lies there itself.

@@ -103,9 +103,7 @@ def texel_size(rows, p, light, origin, resolution):
 
 
 def reference_depth(matrix, light, origin, resolution, bias, filter, point, normal):
-    """Biased NDC depth (13.1) to (13.3) of a projective map, at the texel that the point falls into; None where it is lit
-    without a look.
-    """
+    """Biased NDC depth (13.1) to (13.3) of a projective map, at the texel of the point; None where it is lit unseen."""
     shift = np.eye(4)
     shift[:3, 3] = origin
     rows, p = matrix @ shift, point - origin

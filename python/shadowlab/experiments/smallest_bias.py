@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from .. import _core
-from ..errors import ArgumentError
 from ..aliasing.pixel_comparison import with_part
+from ..errors import ArgumentError
 from ..scene.view import checked_view
 from ..techniques.labels import name_of, resolved
 from ..text.checked import a_flag, a_number, a_word

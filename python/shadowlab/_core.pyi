@@ -38,6 +38,7 @@ __all__ = [
     "Technique",
     "__version__",
     "adapters",
+    "bias_distance",
     "blur",
     "causes",
     "compared",
@@ -127,6 +128,46 @@ class Bias:
     @property
     def normal(self) -> float:
         """World sizes of a shadow texel along the normal."""
+    def at(
+        self,
+        view: Any,
+        technique: Any,
+        resolution: int = 1024,
+        *,
+        filter: _Filter = "nearest",
+        renderer: Any = None,
+    ) -> npt.NDArray[np.float32]:
+        """How far this bias carries each pixel of a view towards the light.
+
+        Parameters
+        ----------
+        view : View
+            With one light.
+        technique : str, Technique, Preset or Parameterization
+            Whose maps are looked up; no map is drawn.
+        resolution : int
+            Texels along each side of the maps.
+        filter : str
+            How they are read: the slope part covers its reach.
+        renderer : Renderer or str, optional
+            Draws the eye view.
+
+        Returns
+        -------
+        (H, W) float32
+            World units along the light ray, at the texel that the pixel falls into; NaN where nothing is compared. A bias
+            past the near plane or the light counts up to there. With `plane` it is negative where the receiver's plane is
+            farther from the light at the texel's centre than at the pixel.
+
+        Examples
+        --------
+        >>> import numpy as np, shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
+        >>> distance = sl.Bias(world=0.01, texels=0, ndc=0, slope=0).at(view, "uniform", 512, renderer="cpu")
+        >>> bool(np.allclose(distance[~np.isnan(distance)], 0.01, rtol=1e-4))
+        True
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
@@ -343,6 +384,18 @@ def look_up(
     filter: _Filter = "nearest",
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
+
+def bias_distance(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    resolution: _Size | None = None,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+) -> npt.NDArray[np.float32]:
+    """The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared."""
 
 def blur(
     mask: npt.ArrayLike,

@@ -5,6 +5,7 @@ mod alpha_states;
 mod alpha_test;
 mod arguments;
 mod arrays;
+mod bias_distance;
 mod blur;
 mod camera;
 mod camera_changes;
@@ -42,6 +43,8 @@ mod usage;
 mod _core {
     #[pymodule_export]
     use super::aliasing::{PyMisclassified, misclassified};
+    #[pymodule_export]
+    use super::bias_distance::bias_distance;
     #[pymodule_export]
     use super::blur::blur;
     #[pymodule_export]

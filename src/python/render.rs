@@ -4,6 +4,7 @@ use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::PyArray2;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
@@ -131,6 +132,52 @@ impl PyBias {
     #[getter]
     fn normal(&self) -> f64 {
         self.bias.normal
+    }
+    /// How far this bias carries each pixel of a view towards the light.
+    ///
+    /// Parameters
+    /// ----------
+    /// view : View
+    ///     With one light.
+    /// technique : str, Technique, Preset or Parameterization
+    ///     Whose maps are looked up; no map is drawn.
+    /// resolution : int
+    ///     Texels along each side of the maps.
+    /// filter : str
+    ///     How they are read: the slope part covers its reach.
+    /// renderer : Renderer or str, optional
+    ///     Draws the eye view.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W) float32
+    ///     World units along the light ray, at the texel that the pixel falls into; NaN where nothing is compared. A bias past
+    ///     the near plane or the light counts up to there. With `plane` it is negative where the receiver's plane is farther
+    ///     from the light at the texel's centre than at the pixel.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, shadowlab as sl
+    /// >>> scene = sl.library.scene("robots")
+    /// >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
+    /// >>> distance = sl.Bias(world=0.01, texels=0, ndc=0, slope=0).at(view, "uniform", 512, renderer="cpu")
+    /// >>> bool(np.allclose(distance[~np.isnan(distance)], 0.01, rtol=1e-4))
+    /// True
+    #[pyo3(signature = (view, technique, resolution=None, *, filter=None, renderer=None),
+        text_signature = "($self, view, technique, resolution=1024, *, filter='nearest', renderer=None)")]
+    fn at<'py>(
+        slf: &Bound<'py, Self>,
+        view: &Bound<'py, PyAny>,
+        technique: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+        filter: Option<&Bound<'py, PyAny>>,
+        renderer: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let resolution = resolution.map_or_else(|| 1024_u32.into_bound_py_any(py), |r| Ok(r.clone()))?;
+        let filter = filter.map_or_else(|| "nearest".into_bound_py_any(py), |f| Ok(f.clone()))?;
+        let at = py.import("shadowlab.experiments.bias_at")?.getattr("bias_at")?;
+        at.call1((slf, view, technique, resolution, renderer, filter))
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduce(py, self)

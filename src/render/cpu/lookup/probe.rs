@@ -95,6 +95,11 @@ impl MapLookup {
         if way > 0.0 { way } else { f64::INFINITY }
     }
 
+    /// Depth without bias of a point that [`MapLookup::compare_at`] compares.
+    pub(super) fn depth_of(&self, p: DVec3) -> Option<f64> {
+        self.ndc_within(p).map(|ndc| ndc.z)
+    }
+
     /// NDC of a point that the map holds with all that may shade it: before the near plane casters may be missing, beyond the
     /// far plane none is.
     fn ndc_within(&self, p: DVec3) -> Option<DVec3> {
@@ -111,7 +116,7 @@ impl MapLookup {
     }
 
     /// How far along a unit vector clip z / w becomes a value; 0 where it never changes.
-    fn way_to_depth(&self, p: DVec3, along: DVec3, z: f64) -> f64 {
+    pub(super) fn way_to_depth(&self, p: DVec3, along: DVec3, z: f64) -> f64 {
         let [_, _, row_z, row_w] = self.rows;
         let (p4, d) = (p.extend(1.0), along.extend(0.0));
         let way = (z * row_w.dot(p4) - row_z.dot(p4)) / (row_z.dot(d) - z * row_w.dot(d));

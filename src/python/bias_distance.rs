@@ -1,0 +1,44 @@
+//! How far a bias carries each receiver of an image.
+
+use numpy::PyArray2;
+use pyo3::prelude::*;
+
+use super::camera::{PyCamera, camera};
+use super::convert::{image, run_watched, size2};
+use super::gbuffer::{PyGBuffer, gbuffer};
+use super::light::light;
+use super::parameterization::as_parameterization;
+use super::render::{bias, filter_of};
+use crate::render::cpu::lookup::bias_distance as distance;
+use crate::render::{Bias, MaskSettings};
+use crate::scene::Light;
+
+/// The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared.
+#[pyfunction]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter=None),
+    text_signature = "(gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter='nearest')")]
+#[allow(clippy::too_many_arguments)]
+pub fn bias_distance<'py>(
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: Light,
+    parameterization: &Bound<'py, PyAny>,
+    resolution: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = bias)] bias: Option<Bias>,
+    filter: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let p = &p.get().p;
+    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
+    let camera = &camera.get().camera;
+    let filter = filter_of(py, filter)?;
+    let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
+        let size = surfaces.size;
+        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter };
+        let work = |progress: &_| distance(&surfaces, camera, &light, p, &settings, progress);
+        Ok((run_watched(py, None, work)?, size))
+    })?;
+    let [w, h] = size.map(|n| n as usize);
+    image(py, found, [h, w])
+}

@@ -24,12 +24,7 @@ from shadowlab.reports.scene_optimal import markdown_table
 #: The default before receivers' planes, which the others are measured against.
 BEFORE = sl.Bias(texels=0.1, slope=1.02, slope_limit=16.0, plane=0.0)
 #: Candidates that leave no acne on planes: plane and slope together are at least 1.
-PLANES, SLOPES, TEXELS, LIMITS = (
-    (0.0, 0.5, 0.65, 0.75, 0.85, 1.0),
-    (0.3, 0.4, 0.5, 0.6, 1.02),
-    (0.1, 0.25, 0.4, 0.55),
-    (8.0, 16.0),
-)
+PLANES, SLOPES, TEXELS, LIMITS = (0.5, 0.65, 0.75, 0.85, 1.0), (0.3, 0.4, 0.5, 0.6), (0.25, 0.5), (8.0, 16.0)
 #: Maps that are looked up in each view.
 MAPS = (("lispsm", 1024), ("lispsm", 2048), ("uniform", 1024))
 #: Of a candidate: the most times the wrong pixels of before, in any map with at least `FEW` of them.

@@ -17,7 +17,7 @@ from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
-from ._core_types import FootprintLike, Matrices
+from ._core_types import FootprintLike, Matrices, RendererLike, TechniqueLike, ViewLike
 
 __version__: str
 __all__ = [
@@ -130,12 +130,12 @@ class Bias:
         """World sizes of a shadow texel along the normal."""
     def at(
         self,
-        view: Any,
-        technique: Any,
+        view: ViewLike,
+        technique: TechniqueLike | Parameterization | str,
         resolution: int = 1024,
         *,
         filter: _Filter = "nearest",
-        renderer: Any = None,
+        renderer: RendererLike | str | None = None,
     ) -> npt.NDArray[np.float32]:
         """How far this bias carries each pixel of a view towards the light.
 

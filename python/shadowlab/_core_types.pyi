@@ -77,6 +77,30 @@ class ConventionLike(Protocol):
     def to_ours(self, matrix: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The way back."""
 
+class ViewLike(Protocol):
+    """A scene with a camera, a light and a size of its picture: `shadowlab.View`."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture."""
+    @property
+    def label(self) -> str:
+        """Its name in tables."""
+
+class TechniqueLike(Protocol):
+    """What makes maps for a view: a `Technique`, a `shadowlab.Preset`, or what stands for one."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the registry."""
+
+class RendererLike(Protocol):
+    """What draws: a `Renderer`, or anything that does the same."""
+
+    @property
+    def backend(self) -> str:
+        """What kind of renderer it is, as "cpu" or "gpu"."""
+
 class MapsLike(Protocol):
     """Maps with their matrices: `Parameterization`."""
 

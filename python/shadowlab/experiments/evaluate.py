@@ -21,6 +21,7 @@ from ..errors import ShadowlabError, UnsupportedError
 from ..scene.view import View, checked_view, light_of
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import name_of, resolved
+from ..techniques.variant import reading
 from ..text.checked import a_flag, a_text, has_all
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from .columns import COLUMNS
@@ -107,7 +108,7 @@ def evaluate(
     check_bias(bias)
     made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
     how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
-    lookup = (_core.Bias() if bias is None else bias, filter)
+    lookup = reading(item, bias, filter)
     checked_phases(phases)
     runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
     run = runs[0] if not isinstance(view.light, tuple) else _together(view, runs)

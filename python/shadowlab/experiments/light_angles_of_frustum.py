@@ -20,6 +20,7 @@ from ..aliasing.frustum_body import outline
 from ..errors import ShadowlabError
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import labelled
+from ..techniques.variant import Variant
 from ..text.checks import whole
 from .columns import table
 from .frustum_scene import frustum_scene
@@ -110,7 +111,7 @@ def given_or_fitted(item: Item, scene: Scene, camera: Camera, light: Light, side
     """The maps of the body of the frustum, in which nothing is seen."""
     if is_parameterization(item):
         return item
-    by_body = item.by_body() if isinstance(item, Technique) else item
+    by_body = item.by_body() if isinstance(item, (Technique, Variant)) else item
     return by_body.parameterize(scene, camera, light, resolution=side)
 
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast, overload
 
 from .. import _core
 from ..errors import ArgumentError, ShadowlabWarning
-from ..text import parse_spec, shown
+from ..text import parse_spec, pieces, shown
 from .kinds import is_parameterization, makes_maps
+from .variant import READ_SETTINGS, variant
 
 # The text that stands for every technique with its defaults.
 ALL = "all"
@@ -50,7 +51,8 @@ def technique(name: Item | str, **params: object) -> Item:
         preset or parameterization is itself.
     **params
         As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
-        their names, texts, objects, or a list of these.
+        their names, texts, objects, or a list of these. `bias` and `filter`, with every technique and preset, say how
+        its maps are read, before what an experiment says for all: "lispsm:bias=(slope=1,texels=0.5),filter=pcf2x2".
 
     Raises
     ------
@@ -63,7 +65,8 @@ def technique(name: Item | str, **params: object) -> Item:
     """
     if not isinstance(name, str):
         if is_parameterization(name) or makes_maps(name):
-            return without(params, repr(name), name)
+            own, read = read_apart(params)
+            return variant(without(own, repr(name), name), read)
         raise ArgumentError(
             f'name: expected the name of a technique such as "lispsm", or one, got {shown(name)}; see sl.techniques()'
         )
@@ -72,15 +75,30 @@ def technique(name: Item | str, **params: object) -> Item:
     if kind == "preset":
         from .presets import preset
 
-        return without(params, text, preset(rest.strip()))
+        shipped, *more = pieces(rest, ",") or [rest.strip()]
+        given = parse_spec(f"preset:{','.join(more)}", "preset")[1] if more else {}
+        own, read = read_apart(with_beside(text, given, params))
+        return variant(without(own, text, preset(shipped)), read)
     name, given = parse_spec(text, "technique")
-    for twice in given.keys() & params.keys():
-        raise ArgumentError(f"technique {shown(text)}: {twice} is given twice; give it once")
+    own, read = read_apart(with_beside(text, given, params))
     if name == "matrix":
         from ..conventions.files import matrix_technique
 
-        return matrix_technique(text, {**given, **params})
-    return _core.Technique(name, **cast("dict[str, Any]", with_new_words(name, {**given, **params})))
+        return variant(matrix_technique(text, own), read)
+    return variant(_core.Technique(name, **cast("dict[str, Any]", with_new_words(name, own))), read)
+
+
+def with_beside(text: str, given: Mapping[str, object], params: Mapping[str, object]) -> dict[str, object]:
+    """The parameters of a text and those beside it."""
+    for twice in given.keys() & params.keys():
+        raise ArgumentError(f"technique {shown(text)}: {twice} is given twice; give it once")
+    return {**given, **params}
+
+
+def read_apart(params: Mapping[str, object]) -> tuple[dict[str, object], dict[str, object]]:
+    """The parameters of a technique, and those of reading its maps."""
+    read = {name: value for name, value in params.items() if name in READ_SETTINGS}
+    return {name: value for name, value in params.items() if name not in READ_SETTINGS}, read
 
 
 def with_new_words(name: str, params: Mapping[str, object]) -> dict[str, object]:

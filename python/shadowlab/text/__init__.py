@@ -1,13 +1,11 @@
 """The ground of the package: texts that name things, numbers as people read them, and checks of arguments."""
 
+from .biases import BIAS, bias_of, bias_text, format_bias, parse_bias
 from .specs import (
-    BIAS,
     Parsed,
     bare,
-    format_bias,
     format_spec,
     format_value,
-    parse_bias,
     parse_pair,
     parse_pixel,
     parse_resolutions,
@@ -24,6 +22,8 @@ __all__ = [
     "BIAS",
     "Parsed",
     "bare",
+    "bias_of",
+    "bias_text",
     "digits",
     "format_bias",
     "format_spec",

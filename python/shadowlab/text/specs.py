@@ -10,11 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import TypeAlias
 
-from ..errors import ArgumentError, UnknownNameError
+from ..errors import ArgumentError
 from .words import shown
-
-# The values of a bias, in the order in which they are told.
-BIAS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
 
 # Parentheses within parentheses, as in src/techniques/text.rs: more than any text has that means something.
 MOST_PARENTHESES = 64
@@ -201,32 +198,6 @@ def parse_resolutions(text: str) -> list[int]:
     raise ArgumentError(
         f"resolution: expected whole numbers of texels above 0, such as 1024 or 512,1024, got {shown(text)}"
     )
-
-
-def parse_bias(text: str) -> dict[str, float]:
-    """The values of `world=0.01,texels=0.1,slope=1`.
-
-    Raises
-    ------
-    ArgumentError
-        For nothing, a value that is no number, or one given twice.
-    UnknownNameError
-        For a name that a bias does not have.
-    """
-    _, values = parse_spec(f"bias:{text}", "bias")
-    numbers: dict[str, float] = {}
-    for name, value in values.items():
-        if name not in BIAS:
-            raise UnknownNameError(f"bias: unknown value {shown(name)}; expected some of {', '.join(BIAS)}")
-        if isinstance(value, (bool, str, tuple)):
-            raise ArgumentError(f"bias: expected a number for {name}, got {shown(value)}; try --bias world=0.01")
-        numbers[name] = float(value)
-    return numbers
-
-
-def format_bias(bias: object) -> str:
-    """The text that `parse_bias` reads back, every value spelled out."""
-    return ",".join(f"{name}={format_value(float(getattr(bias, name)))}" for name in BIAS)
 
 
 def settings_text(settings: Mapping[str, object]) -> str:

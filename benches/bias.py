@@ -20,6 +20,7 @@ from defaults import Case, cases
 
 import shadowlab as sl
 from shadowlab.reports.scene_optimal import markdown_table
+from shadowlab.text import BIAS
 
 #: The default before receivers' planes, which the others are measured against.
 BEFORE = sl.Bias(texels=0.1, slope=1.02, slope_limit=16.0, plane=0.0)
@@ -35,12 +36,27 @@ BEGIN, END = "<!-- chosen -->", "<!-- end chosen -->"
 
 
 def candidates() -> list[sl.Bias]:
-    """All biases that are looked up, that of before first and the default second."""
-    made = [BEFORE, sl.Bias()]
+    """The biases that the default is chosen from, that of before first."""
+    made = [BEFORE]
     for plane, slope, texels, limit in itertools.product(PLANES, SLOPES, TEXELS, LIMITS):
         if plane + slope >= 1.0:
             made.append(sl.Bias(plane=plane, slope=slope, texels=texels, slope_limit=limit))
-    return list(dict.fromkeys(made))
+    return made
+
+
+def neighbours() -> dict[str, sl.Bias]:
+    """The default, and with one part changed."""
+    own = sl.Bias()
+    changes: dict[str, Sequence[float]] = {
+        "plane": (0.0, 0.5, 0.8, 1.0), "slope": (0.2, 0.3, 0.6, 1.02), "texels": (0.0, 0.25, 0.75, 1.0),
+        "slope_limit": (4.0, 8.0, 32.0, float("inf")), "normal": (0.1, 0.25),
+    }  # fmt: skip
+    parts = {name: getattr(own, name) for name in BIAS}
+    found = {"default": own}
+    for part, values in changes.items():
+        for value in values:
+            found[f"{part} {value:g}"] = sl.Bias(**{**parts, part: value})
+    return found
 
 
 @dataclass(frozen=True)
@@ -99,40 +115,46 @@ def short(bias: sl.Bias) -> str:
     return f"plane {bias.plane:g}, slope {bias.slope:g}, texels {bias.texels:g}, limit {bias.slope_limit:g}"
 
 
-def tables(looks: Sequence[Looks], biases: Sequence[sl.Bias], size: int) -> str:
-    """What is written into the page."""
+def cells(label: str, looks: Sequence[Looks], k: int) -> list[str]:
+    """A row of a table about one candidate."""
     counts = wrong(looks)
-    dark, light = (np.array([one.counts[:, k] for one in looks]).sum(axis=0) for k in (0, 1))
-    most, total = worst(counts), counts.sum(axis=0)
-    order = [int(k) for k in np.argsort(total) if most[k] <= MOST][:SHOWN]
-    for k in (0, 1):
-        if k not in order:
-            order.append(k)
-    names = {0: " (before)", 1: " (default)"}
-    rows = [
-        [f"{short(biases[k])}{names.get(k, '')}", f"{total[k]:,}", f"{dark[k]:,}", f"{light[k]:,}",
-         f"{total[k] / total[0]:.3f}", f"{most[k]:.2f}", f"{np.median(counts[:, k] / np.maximum(counts[:, 0], 1)):.2f}"]
-        for k in order
+    dark, light = (sum(int(one.counts[k, i]) for one in looks) for i in (0, 1))
+    total = dark + light
+    median = np.median(counts[:, k] / np.maximum(counts[:, 0], 1))
+    return [
+        label, f"{total:,}", f"{dark:,}", f"{light:,}", f"{total / counts[:, 0].sum():.3f}", f"{worst(counts)[k]:.2f}",
+        f"{median:.2f}",
     ]  # fmt: skip
+
+
+def tables(
+    looks: Sequence[Looks], chosen_from: int, biases: Sequence[sl.Bias], changed: Sequence[str], size: int
+) -> str:
+    """What is written into the page: of candidates, `chosen_from` of them, and then of the default's neighbours."""
     head = ["bias", "wrong pixels", "false shadow", "false light", "of before", "worst map", "median map"]
-    chosen = left_out(looks)
+    counts = wrong(looks)[:, :chosen_from]
+    most, total = worst(counts), counts.sum(axis=0)
+    order = [int(k) for k in np.argsort(total) if most[k] <= MOST and k > 0][:SHOWN]
+    rows = [
+        cells("before: slope 1.02, texels 0.1, limit 16", looks, 0),
+        *(cells(short(biases[k]), looks, k) for k in order),
+    ]
     own = []
+    chosen = left_out([Looks(one.scene, one.technique, one.resolution, one.counts[:chosen_from]) for one in looks])
     for scene, k, c in chosen:
         old, new = int(c[:, 0].sum()), int(c[:, k].sum())
         own.append([scene, short(biases[k]), f"{old:,}", f"{new:,}", f"{new / max(old, 1):.3f}"])
     held, before = sum(int(c[:, k].sum()) for _, k, c in chosen), int(total[0])
-    scenes = len(chosen)
+    about = [cells(label, looks, chosen_from + k) for k, label in enumerate(changed)]
     maps = ", ".join(f"{name} {side}²" for name, side in MAPS)
+    left = ["scene left out", "chosen by the others", "before", "with it", "ratio"]
     return (
-        f"{len(looks)} maps ({maps} in {len(looks) // len(MAPS)} views of {scenes} scenes), {size} x {size} pixels, "
-        f"{len(biases)} candidates. Of those that are nowhere above {MOST} times the one before, in maps with {FEW} "
-        f"wrong pixels or more, the ones with the fewest:\n\n{markdown_table(head, rows, right=range(1, 7))}\n\n"
+        f"{len(looks)} maps ({maps} in {len(looks) // len(MAPS)} views of {len(chosen)} scenes), {size} x {size} "
+        f"pixels, {chosen_from} candidates. Of those that are nowhere above {MOST} times the one before, in maps with "
+        f"{FEW} wrong pixels or more, the ones with the fewest:\n\n{markdown_table(head, rows, right=range(1, 7))}\n\n"
         f"Each scene with the candidate that is chosen without it has {held:,} wrong pixels of {before:,}, "
-        f"{held / before:.3f}:\n\n"
-        + markdown_table(
-            ["scene left out", "chosen by the others", "before", "with it", "ratio"], own, right=range(2, 5)
-        )
-        + "\n"
+        f"{held / before:.3f}:\n\n{markdown_table(left, own, right=range(2, 5))}\n\n"
+        f"The default with one part changed:\n\n{markdown_table(head, about, right=range(1, 7))}\n"
     )
 
 
@@ -143,15 +165,15 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--out", type=Path, default=Path("docs/bias.md"))
     options = parser.parse_args()
-    biases, looks = candidates(), []
+    chosen_from, changed = candidates(), neighbours()
+    biases, looks = [*chosen_from, *changed.values()], []
     for case in cases(options.scenes, options.size):
         looks += looks_of(case, biases)
         print(case.scene, *(one.counts.sum(axis=1)[:2] for one in looks[-len(MAPS) :]), flush=True)
     text = options.out.read_text("utf-8")
     before, _, rest = text.partition(BEGIN)
-    options.out.write_text(
-        f"{before}{BEGIN}\n{tables(looks, biases, options.size)}{END}{rest.partition(END)[2]}", "utf-8"
-    )
+    made = tables(looks, len(chosen_from), biases, list(changed), options.size)
+    options.out.write_text(f"{before}{BEGIN}\n{made}{END}{rest.partition(END)[2]}", "utf-8")
 
 
 if __name__ == "__main__":

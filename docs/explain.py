@@ -67,7 +67,7 @@ EXAMPLES = (
         "A leak",
         "A shadow under a robot's foot. The blocker lies between the pixel's point and the end of the bias: the bias "
         "carries the point past it. The texel holds the foot, and without bias the pixel would be dark.",
-        "robots", "lispsm", 256, (320, 180), (172, 101),
+        "robots", "lispsm", 256, (320, 180), (108, 105),
     ),
     Example(
         "A missing caster",

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import shlex
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from explain_support import run_of, some, view_of
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import shadowlab as sl
 
@@ -20,6 +22,7 @@ WORDS = ("explain", "@robots", "--technique", "lispsm", "--resolution", "256", "
 def page():
     spec = importlib.util.spec_from_file_location("explain_page", ROOT / "docs" / "explain.py")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where its dataclasses look for their module
     spec.loader.exec_module(module)
     return module
 
@@ -74,8 +77,9 @@ def explained(x, y, technique="lispsm", resolution=256, **more):
 
 
 def drawn(figure):
-    figure.canvas.draw()
-    return np.asarray(figure.canvas.buffer_rgba())
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
 
 
 @pytest.mark.parametrize("technique", ["lispsm", "rectilinear", "z_partition:count=3,inner=lispsm", "log_psm"])

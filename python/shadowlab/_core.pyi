@@ -155,9 +155,9 @@ class Bias:
         Returns
         -------
         (H, W) float32
-            World units along the light ray, at the texel that the pixel falls into; NaN where nothing is compared. A bias
-            past the near plane or the light counts up to there. With `plane` it is negative where the receiver's plane is
-            farther from the light at the texel's centre than at the pixel.
+            World units along the light ray, at the texel that the pixel falls into; NaN where nothing is compared. A bias past
+            the near plane or the light counts up to there. With `plane` it is negative where the receiver's plane is farther
+            from the light at the texel's centre than at the pixel.
 
         Examples
         --------

@@ -1,0 +1,175 @@
+"""One drawn map of a view, stored in prefiltered formats and looked up in each, and in depths by comparisons.
+
+```
+    maps (K, H, W), NDC depth
+      |  LightDistance       distances along the light, 0 to 1 over the range of each map
+      |  stored, blurred     what a texel holds, rounded twice
+      v  between, light      at each pixel, the receiver moved towards the light by its bias
+    mask of the format       beside it the mask of comparisons over the same kernel
+```
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..aliasing.box_kernel import bands, between, blurred, compared
+from ..aliasing.light_distance import LightDistance
+from ..scene.view import light_of
+
+if TYPE_CHECKING:
+    from ..aliasing.prefiltered_formats import PrefilteredFormat
+    from ..scene.view import View
+    from ..types import Mask, RendererLike, Vector
+
+# As of `Bias`: the part in texels, the limit of what the slope adds in texels along the ray, and the rounding of depths
+# in single precision as a share of the range.
+BIAS_TEXELS, SLOPE_LIMIT, BIAS_DEPTH = 0.1, 16.0, 1e-6
+# Rasterisers round vertices to 1/256 of a texel, and planes with them.
+SNAP_TEXELS = 2.0 / 256.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Receivers:
+    """The pixels that look up one map: all arrays have a row per pixel.
+
+    Attributes
+    ----------
+    pixels : (N, 2) int64
+        Rows and columns.
+    places : (N, 2) float64
+        Texels, x to the right and y down.
+    depth : (N,) float64
+        Distances along the light, 0 to 1, moved towards the light by the bias that all formats have.
+    gradients : (N, 2) float64
+        What the depth of the receiver's plane gains by a texel to the right and by a texel down.
+    stored : (H, W) float64
+        The map: depths 0 to 1, and 1 where no caster is.
+    """
+
+    pixels: NDArray[np.int64]
+    places: Vector
+    depth: Vector
+    gradients: Vector
+    stored: Vector
+
+
+class PrefilteredLooks:
+    """The maps of one resolution and what each format makes of them.
+
+    Parameters
+    ----------
+    view : View
+        With one light.
+    parameterization : Parameterization
+    resolution : int
+    renderer : Renderer
+    kernel : int
+        Side of the box, texels, odd.
+    """
+
+    def __init__(
+        self, view: View, parameterization: _core.Parameterization, resolution: int, renderer: RendererLike, kernel: int
+    ):
+        self._view, self._kernel = view, kernel
+        self._parameterization, self._resolution = parameterization, resolution
+        self._gbuffer, self._light = view.gbuffer(renderer), light_of(view)
+        self._maps = renderer.shadow_map(view.scene, parameterization, resolution=resolution)
+
+    @cached_property
+    def nearest(self) -> Mask:
+        """(H, W): one comparison with the default bias, as `Renderer.shadow_mask`."""
+        return self._nearest[0]
+
+    @cached_property
+    def pcf(self) -> Mask:
+        """(H, W): the weighted share of the kernel's texels that are not before the receiver's plane."""
+        found = self._unfiltered()
+        for of in self._receivers:
+            light = np.empty(len(of.depth))
+            for part in bands(len(light), 1):
+                light[part] = compared(of.stored, of.places[part], of.depth[part], of.gradients[part], self._kernel)
+            _put(found, of, light)
+        return found
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        """(H, W): where every texel of the kernel holds a caster before the receiver's plane, so that light is a leak."""
+        found: NDArray[np.bool_] = (self.pcf == 0.0) & (self._nearest[1] >= 0)
+        return found
+
+    def mask(self, format: PrefilteredFormat, reduction: float) -> Mask:
+        """(H, W): the light that a prefiltered format lets through; as `Renderer.shadow_mask` elsewhere."""
+        found = self._unfiltered()
+        for of in self._receivers:
+            height, width = of.stored.shape
+            texels = None
+            for rows in bands(height, width):
+                made = format.stored(of.stored[rows])
+                if texels is None:
+                    texels = np.empty((height, width, made.shape[-1]), made.dtype)
+                texels[rows] = made
+            assert texels is not None, "a map has rows"
+            texels = blurred(texels, format, self._kernel)
+            light = np.empty(len(of.depth))
+            # The farthest centre that the kernel reads is half of its n + 1 texels away, along each axis.
+            reach = 0.5 * (self._kernel + 1) * np.abs(of.gradients).sum(axis=1)
+            for part in bands(len(light), 1):
+                averages = between(texels, format, of.places[part])
+                light[part] = format.light(averages, of.depth[part] - format.slope * reach[part], reduction)
+            _put(found, of, light)
+        return found
+
+    def _unfiltered(self) -> Mask:
+        """The pixels that look up no map: background, what faces away, and what no map holds."""
+        mask, chosen = self._nearest
+        return np.where(chosen >= 0, np.float32(0.0), mask)
+
+    @cached_property
+    def _nearest(self) -> tuple[Mask, NDArray[np.int16]]:
+        return _core.look_up(self._maps, self._gbuffer, self._view.camera, self._light, self._parameterization)
+
+    @cached_property
+    def _receivers(self) -> list[_Receivers]:
+        """The pixels of each map that is looked up at all."""
+        looks = (self._gbuffer, self._view.camera, self._light, self._parameterization)
+        places, chosen = _core.texel_coordinates(*looks, resolution=self._resolution)
+        maps = self._maps.reshape(-1, *self._maps.shape[-2:])
+        found = []
+        for k, partition in enumerate(self._parameterization.partitions):
+            pixels = np.argwhere((chosen == k) & (self._nearest[1] == k))
+            if len(pixels):
+                along = LightDistance(partition, self._light, self._gbuffer.origin, maps.shape[:0:-1])
+                found.append(self._of_map(along, maps[k], pixels, places[tuple(pixels.T)]))
+        return found
+
+    def _of_map(
+        self, along: LightDistance, depths: NDArray[np.float32], pixels: NDArray[np.int64], places: Vector
+    ) -> _Receivers:
+        stored = np.empty(depths.shape)
+        for rows in bands(*depths.shape):
+            stored[rows] = along.of_texels(depths[rows], rows.start)
+        at = tuple(pixels.T)
+        points = self._gbuffer.position_relative[at].astype(np.float64)
+        normals = self._gbuffer.normal[at].astype(np.float64)
+        distance, ways = along.of_points(points), along.directions(points)
+        near = min(float(stored.min()), float(distance.min()))
+        far = max(float(np.where(np.isfinite(stored), stored, near).max()), float(distance.max()))
+        whole = far - near or 1.0
+        # Sizes of a texel across the light, and what the receiver's plane gains over it, along the light.
+        side = np.linalg.norm(along.texel_steps(points, ways), axis=2)
+        gradients = np.einsum("nij,nj->ni", along.texel_steps(points, normals), ways)
+        gradients = np.clip(gradients, -SLOPE_LIMIT * side, SLOPE_LIMIT * side)
+        bias = BIAS_TEXELS * side.max(axis=1) + SNAP_TEXELS * np.abs(gradients).sum(axis=1) + BIAS_DEPTH * whole
+        depth = (distance - near - bias) / whole
+        return _Receivers(pixels, places, depth, gradients / whole, np.minimum((stored - near) / whole, 1.0))
+
+
+def _put(mask: Mask, of: _Receivers, light: Vector) -> None:
+    mask[tuple(of.pixels.T)] = np.clip(light, 0.0, 1.0)

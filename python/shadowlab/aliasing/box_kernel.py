@@ -1,8 +1,9 @@
 """A box of texels about a place in a map: averages of comparisons, and averages of what is stored.
 
-A box of n texels, n odd, is blurred into the map and the map is read with bilinear weights, as hardware filters a texture.
-Along each axis that weights the n + 1 texels about a place at f texels behind the first centre by (1 - f, 1, ..., 1, f) / n;
-comparisons get the same weights, so that both average over the same kernel. Texels beyond the map are those at its edge.
+A box of n texels, n odd, is blurred into the map and the map is read with bilinear weights, as hardware filters a
+texture. Along each axis the n + 1 texels about a place, f texels behind the centre of the first, then have the weights
+(1 - f, 1, ..., 1, f) / n. Comparisons get the same weights, so that both average over the same kernel. Beyond the map
+its edge goes on.
 """
 
 from __future__ import annotations
@@ -39,24 +40,28 @@ def blurred(texels: NDArray[Any], format: PrefilteredFormat, kernel: int) -> NDA
     for rows in bands(height, width):
         wanted = np.clip(np.arange(rows.start - reach, rows.stop + reach), 0, height - 1)
         values = format.read(texels[wanted])[:, columns]
-        along = sum(values[:, i : i + width] for i in range(kernel))
-        total = sum(along[i : i + rows.stop - rows.start] for i in range(kernel))
-        found[rows] = format.restored(np.asarray(total) / kernel**2)
+        along = np.zeros((len(wanted), width, values.shape[-1]))
+        for i in range(kernel):
+            along += values[:, i : i + width]
+        total = np.zeros((rows.stop - rows.start, *along.shape[1:]))
+        for i in range(kernel):
+            total += along[i : i + len(total)]
+        found[rows] = format.restored(total / kernel**2)
     return found
 
 
 def between(texels: NDArray[Any], format: PrefilteredFormat, places: Vector) -> Vector:
     """(N, C): what is read of a map (H, W, C) at places (N, 2), weighted between the four nearest texels."""
     height, width = texels.shape[:2]
-    found = 0.0
+    found = np.zeros((len(places), texels.shape[-1]))
     first, part = split(places)
     for j in (0, 1):
         row = np.clip(first[:, 1] + j, 0, height - 1)
         for i in (0, 1):
             column = np.clip(first[:, 0] + i, 0, width - 1)
             weight = np.abs(1 - i - part[:, 0]) * np.abs(1 - j - part[:, 1])
-            found = found + weight[:, None] * format.read(texels[row, column])
-    return np.asarray(found, np.float64)
+            found += weight[:, None] * format.read(texels[row, column])
+    return found
 
 
 def compared(depths: Vector, places: Vector, receivers: Vector, gradients: Vector, kernel: int) -> Vector:

@@ -113,13 +113,16 @@ def moment_light(moments: Vector, depth: Vector, moment_bias: float) -> Vector:
     half = -0.5 * (c2 + np.copysign(np.sqrt(np.maximum(c2 * c2 - 4.0 * c1 * c3, 0.0)), c2))
     far = 1.0 / np.finfo(np.float64).eps
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        roots = np.stack([np.where(half != 0.0, c1 / half, 0.0), np.where(c3 != 0.0, half / c3, np.copysign(far, half))])
+        roots = np.stack(
+            [np.where(half != 0.0, c1 / half, 0.0), np.where(c3 != 0.0, half / c3, np.copysign(far, half))]
+        )
     z2, z3 = np.sort(np.clip(roots, -far, far), axis=0)
 
     def weight(a: Vector, b: Vector, c: Vector) -> Vector:
         """The weight at c where the other two depths are a and b."""
         below = (c - a) * (c - b)
-        return np.divide(a * b - b1 * (a + b) + b2, below, out=np.zeros_like(below), where=below != 0.0)
+        share: Vector = np.divide(a * b - b1 * (a + b) + b2, below, out=np.zeros_like(below), where=below != 0.0)
+        return share
 
     # What lies before the receiver is in its way.
     shadow = np.where(z2 < z1, weight(z1, z3, z2), 0.0) + np.where(z3 < z1, weight(z1, z2, z3), 0.0)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import _core
-from ..types import Vector
+from ..types import Floats, Vector
 from .map_rays import along_knots
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class LightDistance:
         unit: Vector = np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
         return unit
 
-    def of_texels(self, depths: Vector, first_row: int) -> Vector:
+    def of_texels(self, depths: Floats, first_row: int) -> Vector:
         """(R, W): distances of stored NDC depths (R, W) in rows of the map from one on; infinite where nothing is.
 
         NDC depths are those of a drawn map: below 1 where a caster is.
@@ -76,9 +76,14 @@ class LightDistance:
         y = 1.0 - (2.0 * (first_row + np.arange(len(depths))) + 1.0) / height
         knots = self.partition.post_warp_knots
         if knots is not None:
-            x, y = (np.array([along_knots(pair[:, ::-1], at) for at in v]) for pair, v in zip(knots, (x, y), strict=True))
-        points = self._points(x[None, :], y[:, None], depths.astype(np.float64))
-        return np.where(depths < 1.0, self.of_points(points), np.inf)
+            x, y = (
+                np.array([along_knots(pair[:, ::-1], at) for at in v]) for pair, v in zip(knots, (x, y), strict=True)
+            )
+        # Empty texels are taken at the near plane, which is finite, and hold nothing.
+        is_held = depths < 1.0
+        points = self._points(x[None, :], y[:, None], np.where(is_held, depths, 0.0).astype(np.float64))
+        found: Vector = np.where(is_held, self.of_points(points), np.inf)
+        return found
 
     def _points(self, x: Vector, y: Vector, z: Vector) -> Vector:
         """Points (R, W, 3) at NDC x (1, W), y (R, 1) and z (R, W); y is after a logarithm."""
@@ -93,7 +98,8 @@ class LightDistance:
         inverse = np.linalg.inv(self.rows)
         ndc = np.stack(np.broadcast_arrays(x, y, z, 1.0), axis=-1)
         homogeneous = ndc @ inverse.T
-        return homogeneous[..., :3] / homogeneous[..., 3:]
+        points: Vector = homogeneous[..., :3] / homogeneous[..., 3:]
+        return points
 
     def texel_steps(self, points: Vector, normals: Vector) -> Vector:
         """(N, 2, 3): how far points (N, 3) move on planes with normals (N, 3) by a texel to the right and a texel down.
@@ -117,9 +123,9 @@ class LightDistance:
         steps = np.stack(
             [np.cross(grad_t, normals) * across[:, None], np.cross(normals, grad_x) * along[:, None]], axis=1
         )
-        return np.divide(
-            steps, volume[:, None, None], out=np.zeros_like(steps), where=(volume != 0.0)[:, None, None]
-        )
+        seen = (volume != 0.0)[:, None, None]
+        found: Vector = np.divide(steps, volume[:, None, None], out=np.zeros_like(steps), where=seen)
+        return found
 
     @cached_property
     def _lamp(self) -> Vector:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..aliasing.prefiltered_formats import PREFILTERED_FORMATS
 from ..aliasing.soft_error import soft_error
 from ..scene.view import checked_view, light_of
 from ..techniques.labels import name_of, resolved
-from ..text.checked import a_flag
+from ..text.checked import a_flag, a_word
 from ..text.checks import renderer_of
 from ..trace import Truth, soft_shadow_mask
 from ..travel import Value
@@ -92,8 +92,7 @@ class PrefilteredMaps(Value):
     def verdict(self) -> str:
         """The answer in sentences."""
         of = "at equal resolution" if self.memory is None else f"in {memory_text(self.memory)}"
-        best = self.table.loc[self.table["misclassified"].idxmin()]
-        soft = self.table.loc[self.table["soft_error"].idxmin()]
+        best, soft = self._least("misclassified"), self._least("soft_error")
         said = [
             f"{self.label} {of}, kernel {self.kernel}: {best['format']} has the fewest wrong pixels, "
             f"{best['misclassified']:,} with {best['resolution']}² texels, and {soft['format']} the least soft error, "
@@ -123,16 +122,19 @@ class PrefilteredMaps(Value):
         ArgumentError
             For something that is no text.
         """
-        from ..text.checked import a_word
-
         names = list(self.table["format"])
-        return self.masks[names.index(a_word(names, "take one of the table's")("format", format))]
+        found: Mask = self.masks[names.index(a_word(names, "take one of the table's")("format", format))]
+        return found
 
     def figure(self) -> Figure:
         """The wrong pixels and the leaks of each format; see `plot.prefiltered_figure`."""
         from ..plot.prefiltered import prefiltered_figure
 
         return prefiltered_figure(self)
+
+    def _least(self, column: str) -> pd.Series[Any]:
+        """The row with the least of a column; of equal ones the first."""
+        return self.table.iloc[int(self.table[column].to_numpy().argmin())]
 
     def __str__(self) -> str:
         return self.verdict
@@ -141,7 +143,7 @@ class PrefilteredMaps(Value):
         return f"<p>{escape(self.verdict)}</p>{self.table.to_html(index=False, border=0, float_format='{:.4g}'.format)}"
 
     def __repr__(self) -> str:
-        best = self.table.loc[self.table["misclassified"].idxmin()]
+        best = self._least("misclassified")
         budget = "equal resolution" if self.memory is None else memory_text(self.memory)
         return (
             f"PrefilteredMaps({self.label}, {budget}, kernel {self.kernel}, {len(self.table)} formats; fewest wrong: "
@@ -290,7 +292,7 @@ def _table(rows: Sequence[dict[str, object]]) -> pd.DataFrame:
     import pandas as pd
 
     columns = [
-        "format", "texel_bytes", "maps", "resolution", "bytes", "misclassified", "false_shadow", "false_light", "covered",
-        "leaks", "bleeding", "soft_error", "too_dark", "too_light", "lookups", "blur_reads",
+        "format", "texel_bytes", "maps", "resolution", "bytes", "misclassified", "false_shadow", "false_light",
+        "covered", "leaks", "bleeding", "soft_error", "too_dark", "too_light", "lookups", "blur_reads",
     ]  # fmt: skip
     return pd.DataFrame(list(rows), columns=columns)

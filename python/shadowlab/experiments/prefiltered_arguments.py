@@ -96,7 +96,7 @@ def budget_of(memory: object, resolution: object) -> tuple[int | None, int | Non
         size = bytes_of(DEFAULT_MEMORY if memory is None else memory)
         if size > MOST_MEMORY:
             raise ArgumentError(
-                f"memory: expected at most {memory_text(MOST_MEMORY)}, got {memory_text(size)}; try \"4 MiB\""
+                f'memory: expected at most {memory_text(MOST_MEMORY)}, got {memory_text(size)}; try "4 MiB"'
             )
         return size, None
     if memory is not None:

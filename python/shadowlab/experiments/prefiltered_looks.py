@@ -100,7 +100,7 @@ class PrefilteredLooks:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """(H, W): where every texel of the kernel holds a caster before the receiver's plane, so that light is a leak."""
+        """(H, W): where every texel of the kernel holds a caster before the receiver's plane: light there is a leak."""
         found: NDArray[np.bool_] = (self.pcf == 0.0) & (self._nearest[1] >= 0)
         return found
 
@@ -118,11 +118,9 @@ class PrefilteredLooks:
             assert texels is not None, "a map has rows"
             texels = blurred(texels, format, self._kernel)
             light = np.empty(len(of.depth))
-            # The farthest centre that the kernel reads is half of its n + 1 texels away, along each axis.
-            reach = 0.5 * (self._kernel + 1) * np.abs(of.gradients).sum(axis=1)
             for part in bands(len(light), 1):
                 averages = between(texels, format, of.places[part])
-                light[part] = format.light(averages, of.depth[part] - format.slope * reach[part], reduction)
+                light[part] = format.light(averages, of.depth[part], reduction)
             _put(found, of, light)
         return found
 

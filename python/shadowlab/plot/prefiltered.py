@@ -52,7 +52,9 @@ def prefiltered_figure(found: PrefilteredMaps) -> Figure:
     >>> figure = sl.plot.prefiltered_figure(found)
     """
     if not isinstance(found, PrefilteredMaps):
-        raise ArgumentError(f"found: expected a PrefilteredMaps, got {shown(found)}; sl.prefiltered_maps(...) makes one")
+        raise ArgumentError(
+            f"found: expected a PrefilteredMaps, got {shown(found)}; sl.prefiltered_maps(...) makes one"
+        )
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -72,8 +74,8 @@ def prefiltered_figure(found: PrefilteredMaps) -> Figure:
         title = f"{row.format}, {row.resolution}²\n{row.misclassified:,} wrong, {row.leaks:,} of them leaks"
         _picture(ax, picture, title, aspect)
     kinds = ((FALSE_SHADOW_RGB, "false shadow"), (FALSE_LIGHT_RGB, "false light"), (LEAK_RGB, "leak"))
-    figure.legend(
-        handles=[Patch(facecolor=np.array(rgb) / 255, edgecolor="#555555", label=words) for rgb, words in kinds],
-        loc="outside lower center", ncols=3, frameon=False,
-    )  # fmt: skip
+    patches = [
+        Patch(facecolor="#{:02X}{:02X}{:02X}".format(*rgb), edgecolor="#555555", label=words) for rgb, words in kinds
+    ]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, frameon=False)
     return figure

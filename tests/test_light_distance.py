@@ -1,4 +1,4 @@
-"""Distances along the light: of texels against single rays and the renderer's projection, of planes against differences."""
+"""Distances along the light: of texels against single and traced rays, of planes against the projection of steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CASES = [one for one in CASES if one[1] != "log" or one[2] == "directional"]
 def view_of(kind: str = "directional") -> sl.View:
     scene = sl.library.scene("robots")
     middle = np.asarray(scene.bounds).mean(axis=0)
-    at = middle + (4.0, 12.0, 3.0)
+    at = middle + np.array([4.0, 12.0, 3.0])
     light = {
         "directional": scene.light,
         "spot": sl.SpotLight(at, middle - at, cone_angle=1.5, range=200),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -119,7 +121,7 @@ def test_an_exponential_becomes_the_hard_test():
     for c in (1.0, 10.0, 80.0):
         assert exponential_light(c * z, t, c) == pytest.approx(np.exp(-c * np.maximum(t - z, 0.0)))
     wrong = [np.abs(exponential_light(c * z, t, c) - (z >= t)).mean() for c in (10.0, 1e2, 1e3, 1e4)]
-    assert all(b < 0.2 * a for a, b in zip(wrong, wrong[1:], strict=False))
+    assert all(b < 0.2 * a for a, b in pairwise(wrong))
     # The mean of exp(-c x) over receivers behind, x to 1 with the density 1 - x, is 1/c - (1 - exp(-c)) / c².
     assert wrong[0] == pytest.approx(1 / 10 - (1 - np.exp(-10)) / 100, rel=0.05)
 
@@ -198,8 +200,8 @@ def test_both_ways_average_over_the_same_kernel(kernel):
     assert sum(weight_of(i, part[:, 0], kernel) for i in range(kernel + 1)) == pytest.approx(np.ones(200))
     # With z = 1 at marked texels and 0 elsewhere, the mean of z and the share of texels at 1 or behind are one number.
     marked = (rng.random((16, 16)) < 0.4).astype(float)
-    format = PREFILTERED_FORMATS["variance:f32"]
-    mean = between(blurred(format.stored(marked), format, kernel), format, places)[:, 0]
+    stored = PREFILTERED_FORMATS["variance:f32"]
+    mean = between(blurred(stored.stored(marked), stored, kernel), stored, places)[:, 0]
     light = compared(marked, places, np.full(200, 0.5), np.zeros((200, 2)), kernel)
     assert 0.5 * (mean + 1) == pytest.approx(light, abs=1e-6)
     # By hand at one place: the box of n texels about a texel's centre.
@@ -215,7 +217,7 @@ def test_a_plane_lights_itself_by_comparisons():
     places = np.random.default_rng(4).uniform(5, 11, (100, 2))
     depth = 0.5 + 0.01 * places[:, 0] - 0.003 * places[:, 1]
     gradients = np.tile([0.01, -0.003], (100, 1))
-    assert (compared(plane, places, depth - 1e-12, gradients, 5) == pytest.approx(1.0))
+    assert compared(plane, places, depth - 1e-12, gradients, 5) == pytest.approx(1.0)
     assert compared(plane, places, depth, 0 * gradients, 5).mean() == pytest.approx(0.5, abs=0.05)
 
 

@@ -1,7 +1,7 @@
 """Light that arrives through a filtered shadow map, from averages of functions of the depths under the filter.
 
 Sources: variance [donnelly2006], its reduction of light bleeding [lauritzen2008], exponential [annen2008], four moments
-[peters2015], algorithm 3. The formulas are theory.md 14.2.
+[peters2015], algorithm 3. The formulas are those of theory.md 19.
 
 The depths z under the filter's kernel are a distribution, and a receiver at depth t gets the share P(z >= t) of the
 light: percentage-closer filtering at one depth. What is stored averages without comparisons, and bounds that share from
@@ -23,7 +23,7 @@ LEAST_PIVOT = 2.0**-52
 
 
 def chebyshev_light(mean: Vector, square: Vector, depth: Vector, least_variance: Vector, reduction: float) -> Vector:
-    """The most light that depths of a mean and a mean square let through, (14.3); by Chebyshev's one-sided inequality.
+    """The most light that depths of a mean and a mean square let through, (19.1); by Chebyshev's one-sided inequality.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ def chebyshev_light(mean: Vector, square: Vector, depth: Vector, least_variance:
 
 
 def reduced(light: Vector, reduction: float) -> Vector:
-    """The light with its lowest part cut off and the rest stretched to 0 to 1, (14.4)."""
+    """The light with its lowest part cut off and the rest stretched to 0 to 1, (19.2)."""
     cut: Vector = np.clip((light - reduction) / (1.0 - reduction), 0.0, 1.0)
     return cut
 
 
 def exponential_light(log_mean: Vector, depth: Vector, exponent: float) -> Vector:
-    """The most light that depths let through whose mean exponential is known, (14.5); by Markov's inequality.
+    """The most light that depths let through whose mean exponential is known, (19.3); by Markov's inequality.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def exponential_light(log_mean: Vector, depth: Vector, exponent: float) -> Vecto
 
 
 def moment_light(moments: Vector, depth: Vector, moment_bias: float) -> Vector:
-    """The most light that depths of four moments let through, (14.6): Hamburger's moment problem.
+    """The most light that depths of four moments let through, (19.4): Hamburger's moment problem.
 
     Among all distributions with these moments the one with a sample at the receiver has the least shadow. It has two
     more depths, the roots of a quadratic.

@@ -1,6 +1,6 @@
 r"""Distances along the light: of what a map's texels store, and of receivers and their planes.
 
-Source: theory.md (14.8). NDC depth is hyperbolic under warps and placed lights, and a logarithm or a rectilinear warp
+Source: theory.md (19.6). NDC depth is hyperbolic under warps and placed lights, and a logarithm or a rectilinear warp
 bends the map. Each texel's ray and depth give one point of the world, exactly, and its distance is linear: along the
 direction of a directional light, from a placed light to the point.
 

@@ -40,8 +40,8 @@ MOMENT_INVERSE = np.linalg.inv(MOMENT_TRANSFORM)
 # f32 the least of 1, 3 and 6 in each decade that keeps a map of one depth lit with the bias below; the published 3e-7
 # leaves 15 of a million depths dark, for it does not count that maps are rounded twice.
 MOMENT_BIAS: dict[Number, float] = {"unorm16": 3e-5, "f32": 1e-6}
-# How far receivers of moment maps are moved towards the light, as a share of the range: a distribution of one depth has no
-# more room for rounding. Without it 5 % of the depths of a map of one depth are dark in unorm16, with it none is.
+# How far receivers of moment maps are moved towards the light, as a share of the range: a distribution of one depth has
+# no room for rounding. Without it 5 % of the depths of a map of one depth are dark in unorm16, with it none is.
 MOMENT_DEPTH_BIAS = 1e-4
 # The largest exponent of single precision that is published, [annen2008] section 4; of half floats the one whose
 # exponentials fill the normal numbers, from 2^-14 to 65504.
@@ -76,7 +76,7 @@ class PrefilteredFormat:
         return EXPONENT[self.number] if self.quantity == "exponential" else None
 
     def least_variance(self, mean: Vector, square: Vector) -> Vector:
-        """What rounding can take off variances, in the squares of the stored depths: (14.7)."""
+        """What rounding can take off variances, in the squares of the stored depths: (19.5)."""
         # Of unorm16 the errors are steps, whatever the number, and 1 + 2 z is 3 at most.
         sizes = square + 2.0 * mean * mean if self.number != "unorm16" else np.full_like(mean, 3.0)
         least: Vector = ROUNDINGS * ROUNDING[self.number] * sizes

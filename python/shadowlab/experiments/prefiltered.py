@@ -166,8 +166,8 @@ def prefiltered_maps(
     """Variance, exponential and moment shadow maps beside depths with comparisons, in one view at equal memory.
 
     The formats store depths that are linear along the light, over the range of each map. They are blurred by a box of
-    texels and read with bilinear weights; "depth:pcf" averages comparisons over the same kernel, with the receiver's
-    plane as its bias, and "depth:nearest" is one comparison with the default bias.
+    texels and read with bilinear weights; "depth:pcf" averages comparisons over the same kernel, most of its bias that
+    of the receiver's plane, and "depth:nearest" is one comparison with the default bias.
 
     A leak is light at a pixel in shadow whose whole kernel holds casters before the receiver's plane. No average of
     comparisons lets light through there, so a leak comes from what the format stores, not from its resolution.
@@ -211,7 +211,7 @@ def prefiltered_maps(
 
     References
     ----------
-    docs/theory.md, (14.3) to (14.8); docs/prefiltered.md.
+    theory.md 19; docs/prefiltered.md.
 
     Examples
     --------

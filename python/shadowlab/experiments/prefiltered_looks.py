@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 # As of `Bias`: the part in texels, the limit of what the slope adds in texels along the ray, and the rounding of depths
 # in single precision as a share of the range.
 BIAS_TEXELS, SLOPE_LIMIT, BIAS_DEPTH = 0.1, 16.0, 1e-6
+# Of comparisons over the kernel: the part of the way to the receiver's plane at the texel, a share of what that plane
+# gains over the kernel's reach, and the part in texels. Chosen on ten scenes at 512² and 1024² among 14 triples: 13,369
+# wrong pixels. The whole plane alone leaves 18,747, for curved surfaces turn dark, and the whole reach alone 17,595.
+PCF_PLANE, PCF_SLOPE, PCF_TEXELS = 0.75, 0.25, 0.5
 # Rasterisers round vertices to 1/256 of a texel, and planes with them.
 SNAP_TEXELS = 2.0 / 256.0
 
@@ -47,6 +51,8 @@ class _Receivers:
         Texels, x to the right and y down.
     depth : (N,) float64
         Distances along the light, 0 to 1, moved towards the light by the bias that all formats have.
+    side : (N,) float64
+        The longer side of a texel across the light, in the unit of depths.
     gradients : (N, 2) float64
         What the depth of the receiver's plane gains by a texel to the right and by a texel down.
     stored : (H, W) float64
@@ -56,6 +62,7 @@ class _Receivers:
     pixels: NDArray[np.int64]
     places: Vector
     depth: Vector
+    side: Vector
     gradients: Vector
     stored: Vector
 
@@ -92,9 +99,13 @@ class PrefilteredLooks:
         """(H, W): the weighted share of the kernel's texels that are not before the receiver's plane."""
         found = self._unfiltered()
         for of in self._receivers:
-            light = np.empty(len(of.depth))
+            # The farthest centre that the kernel reads is half of its n + 1 texels away, along each axis.
+            reach = 0.5 * (self._kernel + 1) * np.abs(of.gradients).sum(axis=1)
+            depth = of.depth - (PCF_TEXELS - BIAS_TEXELS) * of.side - PCF_SLOPE * reach
+            light = np.empty(len(depth))
             for part in bands(len(light), 1):
-                light[part] = compared(of.stored, of.places[part], of.depth[part], of.gradients[part], self._kernel)
+                slopes = PCF_PLANE * of.gradients[part]
+                light[part] = compared(of.stored, of.places[part], depth[part], slopes, self._kernel)
             _put(found, of, light)
         return found
 
@@ -161,12 +172,14 @@ class PrefilteredLooks:
         far = max(float(np.where(np.isfinite(stored), stored, near).max()), float(distance.max()))
         whole = far - near or 1.0
         # Sizes of a texel across the light, and what the receiver's plane gains over it, along the light.
-        side = np.linalg.norm(along.texel_steps(points, ways), axis=2)
+        sides = np.linalg.norm(along.texel_steps(points, ways), axis=2)
         gradients = np.einsum("nij,nj->ni", along.texel_steps(points, normals), ways)
-        gradients = np.clip(gradients, -SLOPE_LIMIT * side, SLOPE_LIMIT * side)
-        bias = BIAS_TEXELS * side.max(axis=1) + SNAP_TEXELS * np.abs(gradients).sum(axis=1) + BIAS_DEPTH * whole
+        gradients = np.clip(gradients, -SLOPE_LIMIT * sides, SLOPE_LIMIT * sides)
+        side = sides.max(axis=1)
+        bias = BIAS_TEXELS * side + SNAP_TEXELS * np.abs(gradients).sum(axis=1) + BIAS_DEPTH * whole
         depth = (distance - near - bias) / whole
-        return _Receivers(pixels, places, depth, gradients / whole, np.minimum((stored - near) / whole, 1.0))
+        held = np.minimum((stored - near) / whole, 1.0)
+        return _Receivers(pixels, places, depth, side / whole, gradients / whole, held)
 
 
 def _put(mask: Mask, of: _Receivers, light: Vector) -> None:

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from shadowlab.aliasing.box_kernel import between, blurred, compared, split, weight_of
-from shadowlab.aliasing.light_bounds import chebyshev_light, exponential_light, moment_light, reduced
+from shadowlab.aliasing.box_kernel import blurred, compared, read_between, texels_before, weight_of
+from shadowlab.aliasing.light_bounds import chebyshev_light, exponential_light, moment_light, without_bleeding
 from shadowlab.aliasing.prefiltered_formats import (
     MOMENT_BIAS,
     MOMENT_INVERSE,
@@ -100,7 +100,7 @@ def test_two_occluders_bleed_through_two_moments_and_not_through_four(share):
     bleeding = variance / (variance + (0.65 - mean) ** 2)
     assert chebyshev_light(*moments[:, :2].T, t, np.zeros(1), 0.0) == pytest.approx(bleeding)
     assert moment_light(moments, t, 0.0) == pytest.approx(0.0, abs=ROOTS)
-    assert reduced(np.array([bleeding]), 0.5) == pytest.approx(max(0.0, (bleeding - 0.5) / 0.5))
+    assert without_bleeding(np.array([bleeding]), 0.5) == pytest.approx(max(0.0, (bleeding - 0.5) / 0.5))
     # Exponentials forget how far apart the occluders are, and fall with the gap behind the nearer of the receiver.
     light = exponential_light(np.log((weights * np.exp(80 * depths)).sum(axis=1)), t, 80.0)
     assert light == pytest.approx((1 - share) * np.exp(-80 * 0.05) + share * np.exp(-80 * 0.55))
@@ -175,7 +175,7 @@ def test_rounding_leaves_a_surface_lit(format: PrefilteredFormat):
     """Maps of one depth, blurred and so rounded twice: a receiver at that depth keeps its light, one before it too."""
     for z in np.random.default_rng(2).random(40):
         texels = blurred(format.stored(np.full((7, 7), z)), format, 3)
-        read = between(texels, format, np.array([[3.2, 3.9]]))
+        read = read_between(texels, format, np.array([[3.2, 3.9]]))
         assert format.light(read, np.array([z]), 0.0) > 0.99
         assert format.light(read, np.array([z - 0.01]), 0.0) > 0.99
 
@@ -186,7 +186,7 @@ def test_a_rounded_variance_is_off_by_less_than_the_least(format: PrefilteredFor
     for _ in range(50):
         z = rng.random() + 0.02 * rng.standard_normal((9, 9))
         texels = blurred(format.stored(np.clip(z, 0, 1)), format, 5)
-        mean, square = between(texels, format, np.array([[4.5, 4.5]])).T
+        mean, square = read_between(texels, format, np.array([[4.5, 4.5]])).T
         own = format._own(np.clip(z, 0, 1))[2:7, 2:7]
         assert abs(square - mean * mean - own.var()) <= format.least_variance(mean, square)
 
@@ -196,12 +196,12 @@ def test_both_ways_average_over_the_same_kernel(kernel):
     """A blurred map between texels, and comparisons: the weights are the same, found from maps of one texel."""
     rng = np.random.default_rng(kernel)
     places = rng.uniform(0.5, 15.5, (200, 2))  # the outermost half texel is the border's
-    part = split(places)[1]
+    part = texels_before(places)[1]
     assert sum(weight_of(i, part[:, 0], kernel) for i in range(kernel + 1)) == pytest.approx(np.ones(200))
     # With z = 1 at marked texels and 0 elsewhere, the mean of z and the share of texels at 1 or behind are one number.
     marked = (rng.random((16, 16)) < 0.4).astype(float)
     stored = PREFILTERED_FORMATS["variance:f32"]
-    mean = between(blurred(stored.stored(marked), stored, kernel), stored, places)[:, 0]
+    mean = read_between(blurred(stored.stored(marked), stored, kernel), stored, places)[:, 0]
     light = compared(marked, places, np.full(200, 0.5), np.zeros((200, 2)), kernel)
     assert 0.5 * (mean + 1) == pytest.approx(light, abs=1e-6)
     # By hand at one place: the box of n texels about a texel's centre.
@@ -227,7 +227,7 @@ def test_a_format_lets_through_no_less_than_comparisons(format: PrefilteredForma
     rng = np.random.default_rng(6)
     depths = np.where(rng.random((32, 32)) < 0.5, 0.2 + 0.1 * rng.random((32, 32)), 0.8)
     places, at = rng.uniform(4, 28, (2000, 2)), rng.random(2000)
-    light = format.light(between(blurred(format.stored(depths), format, 5), format, places), at, 0.0)
+    light = format.light(read_between(blurred(format.stored(depths), format, 5), format, places), at, 0.0)
     comparisons = compared(depths, places, at, np.zeros((2000, 2)), 5)
     # Rounded moments are those of a distribution that is hardly another one.
     assert (light >= comparisons - 5e-3).all()

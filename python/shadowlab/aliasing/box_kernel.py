@@ -18,12 +18,12 @@ from ..types import Vector
 from .prefiltered_formats import PrefilteredFormat
 
 # Texels, or pixels with their taps, that one step of numpy works on: some ten milliseconds, so that Ctrl-C is heard.
-AT_ONCE = 1 << 18
+BAND_TEXELS = 1 << 18
 
 
 def bands(count: int, size: int) -> Iterator[slice]:
-    """Slices of `count` things, each of as many as together have `AT_ONCE` parts, where one has `size`."""
-    step = max(1, AT_ONCE // size)
+    """Slices of `count` things, each of as many as together have `BAND_TEXELS` parts, where one has `size`."""
+    step = max(1, BAND_TEXELS // size)
     for first in range(0, count, step):
         yield slice(first, min(count, first + step))
 
@@ -50,11 +50,11 @@ def blurred(texels: NDArray[Any], format: PrefilteredFormat, kernel: int) -> NDA
     return found
 
 
-def between(texels: NDArray[Any], format: PrefilteredFormat, places: Vector) -> Vector:
+def read_between(texels: NDArray[Any], format: PrefilteredFormat, places: Vector) -> Vector:
     """(N, C): what is read of a map (H, W, C) at places (N, 2), weighted between the four nearest texels."""
     height, width = texels.shape[:2]
     found = np.zeros((len(places), texels.shape[-1]))
-    first, part = split(places)
+    first, part = texels_before(places)
     for j in (0, 1):
         row = np.clip(first[:, 1] + j, 0, height - 1)
         for i in (0, 1):
@@ -81,7 +81,7 @@ def compared(depths: Vector, places: Vector, receivers: Vector, gradients: Vecto
         Side of the box, texels, odd.
     """
     height, width = depths.shape
-    first, part = split(places)
+    first, part = texels_before(places)
     first = first - kernel // 2
     light = np.zeros(len(places))
     for j in range(kernel + 1):
@@ -96,7 +96,7 @@ def compared(depths: Vector, places: Vector, receivers: Vector, gradients: Vecto
     return light
 
 
-def split(places: Vector) -> tuple[NDArray[np.int64], Vector]:
+def texels_before(places: Vector) -> tuple[NDArray[np.int64], Vector]:
     """The texels whose centres are before places (N, 2), and how far behind those the places are, 0 to 1."""
     first = np.floor(places - 0.5)
     return first.astype(np.int64), places - 0.5 - first

@@ -46,10 +46,10 @@ def chebyshev_light(mean: Vector, square: Vector, depth: Vector, least_variance:
     whole = variance + behind * behind
     # Without variance the depths are one, and the test is exact.
     light = np.divide(variance, whole, out=np.where(behind > 0.0, 0.0, 1.0), where=whole > 0.0)
-    return reduced(light, reduction)
+    return without_bleeding(light, reduction)
 
 
-def reduced(light: Vector, reduction: float) -> Vector:
+def without_bleeding(light: Vector, reduction: float) -> Vector:
     """The light with its lowest part cut off and the rest stretched to 0 to 1, (19.2)."""
     cut: Vector = np.clip((light - reduction) / (1.0 - reduction), 0.0, 1.0)
     return cut

@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..types import Vector
-from .light_bounds import chebyshev_light, exponential_light, moment_light, reduced
+from .light_bounds import chebyshev_light, exponential_light, moment_light, without_bleeding
 
-Quantity = Literal["variance", "exponential", "moment"]
+StoredQuantity = Literal["variance", "exponential", "moment"]
 Number = Literal["f16", "f32", "unorm16"]
 
 # Numbers of a texel of each quantity.
-CHANNELS: dict[Quantity, int] = {"variance": 2, "exponential": 1, "moment": 4}
+CHANNELS: dict[StoredQuantity, int] = {"variance": 2, "exponential": 1, "moment": 4}
 BYTES: dict[Number, int] = {"f16": 2, "f32": 4, "unorm16": 2}
 DTYPES: dict[Number, type[np.generic]] = {"f16": np.float16, "f32": np.float32, "unorm16": np.uint16}
 UNORM16_STEPS = 65535
 # The largest difference of a number from what is stored: of floats as a share of it, of unorm16 half a step.
-ROUNDING: dict[Number, float] = {"f16": 2.0**-11, "f32": 2.0**-24, "unorm16": 0.5 / UNORM16_STEPS}
+NUMBER_ROUNDING: dict[Number, float] = {"f16": 2.0**-11, "f32": 2.0**-24, "unorm16": 0.5 / UNORM16_STEPS}
 # A map is rounded when it is drawn and again when it is filtered.
 ROUNDINGS = 2
 # The affine map of four moments to [0, 1]^4 that keeps the most volume, [peters2015] section 4.3: rows are moments.
@@ -62,7 +62,7 @@ class PrefilteredFormat:
     """
 
     name: str
-    quantity: Quantity
+    quantity: StoredQuantity
     number: Number
 
     @property
@@ -79,7 +79,7 @@ class PrefilteredFormat:
         """What rounding can take off variances, in the squares of the stored depths: (19.5)."""
         # Of unorm16 the errors are steps, whatever the number, and 1 + 2 z is 3 at most.
         sizes = square + 2.0 * mean * mean if self.number != "unorm16" else np.full_like(mean, 3.0)
-        least: Vector = ROUNDINGS * ROUNDING[self.number] * sizes
+        least: Vector = ROUNDINGS * NUMBER_ROUNDING[self.number] * sizes
         return least
 
     @property
@@ -117,7 +117,7 @@ class PrefilteredFormat:
             return chebyshev_light(mean, square, self._own(depth), self.least_variance(mean, square), reduction)
         if self.quantity == "moment":
             light = moment_light(averages, depth - MOMENT_DEPTH_BIAS, MOMENT_BIAS[self.number])
-            return reduced(light, reduction)
+            return without_bleeding(light, reduction)
         # Rounding in half floats leaves no exponential below the least of the range.
         logarithm = np.log(averages[:, 0]) - self._shift
         return exponential_light(logarithm, depth, EXPONENT[self.number])

@@ -59,7 +59,7 @@ class PrefilteredMaps(Value):
 
         - format; texel_bytes; maps; resolution, texels along each side; bytes, of all maps together
         - misclassified, false_shadow, false_light: pixels that are wrong at one half, as of `aliasing.misclassified`
-        - covered: pixels in shadow all of whose kernel holds casters before the receiver's plane
+        - covered: pixels in shadow that no comparison of the kernel lights
         - leaks: those of them with half of the light or more; bleeding: their light on average, None of no pixel
         - soft_error, too_dark, too_light: against the area average of truth, as of `aliasing.soft_error`
         - lookups: texture reads of a pixel, of which those of prefiltered formats are weighted between four texels;
@@ -105,7 +105,8 @@ class PrefilteredMaps(Value):
             least = min(others, key=lambda row: row["misclassified"])
             said.append(
                 f"{least['format']}, the best prefiltered format, has {least['misclassified']:,} wrong pixels with one "
-                f"filtered lookup; depth:pcf has {pcf['misclassified']:,} with {pcf['lookups']}."
+                f"filtered lookup; depth:pcf has {pcf['misclassified']:,} with {pcf['lookups']} "
+                "comparisons."
             )
         leaks = [f"{row['format']} {row['leaks']:,}" for row in others if row["leaks"]]
         if others:
@@ -169,8 +170,8 @@ def prefiltered_maps(
     texels and read with bilinear weights; "depth:pcf" averages comparisons over the same kernel, most of its bias that
     of the receiver's plane, and "depth:nearest" is one comparison with the default bias.
 
-    A leak is light at a pixel in shadow whose whole kernel holds casters before the receiver's plane. No average of
-    comparisons lets light through there, so a leak comes from what the format stores, not from its resolution.
+    A leak is light at a pixel in shadow that no comparison of the kernel lights, in a map of the same resolution. So it
+    comes from what the format stores, not from its resolution.
 
     Parameters
     ----------

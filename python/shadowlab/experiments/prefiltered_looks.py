@@ -4,7 +4,7 @@
     maps (K, H, W), NDC depth
       |  LightDistance       distances along the light, 0 to 1 over the range of each map
       |  stored, blurred     what a texel holds, rounded twice
-      v  between, light      at each pixel, the receiver moved towards the light by its bias
+      v  read_between, light at each pixel, the receiver moved towards the light by its bias
     mask of the format       beside it the mask of comparisons over the same kernel
 ```
 """
@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..aliasing.box_kernel import bands, between, blurred, compared
+from ..aliasing.box_kernel import bands, blurred, compared, read_between
 from ..aliasing.light_distance import LightDistance
+from ..aliasing.pixel_texel import SNAP_TEXELS
 from ..scene.view import light_of
 
 if TYPE_CHECKING:
@@ -35,8 +36,6 @@ BIAS_TEXELS, SLOPE_LIMIT, BIAS_DEPTH = 0.1, 16.0, 1e-6
 # gains over the kernel's reach, and the part in texels. Chosen on ten scenes at 512² and 1024² among 14 triples: 13,369
 # wrong pixels. The whole plane alone leaves 18,747, for curved surfaces turn dark, and the whole reach alone 17,595.
 PCF_PLANE, PCF_SLOPE, PCF_TEXELS = 0.75, 0.25, 0.5
-# Rasterisers round vertices to 1/256 of a texel, and planes with them.
-SNAP_TEXELS = 2.0 / 256.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +110,7 @@ class PrefilteredLooks:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """(H, W): where every texel of the kernel holds a caster before the receiver's plane: light there is a leak."""
+        """(H, W): where no comparison of the kernel lets light through, so that light of a format is a leak."""
         found: NDArray[np.bool_] = (self.pcf == 0.0) & (self._nearest[1] >= 0)
         return found
 
@@ -130,7 +129,7 @@ class PrefilteredLooks:
             texels = blurred(texels, format, self._kernel)
             light = np.empty(len(of.depth))
             for part in bands(len(light), 1):
-                averages = between(texels, format, of.places[part])
+                averages = read_between(texels, format, of.places[part])
                 light[part] = format.light(averages, of.depth[part], reduction)
             _put(found, of, light)
         return found

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 # Of [okabe2008], apart from the colours of false shadow and false light for all kinds of colour vision.
 LEAK_RGB = (240, 228, 66)
-COLUMNS, WIDTH_INCHES, TITLE_INCHES, LEGEND_INCHES = 3, 13.0, 0.55, 0.4
+FORMATS_IN_A_ROW, WIDTH_INCHES, HEADING_INCHES, KEY_INCHES = 3, 13.0, 0.55, 0.4
 # A picture of the figure is about 400 pixels wide on a screen; single pixels of a larger one would fade.
-SHOWN_PX = 400
+PICTURE_PX = 400
 
 
 def prefiltered_figure(found: PrefilteredMaps) -> Figure:
@@ -60,14 +60,14 @@ def prefiltered_figure(found: PrefilteredMaps) -> Figure:
 
     view, light = found.view, light_of(found.view)
     gbuffer, truth, aspect = view.gbuffer(), view.truth(), view.camera.aspect
-    columns = min(COLUMNS, len(found.table))
+    columns = min(FORMATS_IN_A_ROW, len(found.table))
     rows = math.ceil(len(found.table) / columns)
-    height = rows * (WIDTH_INCHES / COLUMNS / aspect + TITLE_INCHES) + LEGEND_INCHES
-    figure = Figure(figsize=(WIDTH_INCHES * columns / COLUMNS, height), layout="constrained")
+    height = rows * (WIDTH_INCHES / FORMATS_IN_A_ROW / aspect + HEADING_INCHES) + KEY_INCHES
+    figure = Figure(figsize=(WIDTH_INCHES * columns / FORMATS_IN_A_ROW, height), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for ax in grid[len(found.table) :]:
         ax.set_axis_off()
-    width = max(1, round(max(view.size) / SHOWN_PX))
+    width = max(1, round(max(view.size) / PICTURE_PX))
     for ax, row, mask, leaking in zip(grid, found.table.itertuples(), found.masks, found.leaking, strict=False):
         picture = difference(gbuffer, light, truth, np.asarray(misclassified(mask, truth).image), width=width)
         picture[widened(leaking, width)] = LEAK_RGB

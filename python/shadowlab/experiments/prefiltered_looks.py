@@ -160,25 +160,29 @@ class PrefilteredLooks:
     def _of_map(
         self, along: LightDistance, depths: NDArray[np.float32], pixels: NDArray[np.int64], places: Vector
     ) -> _Receivers:
-        stored = np.empty(depths.shape)
+        stored, near, far = np.empty(depths.shape), np.inf, -np.inf
         for rows in bands(*depths.shape):
             stored[rows] = along.of_texels(depths[rows], rows.start)
-        at = tuple(pixels.T)
-        points = self._gbuffer.position_relative[at].astype(np.float64)
-        normals = self._gbuffer.normal[at].astype(np.float64)
-        distance, ways = along.of_points(points), along.directions(points)
-        near = min(float(stored.min()), float(distance.min()))
-        far = max(float(np.where(np.isfinite(stored), stored, near).max()), float(distance.max()))
+            held = stored[rows][np.isfinite(stored[rows])]
+            near, far = float(held.min(initial=near)), float(held.max(initial=far))
+        distance, side, gradients = np.empty(len(pixels)), np.empty(len(pixels)), np.empty((len(pixels), 2))
+        for part in bands(len(pixels), 1):
+            at = tuple(pixels[part].T)
+            points = self._gbuffer.position_relative[at].astype(np.float64)
+            normals = self._gbuffer.normal[at].astype(np.float64)
+            distance[part], ways = along.of_points(points), along.directions(points)
+            # Sizes of a texel across the light, and what the receiver's plane gains over it, along the light.
+            sides = np.linalg.norm(along.texel_steps(points, ways), axis=2)
+            gains = np.einsum("nij,nj->ni", along.texel_steps(points, normals), ways)
+            gradients[part] = np.clip(gains, -SLOPE_LIMIT * sides, SLOPE_LIMIT * sides)
+            side[part] = sides.max(axis=1)
+        near, far = min(near, float(distance.min())), max(far, float(distance.max()))
         whole = far - near or 1.0
-        # Sizes of a texel across the light, and what the receiver's plane gains over it, along the light.
-        sides = np.linalg.norm(along.texel_steps(points, ways), axis=2)
-        gradients = np.einsum("nij,nj->ni", along.texel_steps(points, normals), ways)
-        gradients = np.clip(gradients, -SLOPE_LIMIT * sides, SLOPE_LIMIT * sides)
-        side = sides.max(axis=1)
         bias = BIAS_TEXELS * side + SNAP_TEXELS * np.abs(gradients).sum(axis=1) + BIAS_DEPTH * whole
         depth = (distance - near - bias) / whole
-        held = np.minimum((stored - near) / whole, 1.0)
-        return _Receivers(pixels, places, depth, side / whole, gradients / whole, held)
+        for rows in bands(*depths.shape):
+            stored[rows] = np.minimum((stored[rows] - near) / whole, 1.0)
+        return _Receivers(pixels, places, depth, side / whole, gradients / whole, stored)
 
 
 def _put(mask: Mask, of: _Receivers, light: Vector) -> None:

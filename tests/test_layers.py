@@ -69,6 +69,7 @@ UPWARD = {
     ("experiments.advice", "Advice._repr_html_"): ("reports",),
     ("experiments.advice", "Advice.__repr__"): ("reports",),
     ("experiments.smallest_bias", "SmallestBias.figure"): ("plot",),
+    ("experiments.prefiltered", "PrefilteredMaps.figure"): ("plot",),
     ("experiments.pixel_explanation", "PixelExplanation.figure"): ("plot",),
     ("experiments.pixel_explanation", "PixelExplanation.__str__"): ("reports",),
     ("experiments.scene_optimal_table", "SceneOptimalTable.figure"): ("plot",),

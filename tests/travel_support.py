@@ -263,6 +263,18 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
     ],
     "PointLight": lambda: [sl.PointLight((0, -0.0, 1), range=3), sl.PointLight((0, 0, 1), range=4)],
     "Prediction": lambda: [sl.Prediction.of(12.5), sl.Prediction(1.0, 0.5, 3.0)],
+    "PrefilteredMaps": lambda: [
+        sl.prefiltered_maps(
+            sl.View(*view(), size=SIZE),
+            "lispsm",
+            resolution=64,
+            kernel=kernel,
+            renderer="cpu",
+            progress=False,
+            formats=["depth:pcf", "variance:f16"],
+        )
+        for kernel in (1, 3)
+    ],
     "Preset": lambda: [sl.preset("godot"), sl.preset("filament"), preset_of_ones_own()],
     "ReceiversBody": lambda: [
         importlib.import_module("shadowlab.techniques.presets").receivers_body(*view()),

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from .experiments.explain_pixel import explain_pixel
     from .experiments.pixel_explanation import PixelExplanation
     from .experiments.predict import Prediction, predict
+    from .experiments.prefiltered import PrefilteredMaps, prefiltered_maps
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
     from .experiments.smallest_bias import SmallestBias, smallest_bias
@@ -73,6 +74,7 @@ __all__ = [
     "PixelExplanation",
     "PointLight",
     "Prediction",
+    "PrefilteredMaps",
     "Preset",
     "Renderer",
     "Run",
@@ -100,6 +102,7 @@ __all__ = [
     "load_scene",
     "plot",
     "predict",
+    "prefiltered_maps",
     "preset",
     "presets",
     "report",
@@ -122,6 +125,7 @@ _LAZY = {
     "Diagnosis": "conventions.diagnosis",
     "PixelExplanation": "experiments.pixel_explanation",
     "Prediction": "experiments.predict",
+    "PrefilteredMaps": "experiments.prefiltered",
     "Run": "experiments.run",
     "SmallestBias": "experiments.smallest_bias",
     "Study": "experiments.study",
@@ -133,6 +137,7 @@ _LAZY = {
     "evaluate": "experiments.evaluate",
     "explain_pixel": "experiments.explain_pixel",
     "predict": "experiments.predict",
+    "prefiltered_maps": "experiments.prefiltered",
     "plot": "plot",
     "report": "doctor",
     "scene_optimal_experiment": "experiments.scene_optimal",

@@ -316,6 +316,12 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     },
     "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
     "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
+    "sl.prefiltered_maps": {
+        "memory": lambda: None, "resolution": lambda: 16, "kernel": lambda: 3,
+        "formats": lambda: ["depth:pcf", "moment:unorm16"], "reduction": lambda: 0.1,
+    },
+    "sl.plot.prefiltered_figure": {"found": lambda: example("PrefilteredMaps")},
+    "PrefilteredMaps.mask": {"format": lambda: "depth:pcf"},
     "sl.trace.soft_shadow_mask": {"samples": lambda: 2},
     "sl.scene_optimal_experiment": {
         "techniques": lambda: ["uniform:turn=rectangle", "uniform"], "sizes": lambda: (16,),

@@ -2,7 +2,7 @@
 
 - Of a run and a study: `eye_view`, `difference_view`, `chosen_view`, `shadow_map`, `frustum`, `error_curve`,
   `study_figure`.
-- Of one pixel: `pixel_figure`.
+- Of one pixel: `pixel_figure`. Of prefiltered maps: `prefiltered_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
 - Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`, `bias_curve`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`.
@@ -24,6 +24,7 @@ from .distributions import error_by_depth, error_histogram
 from .eye_views import error_map, lattice
 from .light_views import light_view, warped_view
 from .pixel import pixel_figure
+from .prefiltered import prefiltered_figure
 from .scene_optimal import percent_more, samples_and_maps, samples_view, search_history
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
 from .temporal import drift, flips
@@ -55,6 +56,7 @@ __all__ = [
     "percent_more",
     "pictures",
     "pixel_figure",
+    "prefiltered_figure",
     "samples_and_maps",
     "samples_view",
     "search_history",

@@ -48,7 +48,7 @@ class Example:
     @property
     def command(self) -> str:
         """What prints it."""
-        bias = "" if self.bias is None else " --bias world=0,texels=0,ndc=0,slope=0"
+        bias = "" if self.bias is None else " --bias none"
         return (
             f"shadowlab explain @{self.scene} --technique {self.technique} --resolution {self.resolution} "
             f"--size {self.size[0]}x{self.size[1]} --backend cpu{bias} --pixel {self.pixel[0]},{self.pixel[1]}"

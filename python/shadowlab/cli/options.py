@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..errors import ArgumentError
-from ..text import BIAS, parse_bias, parse_resolutions, parse_size
+from ..text import BIAS, bias_of, parse_resolutions, parse_size
 from ..text.checks import BACKENDS, FILTERS, UP_AXES, VIEWS
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def bias_given(options: argparse.Namespace) -> Bias | None:
     """The bias; None where none is given."""
     from .._core import Bias
 
-    return None if options.bias is None else Bias(**parse_bias(options.bias))
+    return None if options.bias is None else bias_of(options.bias)
 
 
 def resolution_texts(options: argparse.Namespace) -> list[str]:

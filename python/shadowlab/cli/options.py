@@ -103,8 +103,6 @@ def size_given(options: argparse.Namespace) -> tuple[int, int] | None:
 
 def bias_given(options: argparse.Namespace) -> Bias | None:
     """The bias; None where none is given."""
-    from .._core import Bias
-
     return None if options.bias is None else bias_of(options.bias)
 
 

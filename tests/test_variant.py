@@ -1,0 +1,106 @@
+"""Techniques whose text says how their maps are read: they go before what an experiment says for all."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import pytest
+
+import shadowlab as sl
+from shadowlab.errors import ArgumentError, UnknownNameError
+from shadowlab.techniques.variant import Variant
+from shadowlab.text import bias_of, bias_text
+
+LOOSE = sl.Bias(slope=1.5, texels=1.0)
+
+
+@pytest.fixture(scope="module")
+def view() -> sl.View:
+    scene = sl.library.scene("robots")
+    return sl.View(scene, scene.camera, scene.light, size=(160, 90))
+
+
+def wrong(view, technique, **more):
+    return sl.evaluate(view, technique, 256, metrics=["misclassified"], renderer="cpu", **more).errors.count
+
+
+@pytest.mark.parametrize("name", ["lispsm", "preset:filament", "z_partition:count=2,inner=(lispsm:near=basic)"])
+def test_a_text_says_what_the_experiment_would(view, name):
+    colon = "," if ":" in name else ":"
+    assert wrong(view, f"{name}{colon}bias=(slope=1.5,texels=1)") == wrong(view, name, bias=LOOSE)
+    assert wrong(view, f"{name}{colon}filter=pcf2x2") == wrong(view, name, filter="pcf2x2")
+    assert wrong(view, f"{name}{colon}bias=none") == wrong(view, name, bias=sl.Bias.none())
+    assert wrong(view, f"{name}{colon}bias=none") > 5 * wrong(view, name)
+
+
+def test_it_goes_before_what_is_said_for_all(view):
+    own = sl.evaluate(view, "lispsm:bias=none", 256, metrics=["mask"], renderer="cpu", bias=LOOSE, filter="pcf2x2")
+    assert own.bias == sl.Bias.none()
+    assert own.filter == "pcf2x2"
+    assert own.row()["spec"] == "lispsm:bias=none"
+
+
+def test_a_grid_of_texts_is_one_table(view):
+    texts = [f"uniform:bias=(slope={slope},texels={texels})" for slope in (0, 1) for texels in (0, 2)]
+    study = sl.compare(
+        view.scene, view.camera, view.light, texts, resolution=256, size=view.size, renderer="cpu", phases=1,
+        progress=False,
+    )  # fmt: skip
+    assert study.table["technique"].tolist() == texts
+    assert (study.table["failure"] == "").all()
+    acne = study.table.set_index("technique")["acne"]
+    assert acne[texts[0]] > acne[texts[1]] > acne[texts[3]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["lispsm:near=basic,bias=(slope=1.0,texels=0.25)", "uniform:bias=none", "lispsm:filter=pcf2x2,bias=plane=1.0"],
+)
+def test_texts_come_back(text):
+    made = sl.technique(text)
+    assert isinstance(made, Variant)
+    assert sl.technique(made) == made
+    assert pickle.loads(pickle.dumps(made)) == copy.deepcopy(made) == made
+    again = sl.technique(made.name, **made.settings)
+    assert again == made
+    assert hash(again) == hash(made)
+
+
+def test_keywords_take_objects():
+    made = sl.technique("lispsm", bias=LOOSE, filter="pcf2x2")
+    assert (made.bias, made.filter, made.name) == (LOOSE, "pcf2x2", "lispsm")
+    assert sl.technique(sl.technique("lispsm"), bias="slope=1.5,texels=1").bias == LOOSE
+
+
+@pytest.mark.parametrize("bias", [sl.Bias(), sl.Bias.none(), LOOSE, sl.Bias(slope_limit=float("inf"), ndc=1e-7)])
+def test_a_bias_is_what_its_text_says(bias):
+    assert bias_of(bias_text(bias)) == bias
+
+
+def test_words_of_biases():
+    assert bias_text(sl.Bias()) == "default"
+    assert bias_text(sl.Bias.none()) == "none"
+    assert bias_of(" none ") == sl.Bias.none()
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "said"),
+    [
+        ("lispsm:bias=(slop=1)", UnknownNameError, "slop"),
+        ("lispsm:bias=3", ArgumentError, "bias"),
+        ("lispsm:bias=(slope=1),bias=none", ArgumentError, "twice"),
+        ("lispsm:filter=median", UnknownNameError, "median"),
+        ("preset:filament,near=3", ArgumentError, "no parameters"),
+        ("preset:filamint,bias=none", UnknownNameError, "filamint"),
+    ],
+)
+def test_mistakes_are_named(text, error, said):
+    with pytest.raises(error, match=said):
+        sl.technique(text)
+
+
+def test_matrices_that_are_given_have_none(view):
+    p = sl.technique("uniform").parameterize(view.scene, view.camera, view.light)
+    with pytest.raises(ArgumentError, match="say it to the experiment"):
+        sl.technique(p, bias="none")

@@ -72,7 +72,7 @@ def compare(
     bias : Bias, optional
         ``Bias()`` where none is given.
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`, with its settings.
     truth : bool
         Whether to trace the truth; without it no errors are counted.
     metrics, timing

@@ -64,7 +64,7 @@ def evaluate(
     renderer : Renderer or str, optional
         "cpu", "gpu" or "auto" for the renderer of that name; the best there is where none is given.
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`, with its settings.
     bias : Bias, optional
         ``Bias()`` where none is given.
     timing : bool

@@ -1,5 +1,6 @@
 //! What receivers read in depth maps that are there: a lookup, the mask of an image, and probes for the causes of errors.
 
+mod blending;
 mod comparison;
 mod filtered;
 #[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
@@ -8,6 +9,7 @@ mod mask;
 mod probe;
 mod projected;
 
+pub use blending::Next;
 pub use comparison::{Comparison, Reference};
 pub use lookup::{Lookups, MapLookup};
 pub(super) use mask::MaskInput;

@@ -114,7 +114,7 @@ def reference_depth(matrix, light, origin, resolution, bias, filter, point, norm
         return None
     z = moved[2] / moved[3] - bias.ndc
     if bias.slope > 0:
-        reach = bias.slope * {"nearest": 0.5, "pcf2x2": 1.0}[filter]
+        reach = bias.slope * {"nearest": 0.5, "bilinear": 1.0}[filter]
 
         def gain(along):
             return sum(abs(grad_z @ np.cross(grad, along)) for grad in (grad_x, grad_y)) / abs(cross @ along)

@@ -7,6 +7,14 @@ from typing_extensions import Self
 
 from ._core_camera import Camera as Camera
 from ._core_camera import GBuffer as GBuffer
+from ._core_lookups import causes as causes
+from ._core_lookups import compared as compared
+from ._core_lookups import filter_kinds as filter_kinds
+from ._core_lookups import filter_reach as filter_reach
+from ._core_lookups import filter_text as filter_text
+from ._core_lookups import look_up as look_up
+from ._core_lookups import reads as reads
+from ._core_lookups import texel_coordinates as texel_coordinates
 from ._core_maps import Note as Note
 from ._core_maps import Parameterization as Parameterization
 from ._core_maps import Partition as Partition
@@ -42,6 +50,9 @@ __all__ = [
     "causes",
     "compared",
     "drawn_samples",
+    "filter_kinds",
+    "filter_reach",
+    "filter_text",
     "first_hit",
     "footprint",
     "footprint_at",
@@ -66,7 +77,7 @@ __all__ = [
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Filter: TypeAlias = Literal["nearest", "pcf2x2"]
+_Filter: TypeAlias = str
 _Maps: TypeAlias = "Parameterization | Matrices"
 
 @final
@@ -197,6 +208,7 @@ class Renderer:
         resolution: _Size | None = None,
         bias: Bias | None = None,
         filter: _Filter = "nearest",
+        blend: float = 0.0,
     ) -> npt.NDArray[np.float32]:
         """The light that arrives at each pixel, through the shadow map.
 
@@ -210,7 +222,12 @@ class Renderer:
             Pixels of the image.
         bias : Bias, optional
         filter : str
-            "nearest" or "pcf2x2".
+            One of `sl.filters()` with its settings, such as "nearest", "bilinear", "pcf:size=3", "tent:size=3px" or
+            "poisson:count=16,radius=2,seed=0"; lengths in texels, or with px in pixels.
+        blend : float
+            The last share of each map's range of eye depth over which the light of the next map is mixed in, where that map
+            holds the receiver (`overlap` of z_partition sees to that); of maps that are chosen because they hold a receiver,
+            the share of the map at its border. 0 for none.
 
         Returns
         -------
@@ -316,34 +333,6 @@ def footprint_at(
 ) -> dict[str, npt.NDArray[Any]]:
     """What a texel looks like at points (N, 3) of surfaces with normals (N, 3); see `shadowlab.aliasing.footprint_at`."""
 
-def texel_coordinates(
-    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
-) -> tuple[_Float, npt.NDArray[np.int16]]:
-    """Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16."""
-
-def reads(
-    gbuffer: GBuffer,
-    camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
-    *,
-    resolution: _Size | None = None,
-    filter: _Filter = "nearest",
-) -> npt.NDArray[np.uint32]:
-    """How many pixels read each texel: (K, H, W) uint32."""
-
-def look_up(
-    maps: npt.ArrayLike,
-    gbuffer: GBuffer,
-    camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
-    *,
-    bias: Bias | None = None,
-    filter: _Filter = "nearest",
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
-    """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
-
 def blur(
     mask: npt.ArrayLike,
     gbuffer: GBuffer,
@@ -355,37 +344,6 @@ def blur(
     progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.float32]:
     """The mask after the blur: (H, W) float32; see `shadowlab.blur`."""
-
-def compared(
-    gbuffer: GBuffer,
-    camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
-    pixels: npt.ArrayLike,
-    *,
-    resolution: _Size | None = None,
-    bias: Bias | None = None,
-    filter: _Filter = "nearest",
-) -> tuple[npt.NDArray[np.int16], _Float, _Float]:
-    """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
-    depth (N,) float64, NaN where the pixel is lit without a look at the map.
-    """
-
-def causes(
-    scene: Scene,
-    camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
-    differences: npt.ArrayLike,
-    *,
-    gbuffer: GBuffer,
-    maps: npt.ArrayLike,
-    bias: Bias | None = None,
-    filter: _Filter = "nearest",
-) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
-    """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
-    `shadowlab.aliasing.causes`.
-    """
 
 def restore(*parts: Any) -> Any:
     """The value that was pickled: what `__reduce__` of every class names, with its state as arguments.

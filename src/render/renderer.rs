@@ -21,7 +21,7 @@ pub struct MaskSettings {
     pub bias: Bias,
     /// How the map is read.
     pub filter: Filter,
-    /// The last share of each map's range, 0 to 1, over which the light of the next map is mixed in (14.5).
+    /// The last share of each map's range, 0 to 1, over which the light of the next map is mixed in (14.6).
     pub blend: f64,
 }
 

@@ -58,8 +58,8 @@ class TexelRead(Value):
     weight : float
         Those of a lookup sum to 1.
     reference : float or None
-        The reference depth that it is compared with, NDC: under `Bias.plane` each texel has its own. None where the pixel is
-        lit without a look at the map.
+        The reference depth that it is compared with, NDC: under `Bias.plane` each texel has its own. None where the
+        pixel is lit without a look at the map.
     is_lit : bool
         Whether its depth is no nearer to the light than the reference.
     held : Held
@@ -83,8 +83,8 @@ class PixelComparison(Value):
     unbiased : float or None
         Reference depth without bias, NDC.
     reference : float or None
-        Reference depth with all of the bias at the texel that the pixel falls into, NDC. None where the pixel is lit without a look at the map: it lies before
-        the near plane, or the bias carries it there or past the light.
+        Reference depth with all of the bias at the texel that the pixel falls into, NDC. None where the pixel is lit
+        without a look at the map: it lies before the near plane, or the bias carries it there or past the light.
     bias_world : float
         How far all of the bias carries the receiver towards the light, world units.
     shortfall : float or None

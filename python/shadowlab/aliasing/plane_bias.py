@@ -36,8 +36,9 @@ class PlanePoints(NamedTuple):
 
 
 def plane_bias(
-    gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, parameterization: _core.Parameterization, chosen: NDArray[np.int16],
-    where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int], filter: Filter,
+    gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, parameterization: _core.Parameterization,
+    chosen: NDArray[np.int16], where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
+    filter: Filter,
 ) -> Reals:  # fmt: skip
     """The least value of one part of a bias that leaves no acne on the plane of each pixel of `where`, (N,).
 

@@ -168,8 +168,8 @@ def look_up(
         As in `texel_coordinates`.
     bias : Bias, optional
     filter : str
-        One of `sl.filters()`. A kernel in pixels is measured in those of the picture that the G-buffer is, or is a part of,
-        seen by `camera`.
+        One of `sl.filters()`. A kernel in pixels is measured in those of the picture that the G-buffer is, or is a part
+        of, seen by `camera`.
     blend : float
         As of `Renderer.shadow_mask`.
 

@@ -90,6 +90,7 @@ def compare_command(options: Namespace) -> int:
         renderer=renderer,
         bias=bias,
         filter=options.filter,
+        blend=options.blend,
         source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):

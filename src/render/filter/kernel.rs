@@ -120,12 +120,12 @@ impl Weights {
         (values[0], values[1]) = (1.0 - f, f);
         Self { first: first as i64, count: 2, values }
     }
-    /// Of a box: overlap over width (14.1).
+    /// Of a box: overlap over width (14.3).
     #[inline(always)]
     fn of_box(place: f64, width: f64) -> Self {
         Self::over(place, width, |t| (t / width).clamp(-0.5, 0.5))
     }
-    /// Of a triangle (14.2).
+    /// Of a triangle (14.4).
     #[inline(always)]
     fn of_tent(place: f64, width: f64) -> Self {
         Self::over(place, width, |t| {

@@ -57,7 +57,7 @@ impl Kernels {
             }
         }
     }
-    /// The kernel where a step of its unit to the right and one down are these steps of texels (14.4).
+    /// The kernel where a step of its unit to the right and one down are these steps of texels (14.5).
     #[inline(always)]
     fn scaled(&self, image: DMat2) -> Kernel {
         let widths = |Extent { length, unit }: Extent| match unit {

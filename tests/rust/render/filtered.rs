@@ -25,6 +25,12 @@ fn directional(direction: DVec3) -> Light {
     Light::Directional(DirectionalLight::new(direction).unwrap())
 }
 
+/// The map of light straight down whose axes are those of the picture of [`from_above`].
+fn as_the_picture() -> DMat4 {
+    let view = glam::dcamera::rh::view::look_to_mat4(DVec3::Y * 20.0, DVec3::NEG_Y, DVec3::NEG_Z);
+    glam::dcamera::rh::proj::directx::orthographic(-8.0, 8.0, -8.0, 8.0, 0.0, 40.0) * view
+}
+
 /// A rectangle of a level plane from one corner to another at a height.
 fn level([x0, z0]: [f64; 2], [x1, z1]: [f64; 2], y: f64) -> [[DVec3; 3]; 2] {
     let p = |x: f64, z: f64| DVec3::new(x, y, z);
@@ -98,10 +104,7 @@ fn a_kernel_in_pixels_is_as_wide_in_the_picture_at_any_distance() {
     let floor = level([-20.0, -20.0], [20.0, 20.0], 0.0);
     let down = DVec3::NEG_Y;
     let scene = triangles(&[floor, level([-20.0, -20.0], [-0.001, 20.0], 0.05)].concat());
-    let p = one_map(
-        glam::dcamera::rh::proj::directx::orthographic(-8.0, 8.0, -8.0, 8.0, 0.0, 40.0)
-            * glam::dcamera::rh::view::look_to_mat4(DVec3::Y * 20.0, down, DVec3::NEG_Z),
-    );
+    let p = one_map(as_the_picture());
     for (text, width) in [("pcf:size=6px", 6.0), ("tent:size=9px", 9.0), ("poisson:count=256,radius=4px", 8.0)] {
         let of = |height: f64| {
             let camera =
@@ -132,7 +135,7 @@ fn a_kernel_in_pixels_is_as_wide_in_the_picture_at_any_distance() {
 fn a_kernel_in_pixels_has_its_limits_in_texels() {
     let floor = triangles(&[level([-40.0, -40.0], [40.0, 40.0], 0.0), level([-40.0, -40.0], [0.1, 0.2], 0.3)].concat());
     let light = directional(DVec3::NEG_Y);
-    let p = one_map(ortho(DVec3::NEG_Y, 8.0));
+    let p = one_map(as_the_picture());
     let bits = |resolution, height: f64, text: &str| {
         let mask = mask_of((&floor, &from_above(height), &light), &p, resolution, Bias::default(), filter(text));
         assert!(mask.iter().any(|x| *x > 0.0 && *x < 1.0), "{text}: no penumbra");

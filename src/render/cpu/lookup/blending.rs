@@ -1,4 +1,4 @@
-//! Which map's light is mixed in near the end of another's range: theory.md (14.5).
+//! Which map's light is mixed in near the end of another's range: theory.md (14.6).
 //!
 //! ```text
 //!   map k      |------------------------>|           the end of its range, or its border

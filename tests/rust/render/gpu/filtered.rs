@@ -83,7 +83,9 @@ fn maps_blend_as_on_the_processor() {
     let Some(gpu) = renderer() else { return };
     let (cpu, progress) = (CpuRenderer::new(), Progress::new());
     let s = library::build("robots", 1, &[]).unwrap();
-    let technique = technique_of("z_partition:count=4,overlap=0.4,inner=lispsm,range=body,splits=uniform").unwrap();
+    let technique =
+        technique_of("z_partition:count=4,overlap=0.4,inner=(lispsm:range=body,fit=exact),range=body,splits=uniform")
+            .unwrap();
     let p = technique.parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
     let mut by_containment = p.clone();
     by_containment.selection = shadowlab::parameterization::Selection::Containment;

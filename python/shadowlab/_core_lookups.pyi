@@ -1,0 +1,100 @@
+"""Lookups into maps, and filters, of `_core`, which exports them."""
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import Bias
+from ._core_camera import Camera, GBuffer
+from ._core_maps import Parameterization
+from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
+from ._core_types import Matrices
+
+_Float: TypeAlias = npt.NDArray[np.float64]
+_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
+_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
+_Filter: TypeAlias = str
+_Maps: TypeAlias = "Parameterization | Matrices"
+
+def texel_coordinates(
+    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
+) -> tuple[_Float, npt.NDArray[np.int16]]:
+    """Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16."""
+
+def reads(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    resolution: _Size | None = None,
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.uint32], int]:
+    """How many pixels read each texel: (K, H, W) uint32; and how many pixels do."""
+
+def filter_reach(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    resolution: _Size | None = None,
+    filter: _Filter = "nearest",
+) -> _Float:
+    """How far from the point the centre of a texel that each pixel compares can lie, along the map's x and y, texels: (H, W, 2)
+    float64, NaN where no map serves it.
+    """
+
+def filter_kinds() -> list[tuple[str, str, str]]:
+    """The kinds of filter: name, settings with examples of values, and what each is."""
+
+def filter_text(filter: _Filter) -> str:
+    """A filter's text as it is written by itself: checked, with all of its settings."""
+
+def look_up(
+    maps: npt.ArrayLike,
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    *,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+    blend: float = 0.0,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
+    """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
+
+def compared(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    pixels: npt.ArrayLike,
+    *,
+    resolution: _Size | None = None,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.int16], _Float, _Float, npt.NDArray[np.int64], _Float, _Float]:
+    """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
+    at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
+    read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
+    is compared with (N, T) float64, NaN as before and where there is no texel.
+    """
+
+def causes(
+    scene: Scene,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    differences: npt.ArrayLike,
+    *,
+    gbuffer: GBuffer,
+    maps: npt.ArrayLike,
+    bias: Bias | None = None,
+    filter: _Filter = "nearest",
+) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
+    """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
+    `shadowlab.aliasing.causes`.
+    """

@@ -34,7 +34,7 @@ OURS_ALONE = ("tent:size=6", "pcf:size=3px", "tent:size=6px", "poisson:count=16,
 
 def kernel_of(text: str) -> tuple[int, float, np.ndarray | None]:
     """The kernel of a text as `Filtered.kernel` takes it."""
-    from test_filters import disc, settings_of
+    from filter_support import disc, settings_of
 
     name, settings = settings_of(text)
     if name == "poisson":

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from explain_support import view_of
+from filter_support import disc, settings_of
 
 import shadowlab as sl
 from shadowlab import _core
@@ -19,45 +22,6 @@ FILTERS = (
     "nearest", "bilinear", "pcf:size=1", "pcf:size=3", "pcf:size=6.4", "tent:size=2", "tent:size=5.5",
     "poisson:count=16,radius=3,seed=5", "pcf:size=4px", "tent:size=6px", "poisson:count=9,radius=2.5px,seed=1",
 )  # fmt: skip
-MASK = (1 << 64) - 1
-
-
-class SplitMix:
-    """SplitMix64, and points of the unit disc by rejection."""
-
-    def __init__(self, seed: int, purpose: int):
-        self.state = self.mix(seed ^ self.mix(purpose))
-
-    @staticmethod
-    def mix(z: int) -> int:
-        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
-        return z ^ (z >> 31)
-
-    def unit(self) -> float:
-        self.state = (self.state + 0x9E3779B97F4A7C15) & MASK
-        return (self.mix(self.state) >> 11) / (1 << 53)
-
-    def point(self) -> np.ndarray:
-        while True:
-            p = np.array([2 * self.unit() - 1, 2 * self.unit() - 1])
-            if p @ p <= 1:
-                return p
-
-
-def disc(count: int, seed: int) -> np.ndarray:
-    """Mitchell's best candidate: of 16 random points for each before it the farthest from all of them."""
-    random, points = SplitMix(seed, 14), []
-    for k in range(count):
-        candidates = [random.point() for _ in range(16 * k + 1)]
-        away = [min((np.sum((c - p) ** 2) for p in points), default=np.inf) for c in candidates]
-        points.append(candidates[int(np.argmax(away))])
-    return np.array(points)
-
-
-def settings_of(text: str) -> tuple[str, dict[str, str]]:
-    name, _, rest = text.partition(":")
-    return name, dict(part.split("=") for part in rest.split(",") if part)
 
 
 def integral(name: str, width: float):
@@ -271,6 +235,17 @@ def test_planes_need_what_the_reach_of_the_kernel_needs():
     assert closed_form("pcf:size=3") == pytest.approx(4 * nearest, rel=1e-6)
     assert closed_form("poisson:radius=1.5") == pytest.approx(4 * nearest, rel=1e-6)
     assert closed_form("pcf:size=3px") > nearest
+
+
+def test_maps_that_overlap_less_than_they_blend_warn():
+    view = view_of("robots")
+    p = sl.technique("z_partition:count=2,overlap=0.1").parameterize(view.scene, view.camera, view.light, resolution=64)
+    take = (view.scene, view.camera, view.light, p)
+    with pytest.warns(sl.errors.ShadowlabWarning, match=r"overlap by 0\.1, less than 0\.2; .* set overlap=0\.2"):
+        sl.Renderer("cpu").shadow_mask(*take, size=16, blend=0.2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sl.Renderer("cpu").shadow_mask(*take, size=16, blend=0.1)
 
 
 def test_compare_blends_and_says_so(tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_filters import disc
+from filter_support import disc
 
 import shadowlab as sl
 

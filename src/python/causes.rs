@@ -38,7 +38,7 @@ pub fn look_up<'py>(
     let (maps, resolution) = layers(maps, p.partitions.len())?;
     let maps = maps.as_slice()?;
     let camera = &camera.get().camera;
-    let (filter, blend, size) = (filter_of(py, filter)?, blend_of(py, blend)?, gbuffer.get().whole_picture());
+    let (filter, blend, size) = (filter_of(py, filter)?, blend_of(py, blend, p)?, gbuffer.get().whole_picture());
     let mask = gbuffer.get().with_surfaces(py, |surfaces| {
         let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend };
         run_watched(py, None, |progress| core_look_up(maps, *surfaces, camera, &light, p, &settings, progress))

@@ -4,6 +4,8 @@ use pyo3::prelude::*;
 
 use super::arguments::{number_or, word_or};
 use super::convert::{OrRaise, to_exception};
+use super::exceptions::warn;
+use crate::parameterization::{Parameterization, Value};
 use crate::render::{Bias, FILTERS, Filter, MaskSettings};
 
 /// The filter of a text; the nearest texel where none is given.
@@ -25,9 +27,22 @@ pub fn filter_text(filter: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(filter_of(filter.py(), Some(filter))?.to_string())
 }
 
-/// The share over which maps blend; 0 where none is given.
-pub fn blend_of(py: Python<'_>, blend: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+/// The share over which maps blend; 0 where none is given. A warning where the maps of a scheme do not overlap as far.
+pub fn blend_of(py: Python<'_>, blend: Option<&Bound<'_, PyAny>>, p: &Parameterization) -> PyResult<f64> {
     let (blend, resolution, size) = (number_or(blend, "blend", 0.0)?, [1; 2], [1; 2]);
     let settings = MaskSettings { resolution, size, bias: Bias::NONE, filter: Filter::Nearest, blend };
-    settings.checked_blend().or_raise(py)
+    let blend = settings.checked_blend().or_raise(py)?;
+    let overlap = p.settings.iter().find_map(|(name, value)| match value {
+        Value::Number(overlap) if *name == "overlap" => Some(*overlap),
+        _ => None,
+    });
+    if let Some(overlap) = overlap.filter(|overlap| *overlap < blend && p.partitions.len() > 1) {
+        let what = format!(
+            "blend: the maps of {} overlap by {overlap}, less than {blend}; where the next map does not hold a receiver of the \
+             zone, its own map's light stays as it is; set overlap={blend}",
+            p.technique
+        );
+        warn(py, &what)?;
+    }
+    Ok(blend)
 }

@@ -326,7 +326,7 @@ impl PyRenderer {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend)?);
+        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?);
         let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])

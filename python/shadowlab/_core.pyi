@@ -7,6 +7,7 @@ from typing_extensions import Self
 
 from ._core_camera import Camera as Camera
 from ._core_camera import GBuffer as GBuffer
+from ._core_lookups import Bias as Bias
 from ._core_lookups import causes as causes
 from ._core_lookups import compared as compared
 from ._core_lookups import filter_kinds as filter_kinds
@@ -79,67 +80,6 @@ _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Filter: TypeAlias = str
 _Maps: TypeAlias = "Parameterization | Matrices"
-
-@final
-class Bias:
-    """How much nearer to the light a receiver is moved before it is compared. The parts add up.
-
-    Parameters
-    ----------
-    world : float
-        World units along the light ray.
-    texels : float
-        World size of a shadow texel at the receiver, across the light ray.
-    ndc : float
-        NDC depth.
-    slope : float
-        Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
-    slope_limit : float
-        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none. It limits the
-        plane part, too.
-    plane : float
-        1: a texel is compared with the depth of the receiver's own plane at its centre, which is exact for planes; 0: with
-        the depth of the receiver; a part of the way between.
-    normal : float
-        World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
-    """
-    def __new__(
-        cls,
-        *,
-        world: float | None = None,
-        texels: float | None = None,
-        ndc: float | None = None,
-        slope: float | None = None,
-        slope_limit: float | None = None,
-        plane: float | None = None,
-        normal: float | None = None,
-    ) -> Bias: ...
-    @staticmethod
-    def none() -> Bias:
-        """No bias at all: acne everywhere."""
-    @property
-    def world(self) -> float:
-        """World units along the light ray."""
-    @property
-    def texels(self) -> float:
-        """World sizes of a shadow texel at the receiver, across the light ray."""
-    @property
-    def ndc(self) -> float:
-        """NDC depth."""
-    @property
-    def slope(self) -> float:
-        """Times the depth that the receiver's own plane gains over the filter's reach."""
-    @property
-    def slope_limit(self) -> float:
-        """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
-    @property
-    def plane(self) -> float:
-        """How much of the way to its own plane at the texel's centre the receiver is moved."""
-    @property
-    def normal(self) -> float:
-        """World sizes of a shadow texel along the normal."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
 
 @final
 class Renderer:

@@ -157,7 +157,6 @@ class RendererLike(Protocol):
         resolution: Size | None = None,
         bias: Bias | None = None,
         filter: Filter = "nearest",
-        blend: float = 0.0,
     ) -> Mask:
         """The light that arrives at each pixel."""
 

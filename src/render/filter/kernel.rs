@@ -56,12 +56,21 @@ impl Kernel {
                 let bottom = (1.0 - f.x) * of(i, j + 1) + f.x * of(i + 1, j + 1);
                 (1.0 - f.y) * top + f.y * bottom
             }
-            Self::Box(size) => separable(Weights::of_box, place, *size, of),
-            Self::Tent(size) => separable(Weights::of_tent, place, *size, of),
+            _ => self.wide_average(disc, place, of),
+        }
+    }
+
+    /// That of kernels that compare many texels: by itself, so that the others stay small.
+    #[inline(never)]
+    fn wide_average(&self, disc: &[DVec2], place: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
+        match self {
+            Self::Box(size) => separable(&Weights::of_box(place.x, size.x), &Weights::of_box(place.y, size.y), of),
+            Self::Tent(size) => separable(&Weights::of_tent(place.x, size.x), &Weights::of_tent(place.y, size.y), of),
             Self::Disc(axes) => {
                 let at = |q: &DVec2| (place + *axes * *q).floor();
                 disc.iter().map(at).map(|at| of(at.x as i64, at.y as i64)).sum::<f64>() / disc.len() as f64
             }
+            Self::Nearest | Self::Bilinear => self.average(disc, place, of),
         }
     }
 
@@ -97,9 +106,7 @@ impl Kernel {
 }
 
 /// The average of a function of texels with weights that are products, row after row.
-#[inline(always)]
-fn separable(weights: fn(f64, f64) -> Weights, place: DVec2, size: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
-    let (x, y) = (weights(place.x, size.x), weights(place.y, size.y));
+fn separable(x: &Weights, y: &Weights, of: impl Fn(i64, i64) -> f64) -> f64 {
     y.each().map(|(j, b)| b * x.each().map(|(i, a)| a * of(i, j)).sum::<f64>()).sum()
 }
 

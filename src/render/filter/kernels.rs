@@ -14,6 +14,8 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone)]
 pub struct Kernels {
     filter: Filter,
+    /// The kernel in texels with its reach; for one in pixels those where a pixel is a texel.
+    even: (Kernel, DVec2),
     /// The picture whose pixels a kernel is measured in; nothing for one in texels.
     eye: Option<Eye>,
     disc: Arc<[DVec2]>,
@@ -34,7 +36,8 @@ impl Kernels {
             let fix = "give the kernel in texels, or the picture's camera";
             return Err(Error::argument("filter", "a kernel in texels where there is no picture", filter, fix));
         }
-        Ok(Self { filter, eye, disc })
+        let even = scaled(filter, DMat2::IDENTITY);
+        Ok(Self { filter, even: (even, even.reach()), eye, disc })
     }
     /// The points of its disc in the unit disc; none of other kernels.
     pub fn disc(&self) -> &[DVec2] {
@@ -42,60 +45,60 @@ impl Kernels {
     }
     /// The kernel where it is measured in texels; nothing for one in pixels.
     pub fn fixed(&self) -> Option<Kernel> {
-        self.eye.is_none().then(|| self.scaled(DMat2::IDENTITY))
+        self.eye.is_none().then_some(self.even.0)
     }
-    /// The kernel at a receiver `p` with a unit normal, in a map whose texel coordinates have these gradients there.
+    /// The kernel at a receiver `p` with a unit normal, in a map whose texel coordinates have these gradients there, and its reach.
     #[inline(always)]
-    pub fn at(&self, p: DVec3, normal: DVec3, gradients: [DVec3; 2]) -> Kernel {
+    pub fn at(&self, p: DVec3, normal: DVec3, gradients: [DVec3; 2]) -> (Kernel, DVec2) {
         match &self.eye {
-            None => self.scaled(DMat2::IDENTITY),
-            Some(eye) => {
-                let [right, down] = eye.pixel_on_plane(p, normal);
-                let [x, y] = gradients;
-                let image = DMat2::from_cols_array(&[x.dot(right), y.dot(right), x.dot(down), y.dot(down)]);
-                self.scaled(image)
-            }
+            None => self.even,
+            Some(eye) => self.in_pixels(eye, p, normal, gradients),
         }
     }
-    /// The kernel where a step of its unit to the right and one down are these steps of texels (14.5).
-    #[inline(always)]
-    fn scaled(&self, image: DMat2) -> Kernel {
-        let widths = |Extent { length, unit }: Extent| match unit {
-            Unit::Texels => DVec2::splat(length),
-            Unit::Pixels => {
-                let width = |row: DVec2| held(length * row.length(), 1.0, WIDEST_TEXELS);
-                DVec2::new(width(image.row(0)), width(image.row(1)))
-            }
-        };
-        match self.filter {
-            Filter::Nearest => Kernel::Nearest,
-            Filter::Bilinear => Kernel::Bilinear,
-            Filter::Pcf { size } => match widths(size) {
-                DVec2::ONE => Kernel::Bilinear,
-                size => Kernel::Box(size),
-            },
-            Filter::Tent { size } => Kernel::Tent(widths(size)),
-            Filter::Poisson { radius: Extent { length, unit: Unit::Texels }, .. } => {
-                Kernel::Disc(DMat2::from_diagonal(DVec2::splat(length)))
-            }
-            Filter::Poisson { radius: Extent { length, .. }, .. } => {
-                let x = held_row(length * image.row(0), DVec2::X);
-                let y = held_row(length * image.row(1), DVec2::Y);
-                Kernel::Disc(DMat2::from_cols(x, y).transpose())
-            }
+    #[inline(never)]
+    fn in_pixels(&self, eye: &Eye, p: DVec3, normal: DVec3, [x, y]: [DVec3; 2]) -> (Kernel, DVec2) {
+        let [right, down] = eye.pixel_on_plane(p, normal);
+        let image = DMat2::from_cols_array(&[x.dot(right), y.dot(right), x.dot(down), y.dot(down)]);
+        let kernel = scaled(self.filter, image);
+        (kernel, kernel.reach())
+    }
+}
+
+/// The kernel where a step of its unit to the right and one down are these steps of texels (14.5).
+fn scaled(filter: Filter, image: DMat2) -> Kernel {
+    let widths = |Extent { length, unit }: Extent| match unit {
+        Unit::Texels => DVec2::splat(length),
+        Unit::Pixels => {
+            let width = |row: DVec2| held(length * row.length(), 1.0, WIDEST_TEXELS);
+            DVec2::new(width(image.row(0)), width(image.row(1)))
+        }
+    };
+    match filter {
+        Filter::Nearest => Kernel::Nearest,
+        Filter::Bilinear => Kernel::Bilinear,
+        Filter::Pcf { size } => match widths(size) {
+            DVec2::ONE => Kernel::Bilinear,
+            size => Kernel::Box(size),
+        },
+        Filter::Tent { size } => Kernel::Tent(widths(size)),
+        Filter::Poisson { radius: Extent { length, unit: Unit::Texels }, .. } => {
+            Kernel::Disc(DMat2::from_diagonal(DVec2::splat(length)))
+        }
+        Filter::Poisson { radius: Extent { length, .. }, .. } => {
+            let x = held_row(length * image.row(0), DVec2::X);
+            let y = held_row(length * image.row(1), DVec2::Y);
+            Kernel::Disc(DMat2::from_cols(x, y).transpose())
         }
     }
 }
 
 /// A width within limits; the largest for a NaN, of a plane seen edge on.
-#[inline(always)]
 fn held(width: f64, least: f64, most: f64) -> f64 {
     if width <= most { width.max(least) } else { most }
 }
 
 /// Half the extent of a disc along an axis of the map, as a vector over those of the picture, with a length within limits; along
 /// the axis where it has no direction.
-#[inline(always)]
 fn held_row(row: DVec2, axis: DVec2) -> DVec2 {
     let length = row.length();
     let held = held(length, 0.5, 0.5 * WIDEST_TEXELS);

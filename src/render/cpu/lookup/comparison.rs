@@ -59,7 +59,7 @@ impl MapLookup {
         }
         let mut z = row_z.dot(p4_moved) / w_moved - self.bias.ndc;
 
-        let kernel = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
+        let (kernel, reach) = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
 
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
@@ -68,7 +68,6 @@ impl MapLookup {
             let facing = at.cross.dot(normal);
             let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
             // On the plane, depth changes by these per texel, times det; Y grows down.
-            let reach = kernel.reach();
             let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0], reach);
             // Along x, and how much farther it is along y.
             let (reach, further) = (self.bias.slope * reach.x, reach.y / reach.x);

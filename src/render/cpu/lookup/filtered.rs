@@ -36,7 +36,7 @@ impl MapLookup {
 
     /// The kernel at a receiver without bias; outside of the map, and before its near plane, it is lit without one.
     fn kernel_at(&self, p: DVec3, normal: DVec3) -> Kernel {
-        let at = |at: Projected| self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
+        let at = |at: Projected| self.kernels.at(p, normal, [at.grad_x, at.grad_y]).0;
         self.kernels.fixed().or_else(|| self.projected(p).map(at)).unwrap_or(Kernel::Nearest)
     }
 

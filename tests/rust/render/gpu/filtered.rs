@@ -84,7 +84,7 @@ fn maps_blend_as_on_the_processor() {
     let (cpu, progress) = (CpuRenderer::new(), Progress::new());
     let s = library::build("robots", 1, &[]).unwrap();
     let technique =
-        technique_of("z_partition:count=4,overlap=0.4,inner=(lispsm:range=body,fit=exact),range=body,splits=uniform")
+        technique_of("z_partition:distances=(7,10,14),overlap=0.4,inner=(lispsm:range=body,fit=exact),range=body")
             .unwrap();
     let p = technique.parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
     let mut by_containment = p.clone();

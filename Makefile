@@ -91,6 +91,7 @@ bench: setup ## a row of compare beside its parts; the same work here and in mod
 	$(BIN)/python benches/row_cost.py
 	$(BIN)/python benches/samples_cost.py
 	$(BIN)/python benches/peers.py
+	$(BIN)/python benches/filters.py
 
 bench-rust: ## the kernels, with criterion
 	cargo bench

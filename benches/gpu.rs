@@ -75,8 +75,8 @@ fn bench(c: &mut Criterion) {
         b.iter(|| black_box(renderer.gbuffer(&scene, &camera, size, &progress).unwrap()));
     });
     let light = Light::Directional(light);
-    for (name, filter) in Filter::NAMES {
-        let settings = MaskSettings { resolution: [2048; 2], size, bias: Bias::default(), filter };
+    for (name, filter) in Filter::PLAIN {
+        let settings = MaskSettings { resolution: [2048; 2], size, bias: Bias::default(), filter, blend: 0.0 };
         group.bench_function(format!("mask/{name}/1024"), |b| {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress).unwrap()));
         });

@@ -72,8 +72,8 @@ fn render(c: &mut Criterion) {
     }
     let size = [1024, 1024];
     c.bench_function("gbuffer/1024", |b| b.iter(|| black_box(renderer.gbuffer(&scene, &camera, size, &progress))));
-    for (name, filter) in Filter::NAMES {
-        let settings = MaskSettings { resolution: size, size, bias: Bias::default(), filter };
+    for (name, filter) in Filter::PLAIN {
+        let settings = MaskSettings { resolution: size, size, bias: Bias::default(), filter, blend: 0.0 };
         c.bench_function(&format!("mask/1024/{name}"), |b| {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress)))
         });

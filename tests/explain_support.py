@@ -139,7 +139,7 @@ def reference_depth(matrix, light, origin, resolution, bias, filter, point, norm
     if not moved[3] > 0:
         return None
     z = moved[2] / moved[3] - bias.ndc
-    reach = bias.slope * {"nearest": 0.5, "pcf2x2": 1.0}[filter]
+    reach = bias.slope * {"nearest": 0.5, "bilinear": 1.0}[filter]
     limit = np.inf
     if np.isfinite(bias.slope_limit):
         limit = bias.slope_limit * texel * abs(grad_z @ to_light) + reach * gain(to_light).sum()

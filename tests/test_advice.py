@@ -217,7 +217,7 @@ def test_the_python_of_a_row_gives_its_numbers(error):
     found = sl.advise(
         scene, scene.camera, lights, memory="16 KiB", size=(48, 27), renderer="cpu", error=error, progress=False,
         techniques={"a": "lispsm:near=basic", "b": "z_partition:splits=min-max,count=2", "c": sl.preset("filament")},
-        bias=sl.Bias(world=0.01), filter="pcf2x2",
+        bias=sl.Bias(world=0.01), filter="bilinear",
     )  # fmt: skip
     assert (found.table["failure"] == "").all()
     for row in [*found.table.to_dict("records"), *found.runs.to_dict("records")]:

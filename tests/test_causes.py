@@ -83,7 +83,7 @@ def roof():
 
 
 @pytest.mark.parametrize("technique", ["uniform", "lispsm", "z_partition:count=3", "log"])
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_a_plane_alone_without_bias_has_acne_and_nothing_else(plane, technique, filter):
     found, errors, _ = plane.causes(technique, bias=sl.Bias.none(), filter=filter)
     assert errors.count > 1000
@@ -127,7 +127,7 @@ def mask_through(view, p, bias, filter):
 
 
 @pytest.mark.parametrize("name", ["courtyard", "ceiling", "dueling", "skylight"])
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_what_is_called_a_leak_is_dark_without_the_bias(name, filter):
     scene = sl.library.scene(name)
     view = View(scene, scene.camera, scene.light)
@@ -139,7 +139,7 @@ def test_what_is_called_a_leak_is_dark_without_the_bias(name, filter):
         assert found.other <= 0.002 * found.count + 3
 
 
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 @pytest.mark.parametrize("technique", ["uniform", "lispsm", "log"])
 def test_a_lit_corner_has_no_edges_and_no_other(technique, filter):
     # A floor and a wall, both lit: there is no shadow whose edge could be displaced.
@@ -151,7 +151,7 @@ def test_a_lit_corner_has_no_edges_and_no_other(technique, filter):
     assert found.counts == only(acne=errors.count)
 
 
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_hills_without_bias_shade_themselves(filter):
     x, z = np.meshgrid(np.linspace(-12, 12, 160), np.linspace(-12, 12, 160))
     y = 0.15 * np.sin(1.3 * x) * np.cos(1.1 * z)

@@ -62,7 +62,7 @@ def test_pixels_are_compared_as_the_picture_is(technique):
     places, which = sl.aliasing.texel_coordinates(g, view.camera, view.light, p, resolution=256)
     rows, columns = np.indices(which.shape)
     pixels = np.stack([columns.ravel(), rows.ravel()], axis=1)
-    found, place, depth = _core.compared(g, view.camera, view.light, p, pixels, resolution=256)
+    found, place, depth, *_ = _core.compared(g, view.camera, view.light, p, pixels, resolution=256)
     assert np.array_equal(found.reshape(which.shape), which)
     assert np.array_equal(np.isnan(place).reshape(places.shape), np.isnan(places))
     known = ~np.isnan(depth)

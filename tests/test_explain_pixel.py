@@ -52,7 +52,7 @@ def test_every_cause_occurs_in_the_cases():
 
 
 @pytest.mark.parametrize(("scene", "technique", "resolution"), CASES)
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_the_comparison_gives_the_mask(scene, technique, resolution, filter):
     """Of lit, dark and wrong pixels: what the texels say by their weights is the light that arrives."""
     run, view = run_of(scene, technique, resolution, filter), view_of(scene)
@@ -72,7 +72,7 @@ def test_the_comparison_gives_the_mask(scene, technique, resolution, filter):
 
 
 @pytest.mark.parametrize(("scene", "technique", "resolution"), PROJECTIVE[:4])
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_the_reference_is_that_of_the_definitions(scene, technique, resolution, filter):
     """With all of the bias, without it, and each part alone, by (13.1) to (13.3) in numpy."""
     run, view = run_of(scene, technique, resolution, filter), view_of(scene)

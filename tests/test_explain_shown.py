@@ -83,7 +83,7 @@ def drawn(figure):
 
 
 @pytest.mark.parametrize("technique", ["lispsm", "rectilinear", "z_partition:count=3,inner=lispsm", "log_psm"])
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_pixels_of_every_kind_have_a_figure(technique, filter):
     image = run_of("robots", technique, 256, filter).causes.image
     for code in np.unique(image):

@@ -109,7 +109,7 @@ def test_placed_lights(kind, part):
 
 @pytest.mark.parametrize("part", PARTS)
 def test_a_wider_filter_needs_more_of_all_but_the_slope(part):
-    nearest, wide = (found_in(plane_view(2), "uniform", part, filter=one) for one in ("nearest", "pcf2x2"))
+    nearest, wide = (found_in(plane_view(2), "uniform", part, filter=one) for one in ("nearest", "bilinear"))
     factor = 1.0 if part == "slope" else 2.0
     assert wide.closed_form == pytest.approx(factor * nearest.closed_form)
     # At one half the four weighted comparisons need less than all of their reach.
@@ -155,7 +155,7 @@ def found_in_curve(view: sl.View, technique: str, part: str, value: float) -> tu
 
 
 @pytest.mark.parametrize("name", ["robots", "forest", "statues"])
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 @pytest.mark.parametrize("part", PARTS)
 def test_acne_only_falls_and_false_light_only_rises(name, filter, part):
     scene = sl.library.scene(name)

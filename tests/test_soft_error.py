@@ -164,7 +164,7 @@ def test_a_filter_is_nearer_to_the_average():
     p = sl.technique("lispsm").parameterize(*view, resolution=2048)
     soft = sl.trace.soft_shadow_mask(*view, size=(320, 180), samples=4)
     looks = {"size": (320, 180), "resolution": 2048}
-    masks = [sl.Renderer("cpu").shadow_mask(*view, p, filter=one, **looks) for one in ("nearest", "pcf2x2")]
+    masks = [sl.Renderer("cpu").shadow_mask(*view, p, filter=one, **looks) for one in ("nearest", "bilinear")]
     nearest, wide = (sl.aliasing.soft_error(mask, soft) for mask in masks)
     assert wide.mean < nearest.mean
 
@@ -177,7 +177,7 @@ def test_the_table_of_the_page_is_true():
     masks = {"| truth at the centres | |": np.where(truth < 0, np.float32(np.nan), truth.astype(np.float32))}
     for side in (512, 2048):
         p = sl.technique("lispsm").parameterize(*view, resolution=side)
-        for name in ("nearest", "pcf2x2"):
+        for name in ("nearest", "bilinear"):
             mask = sl.Renderer("cpu").shadow_mask(*view, p, size=size, resolution=side, filter=name)
             masks[f"| {side}² | `{name}` |"] = mask
     page = (Path(__file__).parents[1] / "docs" / "errors.md").read_text("utf-8")

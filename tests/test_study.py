@@ -176,7 +176,7 @@ def test_without_truth_there_are_pictures_but_no_errors(view):
         ({"techniques": None}, "techniques: expected names.*got None"),
         ({"techniques": {}}, "techniques: expected at least one"),
         ({"techniques": 7}, "techniques: expected names.*got 7"),
-        ({"filter": None}, "filter: expected one of nearest, pcf2x2"),
+        ({"filter": None}, "filter: expected one of nearest, bilinear, pcf, tent, poisson"),
         ({"bias": 0.01}, "bias: expected a Bias, got float; try sl.Bias"),
         ({"renderer": 3}, 'renderer: expected a Renderer, "cpu", "gpu" or "auto", got int'),
     ],
@@ -195,7 +195,8 @@ def test_an_unknown_technique_lists_those_there_are(view):
 
 def test_unknown_filters_and_renderers_list_those_there_are(view):
     with pytest.raises(
-        sl.errors.UnknownNameError, match="filter: unknown filter 'vsm'; expected one of nearest, pcf2x2"
+        sl.errors.UnknownNameError,
+        match="filter: unknown filter 'vsm'; expected one of nearest, bilinear, pcf, tent, poisson",
     ):
         compare(*view, filter="vsm", size=(10, 8), progress=False)
     with pytest.raises(sl.errors.UnknownNameError, match="cpu, gpu"):
@@ -306,7 +307,7 @@ def test_the_python_of_the_report_gives_the_same_numbers():
     scene = sl.library.scene("skylight")
     study = compare(
         scene, scene.camera, scene.light, ["uniform", "lispsm"],
-        resolution=[64, 128], size=(48, 27), filter="pcf2x2", bias=sl.Bias(world=0.01), progress=False,
+        resolution=[64, 128], size=(48, 27), filter="bilinear", bias=sl.Bias(world=0.01), progress=False,
     )  # fmt: skip
     from shadowlab.reports.reproduce import python_snippet
 

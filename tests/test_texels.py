@@ -48,7 +48,7 @@ def test_receivers_lie_where_their_map_projects_them(view, technique):
 
 
 @pytest.mark.parametrize("technique", TECHNIQUES)
-@pytest.mark.parametrize(("filter", "taps"), [("nearest", 1), ("pcf2x2", 4)])
+@pytest.mark.parametrize(("filter", "taps"), [("nearest", 1), ("bilinear", 4)])
 def test_reads_are_the_texels_of_the_coordinates(view, technique, filter, taps):
     p = view.maps(technique)
     texel, which = sl.aliasing.texel_coordinates(*view.seen(p), resolution=(300, 200))
@@ -76,7 +76,7 @@ def test_octaves():
 
 
 @pytest.mark.parametrize("technique", TECHNIQUES)
-@pytest.mark.parametrize("filter", ["nearest", "pcf2x2"])
+@pytest.mark.parametrize("filter", ["nearest", "bilinear"])
 def test_a_lookup_into_given_maps_is_the_mask_of_the_renderer(view, technique, filter):
     p = view.maps(technique)
     maps = view.renderer.shadow_map(view.scene, p)

@@ -25,7 +25,7 @@ from shadowlab.conventions.files import FORMS, Form
 from shadowlab.experiments.measures import MEASURES, OVER, ErrorName, Over
 from shadowlab.experiments.metrics import KNOWN_METRICS, METRICS, Metric
 from shadowlab.plot.distributions import QUANTITIES, Quantity
-from shadowlab.text.checks import BACKENDS, FILTERS, UP_AXES
+from shadowlab.text.checks import BACKENDS, UP_AXES
 
 TESTS = Path(__file__).resolve().parent
 RIGHT, WRONG = TESTS / "right_calls.py", TESTS / "wrong_calls.py"
@@ -96,7 +96,6 @@ def test_a_call_that_is_taken_or_refused_for_another_reason_is_found():
 @pytest.mark.parametrize(
     ("names", "literal"),
     [
-        (FILTERS, types.Filter),
         (BACKENDS, types.Backend),
         (UP_AXES, types.Up),
         (FORMS, Form),
@@ -118,7 +117,7 @@ def test_names_are_taken_by_the_core():
     kinds = {kind for spec in technique_specs() for kind in spec["lights"]}
     assert kinds == {"directional", "spot", "point"}
     stub = (Path(shadowlab.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
-    for name, literal in (("_Filter", types.Filter), ("backend", types.Backend)):
+    for name, literal in (("backend", types.Backend),):
         words = re.search(rf"^\s*.*\b{name}: (?:TypeAlias = )?Literal\[([^\]]+)\]", stub, re.MULTILINE)
         assert words is not None
         assert tuple(re.findall(r'"(\w+)"', words[1])) == get_args(literal)

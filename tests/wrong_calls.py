@@ -76,7 +76,7 @@ def of_renderers(scene: sl.Scene, camera: sl.Camera, light: types.Light, p: sl.P
     renderer.shadow_map(scene, "lispsm")  # wrong: Argument 2 to "shadow_map" of "Renderer" has incompatible type "str"
     renderer.shadow_map(scene, p, 64)  # wrong: Too many positional arguments
     renderer.shadow_mask(scene, camera, "sun", p, size=64)  # wrong: Argument 3 to "shadow_mask"
-    renderer.shadow_mask(scene, camera, light, p, size=64, filter="pcf")  # wrong: Argument "filter" to "shadow_mask"
+    renderer.shadow_mask(scene, camera, light, p, size=64, filter=3)  # wrong: Argument "filter" to "shadow_mask"
     renderer.shadow_mask(scene, camera, light, p, size=64, bias=0.01)  # wrong: expected "Bias | None"
     renderer.shadow_mask(scene, camera, light, p)  # wrong: Missing named argument "size"
     sl.Bias(0.01)  # wrong: Too many positional arguments
@@ -90,7 +90,7 @@ def of_errors(scene: sl.Scene, camera: sl.Camera, light: types.Light, g: sl.GBuf
     sl.aliasing.footprint(g, camera, light, p, 512)  # wrong: Too many positional arguments
     sl.aliasing.footprint(g, camera, light, p).majors  # wrong: "Footprint" has no attribute "majors"
     sl.aliasing.footprint(g, camera, light, p).summary(bands={"near": 1})  # wrong: Argument "bands" to "summary"
-    sl.aliasing.usage(g, camera, light, p, filter="linear")  # wrong: Argument "filter" to "usage"
+    sl.aliasing.usage(g, camera, light, p, filter=None)  # wrong: Argument "filter" to "usage"
     sl.aliasing.look_up(g, g, camera, light, p)  # wrong: Argument 1 to "look_up" has incompatible type "GBuffer"
     sl.aliasing.causes(scene, camera, light, p, [0], [0], gbuffer=g)  # wrong: Missing named argument "maps"
     sl.aliasing.misclassified([[0]], [[0]]).counts  # wrong: "Misclassified" has no attribute "counts"

@@ -27,6 +27,7 @@ from ._core import (
     threads,
 )
 from .aliasing.blur import blur
+from .aliasing.filters import filters
 from .conventions.convention import Convention
 from .scene import library
 from .scene.alpha_test import AlphaTest
@@ -98,6 +99,7 @@ __all__ = [
     "errors",
     "evaluate",
     "explain_pixel",
+    "filters",
     "library",
     "load_scene",
     "plot",

@@ -68,8 +68,8 @@ PostWarp: TypeAlias = tuple[Literal["log"], float, float] | tuple[Literal["recti
 #: A side, or width and height.
 Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 
-#: How many texels of a map a pixel reads: the nearest, or the four nearest, weighted.
-Filter: TypeAlias = Literal["nearest", "pcf2x2"]
+#: How a map is read: the text of one of `sl.filters()`, such as "bilinear", "pcf:size=3" or "tent:size=3px".
+Filter: TypeAlias = str
 #: One part of a bias, by its unit.
 BiasPart: TypeAlias = Literal["world", "texels", "ndc", "slope"]
 #: Where a blur is wide: near the viewer, as wide in the world everywhere; or as wide in the picture everywhere.

@@ -50,16 +50,8 @@ pub struct Tap {
     pub is_dark_unbiased: bool,
 }
 
-impl Default for Tap {
-    /// One that is not read.
-    fn default() -> Self {
-        let (is_dark, is_dark_unbiased) = (false, false);
-        Self { weight: 0.0, centre: DVec2::ZERO, gap: f64::NEG_INFINITY, is_dark, is_dark_unbiased }
-    }
-}
-
 /// What the map says at a receiver. Lengths in world units unless the name says otherwise.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Probe {
     /// Whether any map holds the receiver and casters above it.
     pub is_held: bool,
@@ -74,9 +66,10 @@ pub struct Probe {
     pub grain: f64,
     /// The same of a ray: single precision of the receiver's position.
     pub touch: f64,
-    /// The texels that are read; the rest have no weight.
-    pub taps: [Tap; 4],
-    /// Gaps of the texel that the receiver falls into and of the eight about it, rows from the top.
+    /// The texels that are read with a weight.
+    pub taps: Vec<Tap>,
+    /// Gaps of the texel that the receiver falls into and of the eight about it, rows from the top; minus infinity where they
+    /// were not asked for.
     pub around: [f64; 9],
 }
 
@@ -163,9 +156,11 @@ mod tests {
 
     #[test]
     fn false_light_is_dark_without_bias_by_what_stands_above_the_plane() {
-        let tap = |gap| Tap { weight: 0.5, gap, is_dark_unbiased: true, ..Tap::default() };
-        let probe =
-            |a, b| Probe { grain: 0.01, taps: [tap(a), tap(b), Tap::default(), Tap::default()], ..Probe::default() };
+        let tap = |gap| {
+            let (centre, is_dark, is_dark_unbiased) = (DVec2::ZERO, false, true);
+            Tap { weight: 0.5, centre, gap, is_dark, is_dark_unbiased }
+        };
+        let probe = |a, b| Probe { grain: 0.01, taps: vec![tap(a), tap(b)], ..Probe::default() };
         assert_eq!(probe(5.0, 0.02).dark_unbiased(), 1.0);
         assert_eq!(probe(5.0, 0.005).dark_unbiased(), 0.5);
         assert!(is_dark(0.51) && !is_dark(0.5));

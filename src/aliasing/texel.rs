@@ -103,6 +103,17 @@ impl Eye {
     fn w_at(&self, depth: f64) -> f64 {
         self.converging * depth + self.parallel
     }
+    /// How far the point that a pixel shows moves on its plane, through `p` with a normal, as the pixel moves by one to the right,
+    /// and by one down; not finite where the plane is seen edge on.
+    #[inline(always)]
+    pub fn pixel_on_plane(&self, p: DVec3, normal: DVec3) -> [DVec3; 2] {
+        let from_eye = p - self.position;
+        let w = self.w_at(from_eye.dot(self.forward));
+        let ray = self.converging * from_eye + self.parallel * self.forward;
+        let facing = normal.dot(ray);
+        [self.right * (w / self.pixels[0]), self.up * (w / self.pixels[1])]
+            .map(|step| step - ray * (normal.dot(step) / facing))
+    }
     /// Where a point is in the image, pixels from its middle, y down; nothing where it is not before the eye.
     pub fn pixel_of(&self, p: DVec3) -> Option<DVec2> {
         let from_eye = p - self.position;

@@ -78,21 +78,18 @@ pub fn locate(
 
 /// How many pixels read each texel: layer after layer, rows from the top.
 ///
-/// A lookup reads `taps` texels along each side around its point: 1 where it takes the nearest, 2 where it weighs the four
-/// nearest centres. Beyond the map's edge it reads the texel there.
+/// `read` calls its last argument with each texel (column, row) that a pixel reads in a map. Beyond the map's edge it reads the
+/// texel there.
 ///
 /// # Errors
-/// [`Error::InvalidArgument`] for more texels than fit into memory, or no taps; [`Error::Interrupted`].
+/// [`Error::InvalidArgument`] for more texels than fit into memory; [`Error::Interrupted`].
 pub fn reads(
     located: &Located,
     layers: usize,
     resolution: [u32; 2],
-    taps: u32,
+    read: impl Fn(usize, usize, &mut dyn FnMut([i64; 2])) + Sync,
     progress: &Progress,
 ) -> Result<Vec<u32>> {
-    if !(1..=64).contains(&taps) {
-        return Err(Error::argument("taps", "1 to 64 texels along each side", taps, "1 is the nearest texel"));
-    }
     let [width, height] = resolution.map(|n| n as usize);
     let texels = layers * width * height;
     check_images("resolution", layers, resolution, size_of::<u32>())?;
@@ -105,21 +102,15 @@ pub fn reads(
         progress.check()?;
         counts.resize_with(texels, AtomicU32::default);
     }
-    let shift = 0.5 * f64::from(taps - 1);
     let held = |x: i64, side: usize| x.clamp(0, side as i64 - 1) as usize;
-    let read = |(texel, map): (&[f64; 2], &i16)| {
-        // Casts saturate.
-        let first = texel.map(|x| (x - shift).floor() as i64);
-        for j in 0..i64::from(taps) {
-            let row = (*map as usize * height + held(first[1] + j, height)) * width;
-            for i in 0..i64::from(taps) {
-                counts[row + held(first[0] + i, width)].fetch_add(1, Ordering::Relaxed);
-            }
-        }
-    };
-    located.texel.par_chunks(AT_ONCE).zip(located.map.par_chunks(AT_ONCE)).try_for_each(|(texel, map)| {
+    located.map.par_chunks(AT_ONCE).enumerate().try_for_each(|(chunk, maps)| {
         progress.check()?;
-        texel.iter().zip(map).filter(|(_, map)| **map >= 0).for_each(read);
+        for (i, &map) in maps.iter().enumerate().filter(|(_, map)| **map >= 0) {
+            read(chunk * AT_ONCE + i, map as usize, &mut |[x, y]| {
+                let row = (map as usize * height + held(y, height)) * width;
+                counts[row + held(x, width)].fetch_add(1, Ordering::Relaxed);
+            });
+        }
         Ok::<_, Error>(())
     })?;
     progress.check()?;
@@ -136,15 +127,22 @@ mod tests {
             texel: vec![[0.2, 0.9], [3.9, 1.0], [f64::NAN; 2], [4.0, 2.0], [1.5, 1.5]],
             map: vec![0, 1, Footprint::NO_MAP, 0, 0],
         };
-        let nearest = reads(&located, 2, [4, 2], 1, &Progress::new()).unwrap();
+        let read = |side: i64| {
+            let located = &located;
+            let read = move |pixel: usize, _: usize, count: &mut dyn FnMut([i64; 2])| {
+                let [x, y] = located.texel[pixel].map(|x| (x - 0.5 * (side - 1) as f64).floor() as i64);
+                (0..side * side).for_each(|n| count([x + n % side, y + n / side]));
+            };
+            reads(located, 2, [4, 2], read, &Progress::new()).unwrap()
+        };
+        let nearest = read(1);
         let mut expected = vec![0; 16];
         // (0, 0) of the first map; (3, 1) of the second; the far corner held to (3, 1); (1, 1).
         [0, 8 + 7, 7, 5].into_iter().for_each(|i| expected[i] += 1);
         assert_eq!(nearest, expected);
-        let four = reads(&located, 2, [4, 2], 2, &Progress::new()).unwrap();
+        let four = read(2);
         assert_eq!(four.iter().sum::<u32>(), 16, "four texels each, at the edge some twice");
         // 1.5 is a centre: itself with all of the weight, and its neighbours to the right and below.
         assert!(four[5] >= 1 && four[6] >= 1);
-        assert!(reads(&located, 2, [4, 2], 0, &Progress::new()).is_err());
     }
 }

@@ -50,9 +50,9 @@ pub struct Wrong<'a> {
 /// # Errors
 /// As [`Lookups::new`], and [`Error::Interrupted`].
 pub fn causes(of: &Wrong, progress: &Progress) -> Result<(Vec<i8>, Vec<f32>)> {
-    let lookups = Lookups::new(of.parameterization, of.light, of.surfaces.origin, of.settings)?;
+    let lookups = Lookups::new(of.parameterization, of.camera, of.light, of.surfaces.origin, of.settings)?;
     let rays = LightRays::new(of.scene, of.light, &lookups, of.surfaces.origin);
-    let eye = Eye::new(of.camera, of.surfaces.origin, of.surfaces.size);
+    let eye = Eye::new(of.camera, of.surfaces.origin, of.settings.size);
     let wrong = (0..of.differences.len()).into_par_iter().filter(|&i| of.differences[i] > 0);
     let mut wrong: Vec<Place> = wrong.map(|i| of.place(i, &lookups)).collect();
     // Pixels of a texel after one another: what is seen for one of them tells of the next.
@@ -101,7 +101,7 @@ impl Wrong<'_> {
         let texels = &self.maps[map * n..(map + 1) * n];
         let probe = lookups.map(map).probe(texels, p, normal, false);
         let face = (surfaces.instance[pixel], surfaces.triangle[pixel]);
-        let Probe { place, texel, slope, touch, grain, .. } = probe;
+        let &Probe { place, texel, slope, touch, grain, .. } = &probe;
         let receiver = Receiver { map, p, normal, place, texel, slope, touch, grain, face };
         if is_light {
             let around = || lookups.map(map).probe(texels, p, normal, true);

@@ -37,9 +37,10 @@ pub(super) fn explain(
     }
     // The lit texel that counts most.
     let lit = probe.taps.iter().filter(|tap| !tap.is_dark);
-    let lit = lit.max_by(|a, b| a.weight.total_cmp(&b.weight)).copied().unwrap_or_default();
-    let way = Way::new(receiver, lit.centre, looker.rays);
-    let is_right = looker.confirmed(receiver, &way, lit.gap).is_some();
+    let lit = lit.max_by(|a, b| a.weight.total_cmp(&b.weight));
+    let (centre, gap) = lit.map_or((DVec2::ZERO, f64::NEG_INFINITY), |tap| (tap.centre, tap.gap));
+    let way = Way::new(receiver, centre, looker.rays);
+    let is_right = looker.confirmed(receiver, &way, gap).is_some();
     let found = cause_of_light(is_right, is_right && is_drawn(&around(), receiver, &blocker, looker));
     if found != cause::EDGE {
         return (found, f64::NAN);

@@ -64,6 +64,15 @@ impl Parameterization {
             Selection::Depth => self.partitions.iter().position(reaches).unwrap_or(self.partitions.len() - 1),
         }
     }
+    /// The first map that may serve receivers beyond the range of map `k`; nothing of a map whose range has no end.
+    pub fn after(&self, k: usize) -> Option<usize> {
+        let end = self.partitions[k].eye_depth[1];
+        match self.selection {
+            Selection::Containment => (k + 1 < self.partitions.len()).then_some(k + 1),
+            Selection::Depth if end >= self.partitions.last()?.eye_depth[1] => None,
+            Selection::Depth => self.partitions.iter().position(|p| p.eye_depth[1] > end),
+        }
+    }
     /// The same maps for points told relative to `origin`: what it does there, [`Parameterization::choose`] included.
     ///
     /// # Errors

@@ -5,10 +5,11 @@ use pyo3::prelude::*;
 
 use super::camera::{PyCamera, camera};
 use super::convert::{image, run_watched, size2};
+use super::filter::filter_of;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::{bias, filter_of};
+use super::render::bias;
 use crate::render::cpu::lookup::bias_distance as distance;
 use crate::render::{Bias, MaskSettings};
 use crate::scene::Light;
@@ -35,7 +36,7 @@ pub fn bias_distance<'py>(
     let filter = filter_of(py, filter)?;
     let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let size = surfaces.size;
-        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter };
+        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend: 0.0 };
         let work = |progress: &_| distance(&surfaces, camera, &light, p, &settings, progress);
         Ok((run_watched(py, None, work)?, size))
     })?;

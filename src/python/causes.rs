@@ -6,10 +6,11 @@ use pyo3::prelude::*;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched};
 use super::exceptions::refusable;
+use super::filter::{blend_of, filter_of};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::{bias, filter_of};
+use super::render::bias;
 use super::scene::{PyScene, scene};
 use crate::diagnose_pixels::{Wrong, causes as core_causes};
 use crate::render::cpu::look_up as core_look_up;
@@ -18,9 +19,9 @@ use crate::scene::Light;
 
 /// The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16.
 #[pyfunction]
-#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter=None),
-    text_signature = "(maps, gbuffer, camera, light, parameterization, *, bias=None, filter='nearest')")]
-#[allow(clippy::type_complexity)]
+#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter=None, blend=None),
+    text_signature = "(maps, gbuffer, camera, light, parameterization, *, bias=None, filter='nearest', blend=0.0)")]
+#[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn look_up<'py>(
     maps: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -29,6 +30,7 @@ pub fn look_up<'py>(
     parameterization: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    blend: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i16>>)> {
     let py = maps.py();
     let p = as_parameterization(parameterization)?;
@@ -36,9 +38,9 @@ pub fn look_up<'py>(
     let (maps, resolution) = layers(maps, p.partitions.len())?;
     let maps = maps.as_slice()?;
     let camera = &camera.get().camera;
-    let filter = filter_of(py, filter)?;
+    let (filter, blend, size) = (filter_of(py, filter)?, blend_of(py, blend, p)?, gbuffer.get().whole_picture());
     let mask = gbuffer.get().with_surfaces(py, |surfaces| {
-        let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
+        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend };
         run_watched(py, None, |progress| core_look_up(maps, *surfaces, camera, &light, p, &settings, progress))
     })?;
     let [w, h] = mask.size.map(|n| n as usize);
@@ -73,7 +75,8 @@ pub fn causes<'py>(
         let [w, h] = surfaces.size.map(|n| n as usize);
         let differences = array::<i8>(differences, "differences", &[Some(h), Some(w)])?;
         let differences = differences.as_slice()?;
-        let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
+        let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
+        let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0 };
         let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);

@@ -1,25 +1,29 @@
 //! Which depths a lookup compares: where pixels lie in their maps, and the biased depth of each.
 
-use numpy::{PyArray1, PyArray2};
+use glam::{DVec2, DVec3};
+use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched, size2};
+use super::filter::filter_of;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::{bias, filter_of};
+use super::render::bias;
 use crate::image::Footprint;
 use crate::render::cpu::lookup::{Comparison, Lookups};
-use crate::render::{Bias, MaskSettings};
-use crate::scene::Light;
+use crate::render::{Bias, MaskSettings, Tap};
+use crate::scene::{Camera, Light};
 
-/// What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
-/// depth (N,) float64, NaN where the pixel is lit without a look at the map.
+/// What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
+/// at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
+/// read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
+/// is compared with (N, T) float64, NaN as before and where there is no texel.
 #[pyfunction]
 #[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None),
     text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest')")]
-#[allow(clippy::too_many_arguments, clippy::type_complexity)]
+#[allow(clippy::too_many_arguments)]
 pub fn compared<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
     #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
@@ -29,7 +33,7 @@ pub fn compared<'py>(
     resolution: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<Compared<'py>> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
@@ -43,42 +47,82 @@ pub fn compared<'py>(
         let expected = format!("columns and rows of a picture of {width} x {height} pixels");
         return Err(argument_error(py, "pixels", expected, format!("({x}, {y})"), "count from 0 at the upper left"));
     }
+    let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
+    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0 };
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
-        let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
         run_watched(py, None, |progress| {
-            let lookups = Lookups::new(p, &light, surfaces.origin, &settings)?;
-            let unknown = [f64::NAN; 2];
+            let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
             let mut found = Vec::with_capacity(pixels.len());
             for [x, y] in pixels {
                 progress.check()?;
-                let Some((point, normal)) = surfaces.receiver((y * width + x) as usize) else {
-                    found.push((Footprint::NOTHING, unknown, f64::NAN));
-                    continue;
-                };
-                let p_world = surfaces.origin + point;
-                if !light.illuminates(p_world, normal) {
-                    found.push((Footprint::AVERTED, unknown, f64::NAN));
-                    continue;
-                }
-                let Some(k) = lookups.choose(point, camera.depth_of(p_world)) else {
-                    found.push((Footprint::NO_MAP, unknown, f64::NAN));
-                    continue;
-                };
-                let (place, depth) = match lookups.map(k).compare_at(point, normal) {
-                    Comparison::At(at) => {
-                        let centre = at.p_texel.floor() + 0.5;
-                        (at.p_texel.to_array(), lookups.map(k).depth_at(&at, centre))
-                    }
-                    Comparison::Lit => (lookups.map(k).place_of(point).map_or(unknown, |at| at.to_array()), f64::NAN),
-                };
-                found.push((k as i16, place, depth));
+                found.push(match surfaces.receiver((y * width + x) as usize) {
+                    Some((point, normal)) => One::new(&lookups, camera, &light, surfaces.origin, point, normal),
+                    None => One::without(Footprint::NOTHING),
+                });
             }
             Ok(found)
         })
     })?;
-    let n = found.len();
-    let maps = found.iter().map(|(map, ..)| *map).collect();
-    let places = found.iter().flat_map(|(_, place, _)| *place).collect();
-    let depths = found.iter().map(|(.., depth)| *depth).collect();
-    Ok((image(py, maps, [n])?, image(py, places, [n, 2])?, image(py, depths, [n])?))
+    let (n, most) = (found.len(), found.iter().map(|one| one.taps.len()).max().unwrap_or(0));
+    let [last_x, last_y] = resolution.map(|side| i64::from(side) - 1);
+    let held = |[x, y]: [i64; 2]| [x.clamp(0, last_x), y.clamp(0, last_y)];
+    let (mut texels, mut weights, mut depths) = (vec![0; 2 * n * most], vec![0.0; n * most], vec![f64::NAN; n * most]);
+    for (one, first) in found.iter().zip((0..).step_by(most.max(1))) {
+        for (i, (tap, depth)) in (first..).zip(&one.taps) {
+            texels[2 * i..2 * i + 2].copy_from_slice(&held(tap.texel));
+            (weights[i], depths[i]) = (tap.weight, *depth);
+        }
+    }
+    let maps = found.iter().map(|one| one.map).collect();
+    let places = found.iter().flat_map(|one| one.place).collect();
+    let own = found.iter().map(|one| one.depth).collect();
+    let (texels, weights) = (image(py, texels, [n, most, 2])?, image(py, weights, [n, most])?);
+    let (maps, places, own) = (image(py, maps, [n])?, image(py, places, [n, 2])?, image(py, own, [n])?);
+    Ok((maps, places, own, texels, weights, image(py, depths, [n, most])?))
+}
+
+type Compared<'py> = (
+    Bound<'py, PyArray1<i16>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray3<i64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+/// How one pixel is compared.
+struct One {
+    map: i16,
+    place: [f64; 2],
+    /// At the texel that it falls into.
+    depth: f64,
+    /// Those that are read, each with its depth.
+    taps: Vec<(Tap, f64)>,
+}
+
+impl One {
+    fn without(map: i16) -> Self {
+        Self { map, place: [f64::NAN; 2], depth: f64::NAN, taps: Vec::new() }
+    }
+    fn new(lookups: &Lookups, camera: &Camera, light: &Light, origin: DVec3, point: DVec3, normal: DVec3) -> Self {
+        let p_world = origin + point;
+        if !light.illuminates(p_world, normal) {
+            return Self::without(Footprint::AVERTED);
+        }
+        let Some(k) = lookups.choose(point, camera.depth_of(p_world)) else { return Self::without(Footprint::NO_MAP) };
+        let map = lookups.map(k);
+        let (place, depth, taps) = match map.compare_at(point, normal) {
+            Comparison::At(at) => {
+                let depth = |tap: &Tap| map.depth_at(&at, DVec2::new(tap.texel[0] as f64, tap.texel[1] as f64) + 0.5);
+                let own = map.depth_at(&at, at.p_texel.floor() + 0.5);
+                (Some(at.p_texel), own, map.taps(&at).into_iter().map(|tap| (tap, depth(&tap))).collect())
+            }
+            Comparison::Lit => {
+                let place = map.place_of(point);
+                let taps = place.map_or(Vec::new(), |place| map.taps_at(point, normal, place));
+                (place, f64::NAN, taps.into_iter().map(|tap| (tap, f64::NAN)).collect())
+            }
+        };
+        Self { map: k as i16, place: place.map_or([f64::NAN; 2], |at| at.to_array()), depth, taps }
+    }
 }

@@ -20,6 +20,8 @@ use crate::scene::Camera;
 #[pyclass(name = "GBuffer", frozen, module = "shadowlab")]
 pub struct PyGBuffer {
     size: [u32; 2],
+    /// Of the picture that it is a part of, or all of.
+    whole: [u32; 2],
     origin: glam::DVec3,
     /// That drew it; states of the first version have none.
     camera: Option<Camera>,
@@ -36,7 +38,9 @@ const SAMPLE_BYTES: usize = 64;
 
 /// Its state.
 const NAME: &str = "GBuffer";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
+/// Those without a whole picture that they are a part of; the first without a camera, too.
+const WHOLE_VERSIONS: [u32; 2] = [1, 2];
 
 /// A G-buffer argument.
 pub fn gbuffer<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyGBuffer>> {
@@ -53,6 +57,10 @@ impl PyGBuffer {
     /// Width and height, pixels.
     pub fn picture(&self) -> [u32; 2] {
         self.size
+    }
+    /// Width and height of the picture that it is a part of, or all of, pixels.
+    pub fn whole_picture(&self) -> [u32; 2] {
+        self.whole
     }
     /// An error unless there is memory for as many samples as it has pixels.
     pub fn check_samples(&self, py: Python<'_>) -> PyResult<()> {
@@ -77,6 +85,10 @@ impl PyGBuffer {
         let mut head = Writer::new(numbers);
         self.size.iter().for_each(|&n| head.count(u64::from(n)));
         head.vector(self.origin);
+        if self.whole != self.size {
+            self.whole.iter().for_each(|&n| head.count(u64::from(n)));
+            head.kind(u8::from(self.camera.is_some()));
+        }
         if let Some(camera) = self.camera {
             PyCamera { camera }.write(&mut head);
         }
@@ -103,23 +115,27 @@ impl PyGBuffer {
     pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Self> {
         parts.check(py, VERSION, 5)?;
         let version = parts.version;
-        let (size, origin, camera) = parts.read(py, |from| {
+        let (size, whole, origin, camera) = parts.read(py, |from| {
             let (size, origin) = ([from.count()?, from.count()?], from.vector()?);
-            let camera = if version > 1 {
-                Some(PyCamera::read(from).map_err(|_| "its camera is damaged")?.camera)
+            let (whole, has_camera) = if WHOLE_VERSIONS.contains(&version) {
+                (size, version > 1)
             } else {
-                None
+                ([from.count()?, from.count()?], from.kind()? != 0)
             };
-            Ok((size, origin, camera))
+            let camera =
+                if has_camera { Some(PyCamera::read(from).map_err(|_| "its camera is damaged")?.camera) } else { None };
+            Ok((size, whole, origin, camera))
         })?;
-        if !size.iter().all(|n| (1..=MAX_IMAGE_SIDE).contains(n)) || !origin.is_finite() {
-            return Err(parts.error(py, format!("it has {size:?} pixels around {origin}")));
+        let fits = |n: u32, whole: u32| (1..=whole).contains(&n) && whole <= MAX_IMAGE_SIDE;
+        if !(fits(size[0], whole[0]) && fits(size[1], whole[1])) || !origin.is_finite() {
+            return Err(parts.error(py, format!("it has {size:?} of {whole:?} pixels around {origin}")));
         }
         let [w, h] = size.map(|n: u32| Some(n as usize));
         let vectors = |i| stored::<f32>(py, parts, i, &[h, w, Some(3)]);
         let indices = |i| stored::<i32>(py, parts, i, &[h, w]);
         let found = Self {
             size,
+            whole,
             origin,
             camera,
             depth: stored::<f32>(py, parts, 0, &[h, w])?.into_any().cast_into::<PyArray2<f32>>()?.unbind(),
@@ -138,6 +154,7 @@ impl PyGBuffer {
         let [w, h] = g.size.map(|n| n as usize);
         Ok(Self {
             size: g.size,
+            whole: g.size,
             origin: g.origin,
             camera: Some(camera),
             depth: image(py, g.depth, [h, w])?.unbind(),
@@ -280,6 +297,7 @@ impl PyGBuffer {
         self.with_surfaces(py, |s| {
             Ok(Self {
                 size: [w as u32, h as u32],
+                whole: self.whole,
                 origin: self.origin,
                 camera: self.camera,
                 depth: image(py, depth, [h, w])?.unbind(),
@@ -323,8 +341,12 @@ impl PyGBuffer {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let head = self.head(Numbers::Exact);
         let mut added = Ok(());
-        // One without a camera stays of the version that has none.
-        let version = if self.camera.is_some() { VERSION } else { 1 };
+        // One that is a whole picture stays of the version that knows no other, and without a camera of the one that has none.
+        let version = match (self.whole == self.size, &self.camera) {
+            (false, _) => VERSION,
+            (true, Some(_)) => WHOLE_VERSIONS[1],
+            (true, None) => WHOLE_VERSIONS[0],
+        };
         let seal = seal(NAME, version, head.bytes(), |digest| added = self.add_arrays(py, digest));
         added?;
         let arrays = vec![

@@ -15,6 +15,7 @@ mod compared;
 mod convert;
 mod drivers;
 mod exceptions;
+mod filter;
 mod footprint;
 mod gbuffer;
 mod library;
@@ -56,6 +57,8 @@ mod _core {
     #[pymodule_export]
     use super::drivers::adapters;
     #[pymodule_export]
+    use super::filter::{filter_kinds, filter_text};
+    #[pymodule_export]
     use super::footprint::{footprint, footprint_at};
     #[pymodule_export]
     use super::gbuffer::PyGBuffer;
@@ -86,7 +89,7 @@ mod _core {
     #[pymodule_export]
     use super::travel::restore;
     #[pymodule_export]
-    use super::usage::{reads, texel_coordinates};
+    use super::usage::{filter_reach, reads, texel_coordinates};
 
     /// The package's version.
     #[pymodule_export]

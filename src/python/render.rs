@@ -12,6 +12,7 @@ use super::arguments::{number_or, word, word_or};
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, exception, image, instance_of, run_watched, size2, to_exception};
 use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
+use super::filter::{blend_of, filter_of};
 use super::footprint::footprint_arrays;
 use super::gbuffer::PyGBuffer;
 use super::light::light;
@@ -191,14 +192,6 @@ impl PyBias {
     }
 }
 
-/// The filter of a name; the nearest texel where none is given.
-pub fn filter_of(py: Python<'_>, name: Option<&Bound<'_, PyAny>>) -> PyResult<Filter> {
-    let valid: Vec<String> = Filter::NAMES.iter().map(|f| f.0.to_string()).collect();
-    let name = word_or(name, "filter", "nearest", &format!("one of {}", valid.join(", ")))?;
-    let found = Filter::NAMES.iter().find(|f| f.0 == name).map(|f| f.1);
-    found.ok_or_else(|| to_exception(py, Error::UnknownName { kind: "filter".into(), name, valid }))
-}
-
 /// A bias argument, or nothing for the default.
 pub fn bias(value: &Bound<'_, PyAny>) -> PyResult<Option<Bias>> {
     if value.is_none() {
@@ -352,14 +345,19 @@ impl PyRenderer {
     ///     Pixels of the image.
     /// bias : Bias, optional
     /// filter : str
-    ///     "nearest" or "pcf2x2".
+    ///     One of `sl.filters()` with its settings, such as "nearest", "bilinear", "pcf:size=3", "tent:size=3px" or
+    ///     "poisson:count=16,radius=2,seed=0"; lengths in texels, or with px in pixels.
+    /// blend : float
+    ///     The last share of each map's range of eye depth over which the light of the next map is mixed in, where that map
+    ///     holds the receiver (`overlap` of z_partition sees to that); of maps that are chosen because they hold a receiver,
+    ///     the share of the map at its border. 0 for none.
     ///
     /// Returns
     /// -------
     /// (H, W) float32
     ///     1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
-    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None),
-        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest')")]
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, blend=None),
+        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', blend=0.0)")]
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
@@ -371,11 +369,12 @@ impl PyRenderer {
         resolution: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = bias)] bias: Option<Bias>,
         filter: Option<&Bound<'py, PyAny>>,
+        blend: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let filter = filter_of(py, filter)?;
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias.unwrap_or_default(), filter)?;
+        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?);
+        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
     }
@@ -403,8 +402,8 @@ impl PyRenderer {
         resolution: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let p = as_parameterization(parameterization)?;
-        let (bias, filter) = (Bias::default(), Filter::Nearest);
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias, filter)?;
+        let read = (Bias::default(), Filter::Nearest, 0.0);
+        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(parameterization.py(), mask.partition, [h, w])
     }
@@ -487,8 +486,7 @@ impl PyRenderer {
         p: &Bound<'_, PyParameterization>,
         size: &Bound<'_, PyAny>,
         resolution: Option<&Bound<'_, PyAny>>,
-        bias: Bias,
-        filter: Filter,
+        (bias, filter, blend): (Bias, Filter, f64),
     ) -> PyResult<ShadowMask> {
         let own = &p.get().p;
         let settings = MaskSettings {
@@ -496,6 +494,7 @@ impl PyRenderer {
             size: size2(size, "size")?,
             bias,
             filter,
+            blend,
         };
         let (scene, camera) = (&scene.get().scene, &camera.get().camera);
         self.run(p.py(), |renderer, progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))

@@ -21,6 +21,22 @@ pub struct MaskSettings {
     pub bias: Bias,
     /// How the map is read.
     pub filter: Filter,
+    /// The last share of each map's range, 0 to 1, over which the light of the next map is mixed in (14.6).
+    pub blend: f64,
+}
+
+impl MaskSettings {
+    /// The share over which maps blend.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for one outside [0, 1].
+    pub fn checked_blend(&self) -> Result<f64> {
+        if (0.0..=1.0).contains(&self.blend) {
+            return Ok(self.blend);
+        }
+        let fix = "0 switches blending off, 0.1 blends over the last tenth of each map's range";
+        Err(Error::argument("blend", "a number from 0 to 1", self.blend, fix))
+    }
 }
 
 /// A renderer. Implementations agree: see tests.
@@ -59,7 +75,7 @@ pub trait Renderer: Send + Sync {
     ///
     /// Each pixel asks the map that [`Parameterization::choose`] finds. In shadow: pixels whose surface faces away from the
     /// light (on the side seen by the eye) and those outside a spot's cone or range. Lit: receivers that no map holds, and
-    /// those nearer to the light than their map's near plane.
+    /// those nearer to the light than their map's near plane. Where maps blend, the map that is asked is the chosen one.
     fn shadow_mask(
         &self,
         scene: &Scene,

@@ -79,8 +79,8 @@ pub fn mapped_states(
 ) -> Result<Vec<i8>> {
     let p = technique_of("uniform:range=body,fit=exact")?.parameterize(scene, camera, light, SURVEY_MAP)?;
     let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], progress)?;
-    let settings =
-        MaskSettings { resolution: maps.size, size: surfaces.size, bias: Bias::default(), filter: Filter::Nearest };
+    let (bias, filter) = (Bias::default(), Filter::Nearest);
+    let settings = MaskSettings { resolution: maps.size, size: surfaces.size, bias, filter, blend: 0.0 };
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
     Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

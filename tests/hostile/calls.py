@@ -157,6 +157,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "depth": lambda: world().maps,
     "depths": lambda: [2.0, 8.0],
     "differences": lambda: np.zeros((9, 16), np.int8),
+    "blend": lambda: 0.2,
     "direction": lambda: (0.3, -1.0, 0.2),
     "directions": lambda: [[0.0, -1.0, 0.1]],
     "edge_normals": lambda: np.ones((4, 2)) * 0.6,

@@ -95,10 +95,15 @@ class ModernGL:
 
     def draw(self, clip_from_model: np.ndarray, size: tuple[int, int]) -> np.ndarray:
         """(H, W) float32 depth of what was uploaded; `size` is (width, height)."""
-        matrix = np.asarray(clip_from_model, np.float64)
-        return self._draw(matrix if self.zero_to_one else _TO_SYMMETRIC_Z @ matrix, size)
+        return self._draw(self.of_opengl(clip_from_model), size)
 
-    def _draw(self, gl_clip_from_model: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    def of_opengl(self, clip_from_model: np.ndarray) -> np.ndarray:
+        """A matrix with z in [0, w] as this context takes it."""
+        matrix = np.asarray(clip_from_model, np.float64)
+        return matrix if self.zero_to_one else _TO_SYMMETRIC_Z @ matrix
+
+    def render(self, gl_clip_from_model: np.ndarray, size: tuple[int, int]) -> moderngl.Texture:
+        """The depth texture of what was uploaded, kept on the device until the next one; row 0 is NDC y = -1."""
         with self.context as context:
             texture, framebuffer = self._depth_target(size)
             framebuffer.use()
@@ -108,6 +113,11 @@ class ModernGL:
             framebuffer.clear(depth=1.0)
             self._program["clip_from_model"].write(np.ascontiguousarray(gl_clip_from_model.T, np.float32).tobytes())
             self._geometry[2].render(moderngl.TRIANGLES)
+        return texture
+
+    def _draw(self, gl_clip_from_model: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+        texture = self.render(gl_clip_from_model, size)
+        with self.context:
             depth = np.frombuffer(texture.read(), np.float32).reshape(size[1], size[0])
         return np.ascontiguousarray(depth[::-1])
 

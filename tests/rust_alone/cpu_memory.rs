@@ -98,7 +98,7 @@ fn a_mask_takes_one_map_at_a_time() {
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 1.0, 1.0, 0.1, 10.0).unwrap();
     let light = Light::Directional(DirectionalLight::new(DVec3::Z).unwrap());
     let (bias, filter) = (Bias::default(), Filter::Nearest);
-    let settings = MaskSettings { resolution: [RESOLUTION; 2], size: [256; 2], bias, filter };
+    let settings = MaskSettings { resolution: [RESOLUTION; 2], size: [256; 2], bias, filter, blend: 0.0 };
     let peak = |count: usize| {
         let mut p = maps(&vec![DMat4::IDENTITY; count]);
         for (k, partition) in p.partitions.iter_mut().enumerate() {

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from .codes import NoTexel
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from ..types import Filter, Light, ShadowMaps, Vector
+    from ..types import Filter, Light, ShadowMaps
     from .map_rays import MapRays
     from .pixel_surface import PixelSurface
     from .pixel_texel import Held
@@ -26,8 +25,6 @@ BIAS_LIMITS = ("slope_limit",)
 BIAS_PARTS = tuple(name for name in BIAS if name not in BIAS_LIMITS)
 # The largest value of parts that have one.
 MOST_OF_PART = {"plane": 1.0}
-# Texels along each axis that a filter reads.
-FILTER_SIDES: dict[Filter, int] = {"nearest": 1, "pcf2x2": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +59,9 @@ class TexelRead(Value):
         Within the map: what lies beyond the edge reads the nearest texel.
     weight : float
         Those of a lookup sum to 1.
+    reference : float or None
+        The reference depth that it is compared with, NDC: under `Bias.plane` each texel has its own. None where the
+        pixel is lit without a look at the map.
     is_lit : bool
         Whether its depth is no nearer to the light than the reference.
     held : Held
@@ -71,6 +71,7 @@ class TexelRead(Value):
     column: int
     row: int
     weight: float
+    reference: float | None
     is_lit: bool
     held: Held
 
@@ -84,8 +85,8 @@ class PixelComparison(Value):
     unbiased : float or None
         Reference depth without bias, NDC.
     reference : float or None
-        Reference depth with all of the bias, NDC. None where the pixel is lit without a look at the map: it lies before
-        the near plane, or the bias carries it there or past the light.
+        Reference depth with all of the bias at the texel that the pixel falls into, NDC. None where the pixel is lit
+        without a look at the map: it lies before the near plane, or the bias carries it there or past the light.
     bias_world : float
         How far all of the bias carries the receiver towards the light, world units.
     shortfall : float or None
@@ -94,7 +95,7 @@ class PixelComparison(Value):
     parts : tuple of BiasShare
         What each part does alone.
     reads : tuple of TexelRead
-        The texels that are read, in rows from the top.
+        The texels that the filter's kernel reads, in rows from the top; of a disc, as its points come.
     light : float
         Share of the light that arrives by this comparison, 0 to 1.
     """
@@ -108,16 +109,42 @@ class PixelComparison(Value):
     light: float
 
 
+class Compared(NamedTuple):
+    """What a pixel is compared with.
+
+    Attributes
+    ----------
+    map : int
+        Index of its map, or a `NoTexel`.
+    reference : float or None
+        Reference depth at the texel that it falls into; None where it is lit without a look.
+    taps : list of (int, int, float, float or None)
+        Column, row, weight and reference depth of each texel that is read.
+    """
+
+    map: int
+    reference: float | None
+    taps: list[tuple[int, int, float, float | None]]
+
+
 def compared_at(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization, pixel: tuple[int, int],
     resolution: int, bias: _core.Bias, filter: Filter,
-) -> tuple[int, Vector, float | None]:  # fmt: skip
-    """Map (or a `NoTexel`), place in texels, and reference depth of a pixel; None where it is lit without a look."""
-    maps, places, depths = _core.compared(
+) -> Compared:  # fmt: skip
+    """What one pixel is compared with."""
+    maps, _, depths, texels, weights, own = _core.compared(
         gbuffer, camera, light, p, np.array([pixel]), resolution=resolution, bias=bias, filter=filter
     )
-    depth = float(depths[0])
-    return int(maps[0]), places[0], None if np.isnan(depth) else depth
+    taps = [
+        (int(column), int(row), float(weight), _known(depth))
+        for (column, row), weight, depth in zip(texels[0], weights[0], own[0], strict=True)
+        if weight > 0.0
+    ]
+    return Compared(int(maps[0]), _known(depths[0]), taps)
+
+
+def _known(depth: float) -> float | None:
+    return None if np.isnan(depth) else float(depth)
 
 
 def only(bias: _core.Bias, part: str | None) -> _core.Bias:
@@ -140,21 +167,6 @@ def look_up_near(
     return _core.look_up(maps, part, camera, light, p, bias=bias, filter=filter)[0]
 
 
-def taps(place: Vector, filter: Filter, resolution: tuple[int, int]) -> list[tuple[int, int, float]]:
-    """Column, row and weight of the texels that are read at a place, in rows from the top."""
-    side = FILTER_SIDES[filter]
-    shift = 0.5 * (side - 1)
-    first = [floor(at - shift) for at in place]
-    part = [at - shift - corner if side > 1 else 0.0 for at, corner in zip(place, first, strict=True)]
-    width, height = resolution
-    found = []
-    for j in range(side):
-        for i in range(side):
-            weight = (part[0] if i else 1.0 - part[0]) * (part[1] if j else 1.0 - part[1])
-            found.append((min(max(first[0] + i, 0), width - 1), min(max(first[1] + j, 0), height - 1), weight))
-    return found
-
-
 def is_map(index: int) -> bool:
     """Whether a number names a map, and not why there is none."""
     return index > max(NoTexel)
@@ -167,7 +179,7 @@ def bias_parts(
     """Reference depth without bias, and what each part of a bias that is not 0 does alone."""
 
     def depth(of: _core.Bias) -> float | None:
-        return compared_at(gbuffer, camera, light, p, pixel, rays.resolution[0], of, filter)[2]
+        return compared_at(gbuffer, camera, light, p, pixel, rays.resolution[0], of, filter).reference
 
     unbiased = depth(only(bias, None))
     if unbiased is None:

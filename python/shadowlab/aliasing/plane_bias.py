@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from ..types import BiasPart, Filter, Light
 
 Reals: TypeAlias = NDArray[np.float64]
-# How far from the point a compared texel's centre can lie, texels along each axis: `Filter::reach_texels`.
-REACH_TEXELS: dict[Filter, float] = {"nearest": 0.5, "pcf2x2": 1.0}
 
 
 class PlanePoints(NamedTuple):
@@ -38,8 +36,9 @@ class PlanePoints(NamedTuple):
 
 
 def plane_bias(
-    gbuffer: _core.GBuffer, light: Light, parameterization: _core.Parameterization, chosen: NDArray[np.int16],
-    where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int], filter: Filter,
+    gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, parameterization: _core.Parameterization,
+    chosen: NDArray[np.int16], where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
+    filter: Filter,
 ) -> Reals:  # fmt: skip
     """The least value of one part of a bias that leaves no acne on the plane of each pixel of `where`, (N,).
 
@@ -51,17 +50,18 @@ def plane_bias(
     found = np.zeros(np.count_nonzero(where))
     position, normal, map_of = gbuffer.position[where], gbuffer.normal[where].astype(np.float64), chosen[where]
     to_light = _ways_to(light, position)
+    reach = _core.filter_reach(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter)[where]
     for k, partition in enumerate(parameterization.partitions):
         of = map_of == k
         if of.any():
             seen = PlanePoints(position[of], normal[of], to_light[of])
-            found[of] = _of_map(partition, seen, part, bias, resolution, REACH_TEXELS[filter])
+            found[of] = _of_map(partition, seen, part, bias, resolution, reach[of])
     return found
 
 
 def _of_map(
     partition: _core.Partition, of: PlanePoints, part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
-    reach_texels: float,
+    reach_texels: Reals,
 ) -> Reals:  # fmt: skip
     rows = partition.matrix.copy()
     depth_row, w_row = rows[2], rows[3]
@@ -141,25 +141,25 @@ def _largest_fall(slope: Reals, steps: tuple[Reals, Reals]) -> Reals:
 
 
 def _reach(
-    partition: _core.Partition, x: Reals, t: Reals, resolution: tuple[int, int], reach_texels: float
+    partition: _core.Partition, x: Reals, t: Reals, resolution: tuple[int, int], reach_texels: Reals
 ) -> tuple[tuple[Reals, Reals], tuple[Reals, Reals]]:
     """Steps of x and of t to both ends of the filter's reach."""
-    half_x, half_y = 2.0 * reach_texels / resolution[0], 2.0 * reach_texels / resolution[1]
+    half_x, half_y = 2.0 * reach_texels[:, 0] / resolution[0], 2.0 * reach_texels[:, 1] / resolution[1]
     if partition.post_warp == "log":
         # y = scale ln w + offset: a step of y multiplies t = 1 / w.
         rate = half_y / partition.post_warp_terms["scale"]
-        return _even(x, half_x), (t * np.expm1(-rate), t * np.expm1(rate))
+        return _even(half_x), (t * np.expm1(-rate), t * np.expm1(rate))
     knots = partition.post_warp_knots
     if knots is None:
-        return _even(x, half_x), _even(t, half_y)
+        return _even(half_x), _even(half_y)
     return _uneven(knots[0], x, half_x), _uneven(knots[1], t, half_y)
 
 
-def _even(at: Reals, half: float) -> tuple[Reals, Reals]:
-    return np.full_like(at, -half), np.full_like(at, half)
+def _even(half: Reals) -> tuple[Reals, Reals]:
+    return -half, half
 
 
-def _uneven(knots: Reals, at: Reals, half: float) -> tuple[Reals, Reals]:
+def _uneven(knots: Reals, at: Reals, half: Reals) -> tuple[Reals, Reals]:
     """Steps before an ascending piecewise linear function that lead a step of `half` down and up after it."""
     before, after = knots.T
     place = _linear(at, before, after)

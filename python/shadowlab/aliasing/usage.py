@@ -95,7 +95,7 @@ def usage(
     gbuffer, camera, light, parameterization, resolution
         As in `footprint`.
     filter : str
-        "nearest" reads one texel a pixel, "pcf2x2" the four nearest.
+        One of `sl.filters()`; each pixel counts once at each texel that its kernel reads.
 
     Returns
     -------
@@ -109,9 +109,7 @@ def usage(
         For a filter that does not exist.
     """
     check_filter(filter)
-    reads = _core.reads(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter)
-    taps = {"nearest": 1, "pcf2x2": 4}[filter]
-    return Usage(reads, int(reads.sum(dtype=np.int64)) // taps)
+    return Usage(*_core.reads(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter))
 
 
 def texel_coordinates(
@@ -156,6 +154,7 @@ def look_up(
     *,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
 ) -> NDArray[np.float32]:
     """The shadow mask of an image through maps that are there: of a renderer of ours, or of somebody's engine.
 
@@ -169,7 +168,10 @@ def look_up(
         As in `texel_coordinates`.
     bias : Bias, optional
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`. A kernel in pixels is measured in those of the picture that the G-buffer is, or is a part
+        of, seen by `camera`.
+    blend : float
+        As of `Renderer.shadow_mask`.
 
     Returns
     -------
@@ -184,4 +186,4 @@ def look_up(
         For a filter that does not exist.
     """
     check_filter(filter)
-    return _core.look_up(maps, gbuffer, camera, light, parameterization, bias=bias, filter=filter)[0]
+    return _core.look_up(maps, gbuffer, camera, light, parameterization, bias=bias, filter=filter, blend=blend)[0]

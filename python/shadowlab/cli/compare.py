@@ -11,6 +11,7 @@ from ..errors import ArgumentError
 from .brought import brought_text
 from .options import (
     bias_given,
+    blend_option,
     check_once,
     directory_option,
     lookup_options,
@@ -49,6 +50,7 @@ def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     )
     resolution_option(compare, "texels along each side of the maps", metavar="N[,N...]")
     lookup_options(compare)
+    blend_option(compare)
     directory_option(compare, "report", "report.html and the rest")
     compare.add_argument(
         "--save-arrays",
@@ -90,6 +92,7 @@ def compare_command(options: Namespace) -> int:
         renderer=renderer,
         bias=bias,
         filter=options.filter,
+        blend=options.blend,
         source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):

@@ -75,11 +75,27 @@ def resolution_option(
 def lookup_options(options: argparse.ArgumentParser) -> None:
     """Adds who draws the maps and how they are read: renderer, filter and bias."""
     options.add_argument("--backend", default="auto", choices=BACKENDS, help="the renderer (default: auto)")
-    options.add_argument("--filter", default="nearest", choices=FILTERS, help="how maps are read (default: nearest)")
+    options.add_argument(
+        "--filter",
+        default="nearest",
+        metavar="NAME[:setting=value,...]",
+        help=f"how maps are read: {', '.join(FILTERS)}, such as pcf:size=3 or tent:size=3px (default: nearest)",
+    )
     options.add_argument(
         "--bias",
         metavar="NAME=VALUE,...",
         help=f"what is taken off the depth before it is compared: {', '.join(BIAS)}",
+    )
+
+
+def blend_option(options: argparse.ArgumentParser) -> None:
+    """Adds the share over which maps blend."""
+    options.add_argument(
+        "--blend",
+        type=number,
+        default=0.0,
+        metavar="SHARE",
+        help="the last share of each map's range over which the next map is mixed in, 0 to 1 (default: 0)",
     )
 
 

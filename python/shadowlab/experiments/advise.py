@@ -78,7 +78,7 @@ def advise(
         As of `compare`.
     bias : Bias, optional
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`, with its settings.
     phases : int
         Shifts of the texels by parts of a texel over which wrong pixels are counted, of the candidates alone between
         which the verdict has to decide; 1 for none. Their `error` is the mean. Texel lengths have no such noise.

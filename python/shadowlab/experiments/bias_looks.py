@@ -95,6 +95,5 @@ class BiasLooks:
         """What the plane of each lit pixel needs of the part, (N,); see `plane_bias`."""
         height, width = self.maps.shape[-2:]
         return plane_bias(
-            self.gbuffer, light_of(self.view), self.parameterization, self.chosen, self.lit, self.part, self.bias,
-            (width, height), self.filter,
+            *self._looks, self.chosen, self.lit, self.part, self.bias, (width, height), self.filter
         )  # fmt: skip

@@ -19,7 +19,7 @@ from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checked import a_flag
-from ..text.checks import renderer_of
+from ..text.checks import checked_blend, renderer_of
 from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
@@ -43,6 +43,7 @@ def compare(
     renderer: RendererArgument = None,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
     truth: bool = True,
     metrics: Sequence[Metric] = METRICS,
     timing: bool = False,
@@ -72,7 +73,9 @@ def compare(
     bias : Bias, optional
         ``Bias()`` where none is given.
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`, with its settings.
+    blend : float
+        As of `evaluate`.
     truth : bool
         Whether to trace the truth; without it no errors are counted.
     metrics, timing
@@ -99,6 +102,7 @@ def compare(
         light is the `failure` of its row.
     """
     check_types(scene, camera, light, bias, filter)
+    blend = checked_blend(blend)
     a_flag("timing", timing), a_flag("progress", progress), checked_source(source)
     checked_phases(phases)
     resolutions = resolutions_of(resolution)
@@ -112,7 +116,7 @@ def compare(
     entries = labelled(techniques, light)
     draw = renderer_of(renderer)
     view = View(scene, camera, light, (width, height))
-    measure = partial(evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, timing=timing)
+    measure = partial(evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, blend=blend, timing=timing)
     with Steps(2 + len(entries) * len(resolutions), progress) as step:
         step("eye view")
         view.gbuffer(draw)
@@ -127,5 +131,5 @@ def compare(
     runs = with_noise(runs, phases, progress)
     return Study(
         tuple(runs), view, _core.Bias() if bias is None else bias, filter, draw.backend, draw.adapter,
-        source or Source.of_scene(scene), bool(truth), draw,
+        source or Source.of_scene(scene), bool(truth), draw, blend,
     )  # fmt: skip

@@ -43,14 +43,15 @@ class Drawing:
         Texels along each side of the maps.
     bias : Bias
     filter : str
+    blend : float
     """
 
     def __init__(
         self, view: View, renderer: RendererLike, parameterization: _core.Parameterization, resolution: int,
-        bias: _core.Bias, filter: Filter,
+        bias: _core.Bias, filter: Filter, blend: float = 0.0,
     ):  # fmt: skip
         self.view, self.renderer, self.parameterization = view, renderer, parameterization
-        self.resolution, self.bias, self.filter = resolution, bias, filter
+        self.resolution, self.bias, self.filter, self.blend = resolution, bias, filter, blend
         self._number = number = next(_numbers)
         weakref.finalize(self, KEPT.forget_soon, number)
 
@@ -114,7 +115,7 @@ class Drawing:
         moved = shifted(self.parameterization, dx, dy, self.resolution)
         maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution)
         looks = (self.gbuffer, self.view.camera, light_of(self.view), moved)
-        mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter)
+        mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter, blend=self.blend)
         return int(_core.misclassified(mask, self.view.truth()).count)
 
     def wrong_pixels(self) -> dict[str, float | None]:
@@ -160,7 +161,7 @@ class Drawing:
     def _looked_up(self) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         return self._kept(
             "mask",
-            lambda: _core.look_up(self.maps, *self._looks, bias=self.bias, filter=self.filter),
+            lambda: _core.look_up(self.maps, *self._looks, bias=self.bias, filter=self.filter, blend=self.blend),
             lambda found: found[0].nbytes + found[1].nbytes,
         )
 

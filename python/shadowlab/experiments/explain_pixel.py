@@ -21,7 +21,7 @@ from ..aliasing.causes import CAUSES
 from ..aliasing.codes import Cause, Difference, NoTexel
 from ..aliasing.footprint import footprint_at
 from ..aliasing.map_rays import MapRays
-from ..aliasing.pixel_comparison import PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map, taps
+from ..aliasing.pixel_comparison import Compared, PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map
 from ..aliasing.pixel_surface import Met, PixelSurface, met_on_the_way, pixel_surface
 from ..aliasing.pixel_texel import Held, held_by, map_chain, pixel_texel
 from ..errors import UnsupportedError
@@ -85,7 +85,7 @@ def explain_pixel(
     bias : Bias, optional
         ``Bias()`` where none is given.
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`.
     trials : bool
         Whether to try what would make a wrong pixel right: maps of twice the side and more, up to 8192² texels in
         all; each part of the bias alone; other techniques at the same resolution. Takes as long as drawing those maps.
@@ -163,7 +163,8 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
     code = Cause(int(caused.image[y, x]))
     moved = float(caused.distance[y, x])
     mask = float(done(run.mask)[y, x])
-    index, _, reference = compared_at(gbuffer, view.camera, light, p, pixel, run.resolution, run.bias, run.filter)
+    compared = compared_at(gbuffer, view.camera, light, p, pixel, run.resolution, run.bias, run.filter)
+    index = compared.map
     surface = pixel_surface(gbuffer, view.camera, light, pixel, index not in (NoTexel.AVERTED, NoTexel.NOTHING))
     found: dict[str, Any] = {
         "run": run, "x": x, "y": y, "technique": spec_of(run.label, run.item),
@@ -182,14 +183,15 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
         found["blocker"] = met_on_the_way(view.scene, view.camera, light, surface, pixel, view.size)
     if not is_map(index):
         return found
-    return found | _in_map(run, light, gbuffer, maps, surface, found["blocker"], pixel, index, reference)
+    return found | _in_map(run, light, gbuffer, maps, surface, found["blocker"], pixel, compared)
 
 
 def _in_map(
     run: Run, light: Light, gbuffer: _core.GBuffer, maps: ShadowMaps, surface: PixelSurface, blocker: Met | None,
-    pixel: tuple[int, int], index: int, reference: float | None,
+    pixel: tuple[int, int], compared: Compared,
 ) -> dict[str, Any]:  # fmt: skip
     """The fields of an explanation that are about the map that serves the pixel."""
+    index, reference = compared.map, compared.reference
     view, p = run.view, done(run.parameterization)
     part = p.partitions[index]
     layer = maps if maps.ndim == 2 else maps[index]
@@ -211,9 +213,9 @@ def _in_map(
 
     unbiased, parts = bias_parts(gbuffer, view.camera, light, p, pixel, rays, surface, run.bias, run.filter)
     reads = []
-    for i, j, weight in taps(chain.place, run.filter, size):
+    for i, j, weight, at_texel in compared.taps:
         stored = held(i, j)
-        reads.append(TexelRead(i, j, weight, reference is None or stored.depth >= reference, stored))
+        reads.append(TexelRead(i, j, weight, at_texel, at_texel is None or stored.depth >= at_texel, stored))
     moved = 0.0 if unbiased is None or reference is None else carried(rays, surface, unbiased, reference)
     arrives = sum(read.weight for read in reads if read.is_lit)
     stored = held(column, row)

@@ -69,6 +69,8 @@ class Run(Value):
         Of a technique that refuses the light or the view, the failure without its name; else empty.
     parts : tuple of Run
         Of a view with several lights, the run of each.
+    blend : float
+        As the pixels were looked up.
     """
 
     view: View
@@ -87,6 +89,7 @@ class Run(Value):
     failure: str = ""
     refusal: str = ""
     parts: tuple[Run, ...] = ()
+    blend: float = 0.0
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
     @property
@@ -253,7 +256,8 @@ class Run(Value):
                     "along; evaluate again with that renderer"
                 )
             p = cast("_core.Parameterization", self.parameterization)
-            drawing = Drawing(self.view, renderer_of(self.backend), p, self.resolution, self.bias, self.filter)
+            looked_up = self.resolution, self.bias, self.filter, self.blend
+            drawing = Drawing(self.view, renderer_of(self.backend), p, *looked_up)
             object.__setattr__(self, "_drawing", drawing)
         return cast("Drawing", self._drawing)
 

@@ -176,7 +176,7 @@ def smallest_bias(
     bias : Bias, optional
         The other parts, of which its `part` is left out; all 0 and no limit of the slope where none is given.
     filter : str
-        "nearest" or "pcf2x2".
+        One of `sl.filters()`, with its settings.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
 

@@ -66,6 +66,12 @@ class Study(Value):
     source: Source
     traced: bool = True
     renderer: RendererLike | None = field(default=None, repr=False, compare=False)
+    blend: float = 0.0
+
+    @property
+    def lookup(self) -> str:
+        """How the maps were read: the filter, and over which share of their ranges maps blend."""
+        return f"{self.filter}, blend {self.blend:g}" if self.blend else self.filter
 
     @property
     def scene(self) -> _core.Scene:

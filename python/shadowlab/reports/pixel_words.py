@@ -29,6 +29,8 @@ CHAIN_STEPS = ("light_ray", "warped", "clip", "ndc")
 STEP_NAMES = {"light_ray": "light ray", "warped": "warped ray", "clip": "clip", "ndc": "NDC"}
 # Digits of depths: a step of single precision is 6e-8.
 DEPTH_DIGITS = 8
+# Texels that are listed one by one: those of a lookup of 3 x 3.
+MOST_VOTES = 9
 
 
 def explanation_text(found: PixelExplanation) -> str:
@@ -200,7 +202,14 @@ def texel_lines(found: PixelExplanation) -> list[str]:
         f"weight {read.weight:.3g}"
         for read in comparison.reads
     ]
-    lines.append(f"Verdict: {said}" + (f"; {'; '.join(votes)}." if len(votes) > 1 else "."))
+    if len(votes) > MOST_VOTES:
+        lit = sum(read.is_lit for read in comparison.reads)
+        lines.append(
+            f"Verdict: {said}; {lit} of the {len(votes)} texels that are read are lit, "
+            f"{comparison.light:.3g} by weight."
+        )
+    else:
+        lines.append(f"Verdict: {said}" + (f"; {'; '.join(votes)}." if len(votes) > 1 else "."))
     return lines
 
 

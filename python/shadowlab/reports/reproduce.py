@@ -158,13 +158,14 @@ def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
     resolutions = sorted({run.resolution for run in runs})
     resolution = resolutions[0] if len(resolutions) == 1 else resolutions
+    blend = f", blend={study.blend!r}" if study.blend else ""
     numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
     return (
         f"{numpy_line}import shadowlab as sl\n\n"
         f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
         f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
         f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
-        f"    bias={bias_python(study.bias)}, filter={study.filter!r}, truth={study.truth is not None})\n"
+        f"    bias={bias_python(study.bias)}, filter={study.filter!r}{blend}, truth={study.truth is not None})\n"
         "print(study)"
     )
 
@@ -188,6 +189,8 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
     words += ["--backend", study.backend]
     if study.filter != "nearest":
         words += ["--filter", study.filter]
+    if study.blend:
+        words += ["--blend", repr(study.blend)]
     if study.bias != Bias():
         words += ["--bias", format_bias(study.bias)]
     if source.out:

@@ -119,6 +119,7 @@ def study_data(study: Study, pictures: Sequence[str] = ()) -> dict[str, Any]:
         "size": list(study.size),
         "bias": {name: getattr(bias, name) for name in BIAS},
         "filter": study.filter,
+        "blend": study.blend,
         "truth_ms": study.truth_ms,
         "runs": [run_record(run) for run in study.runs],
         "verdict": study.verdict,
@@ -147,7 +148,7 @@ def facts(study: Study) -> list[tuple[str, str]]:
             "bias",
             ", ".join(f"{name} {getattr(study.bias, name):g}" for name in BIAS),
         ),
-        ("lookup", study.filter),
+        ("lookup", study.lookup),
         ("renderer", f"{study.backend}: {study.adapter}"),
     ]
     aspect = study.size[0] / study.size[1]

@@ -52,7 +52,7 @@ def technique(name: Item | str, **params: object) -> Item:
     **params
         As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
         their names, texts, objects, or a list of these. `bias` and `filter`, with every technique and preset, say how
-        its maps are read, before what an experiment says for all: "lispsm:bias=(slope=1,texels=0.5),filter=pcf2x2".
+        its maps are read, before what an experiment says for all: "lispsm:bias=(slope=1,texels=0.5),filter=pcf:size=3".
 
     Raises
     ------

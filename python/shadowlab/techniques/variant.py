@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
 
 class MapReading(NamedTuple):
-    """How maps are read: the bias and the filter."""
+    """How maps are read: the bias, the filter, and the share over which cascades blend."""
 
     bias: _core.Bias
     filter: Filter
+    blend: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +54,9 @@ class Variant(Value):
     @property
     def settings(self) -> Mapping[str, Any]:
         """All parameters of the technique, and what is said here of reading its maps, as texts."""
-        own = {} if self.bias is None else {"bias": bias_text(self.bias)}
-        return {**self.technique.settings, **own, **({} if self.filter is None else {"filter": self.filter})}
+        bias = None if self.bias is None else bias_text(self.bias)
+        own = {"bias": bias, "filter": self.filter}
+        return {**self.technique.settings, **{name: value for name, value in own.items() if value is not None}}
 
     @property
     def needs_samples(self) -> bool:
@@ -122,10 +124,10 @@ def variant(technique: Item, given: Mapping[str, object]) -> Item:
     return Variant(technique, cast("_core.Bias | None", bias), cast("Filter | None", kernel))
 
 
-def reading(item: Item, bias: _core.Bias | None, filter: Filter) -> MapReading:
+def reading(item: Item, bias: _core.Bias | None, filter: Filter, blend: float) -> MapReading:
     """How the maps of an item are read where an experiment says this for all."""
     own = item if isinstance(item, Variant) else None
     if own is not None and own.bias is not None:
         bias = own.bias
     kernel = filter if own is None or own.filter is None else own.filter
-    return MapReading(_core.Bias() if bias is None else bias, kernel)
+    return MapReading(_core.Bias() if bias is None else bias, kernel, blend)

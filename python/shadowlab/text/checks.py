@@ -12,15 +12,17 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError, UnknownNameError
-from ..types import Backend, Filter, Up, ViewName
-from .arrays import checked_items
+from ..types import Backend, Up, ViewName
+from .arrays import checked_items, checked_number
 from .checked import has_all
 from .words import shown
 
 if TYPE_CHECKING:
     from ..types import RendererLike
 
-FILTERS: tuple[Filter, ...] = get_args(Filter)
+FILTERS: tuple[str, ...] = tuple(name for name, *_ in _core.filter_kinds())
+# Another name of "bilinear".
+PCF_2X2 = "pcf2x2"
 BACKENDS: tuple[Backend, ...] = get_args(Backend)
 UP_AXES: tuple[Up, ...] = get_args(Up)
 VIEWS: tuple[ViewName, ...] = get_args(ViewName)
@@ -51,14 +53,31 @@ def check_filter(filter: object) -> None:
     Raises
     ------
     ArgumentError
-        For another type.
+        For another type, and for settings that are missing or out of their limits.
     UnknownNameError
-        For a filter that does not exist.
+        For a filter or a setting that does not exist.
     """
     if not isinstance(filter, str):
         raise ArgumentError(f"filter: expected one of {', '.join(FILTERS)}, got {type(filter).__name__}")
-    if filter not in FILTERS:
-        raise UnknownNameError(f"filter: unknown filter {shown(filter)}; expected one of {', '.join(FILTERS)}")
+    name = filter.partition(":")[0].strip()
+    if name not in (*FILTERS, PCF_2X2):
+        raise UnknownNameError(f"filter: unknown filter {shown(name)}; expected one of {', '.join(FILTERS)}")
+    _core.filter_text(filter)
+
+
+def checked_blend(blend: object) -> float:
+    """The share over which maps blend, as a number.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but a number from 0 to 1.
+    """
+    fix = "0.1 blends over the last tenth of each map's range"
+    share = checked_number("blend", blend, fix, "a number from 0 to 1")
+    if not 0.0 <= share <= 1.0:
+        raise ArgumentError(f"blend: expected a number from 0 to 1, got {share}; {fix}")
+    return share
 
 
 def check_scene(scene: object) -> None:

@@ -131,7 +131,7 @@ impl Renderer for CpuRenderer {
         check_size("resolution", settings.resolution)?;
         check_partitions(p)?;
         check_images("resolution", 1, settings.resolution, size_of::<f32>())?;
-        let lookups = &Lookups::new(p, light, scene.origin(), settings)?;
+        let lookups = &Lookups::new(p, camera, light, scene.origin(), settings)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };
         let size = settings.resolution;

@@ -9,6 +9,7 @@ mod draw_list;
 mod exact;
 mod failure;
 mod guard_band;
+mod kernel;
 mod passes;
 mod pipelines;
 mod pool;

@@ -80,7 +80,11 @@ impl Pipelines {
             ids: ids_pipeline(device),
             ids_exact: ids_exact_pipeline(device),
             gbuffer: compute_pipeline(device, "gbuffer", &[SURFACE, include_str!("shaders/gbuffer.wgsl")]),
-            mask: compute_pipeline(device, "shadow_mask", &[SURFACE, CHOOSE, include_str!("shaders/lookup.wgsl")]),
+            mask: compute_pipeline(
+                device,
+                "shadow_mask",
+                &[SURFACE, CHOOSE, include_str!("shaders/lookup.wgsl"), include_str!("shaders/filter.wgsl")],
+            ),
             footprint: compute_pipeline(
                 device,
                 "footprint",

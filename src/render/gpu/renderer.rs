@@ -8,16 +8,18 @@ use wgpu::Features;
 use super::adapter::AdapterInfo;
 use super::device::Gpu;
 use super::failure::{guarded, lock};
+use super::kernel::Kernel;
 use super::passes::{InUse, Session, State};
 use super::pipelines::Pipelines;
 use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
+use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::memory::check_images;
 use crate::parameterization::{Parameterization, PostWarp};
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, check_count, check_extent, check_size};
+use crate::render::{Kernels, MaskSettings, Renderer, check_count, check_extent, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
@@ -179,6 +181,8 @@ impl Renderer for GpuRenderer {
         self.gpu.check_texture("a shadow map", resolution, 1)?;
         let space = EyeSpace::new(scene, camera);
         let (choice, lookup) = (space.choice(light, p), space.lookup(settings)?);
+        let kernels = Kernels::new(settings.filter, Some(Eye::new(camera, scene.origin(), size)))?;
+        let kernel = Kernel::new(&settings.filter, &kernels);
         let maps = space.maps(p, resolution)?;
         let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let pixels = size[0] as usize * size[1] as usize;
@@ -193,7 +197,8 @@ impl Renderer for GpuRenderer {
                 let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, clips, resolution)?;
                 let lookup = lookup.part(first..first + clips.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
-                session.read_mask(recorded, &mut in_use, &drawn, (&choice, &lookup), &maps, &depth_maps, &mut mask)?;
+                let uniforms = (&choice, &lookup, &kernel);
+                session.read_mask(recorded, &mut in_use, &drawn, uniforms, &maps, &depth_maps, &mut mask)?;
                 in_use.release(&mut session.state.pool);
             }
             in_use.release(&mut session.state.pool);

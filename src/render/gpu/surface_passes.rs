@@ -14,6 +14,7 @@ use wgpu::{
 use super::draw_list::DrawList;
 use super::exact::Depths;
 use super::guard_band::GuardBand;
+use super::kernel::Kernel;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, TestedIds, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
@@ -177,7 +178,7 @@ impl Session<'_> {
         })
     }
 
-    /// Reads the shadow mask of a drawn view where it asks the maps of `lookup`'s batch; `encoder` holds the commands that
+    /// Adds the light of the maps of `lookup`'s batch to the shadow mask of a drawn view, 0 before the first; `encoder` holds the commands that
     /// draw the view and the maps.
     #[allow(clippy::too_many_arguments)]
     pub fn read_mask(
@@ -185,7 +186,7 @@ impl Session<'_> {
         encoder: CommandEncoder,
         in_use: &mut InUse,
         drawn: &Drawn,
-        (choice, lookup): (&Choice, &Lookup),
+        (choice, lookup, kernel): (&Choice, &Lookup, &Kernel),
         maps: &[Map],
         depth_maps: &Texture,
         into: &mut ShadowMask,
@@ -193,20 +194,22 @@ impl Session<'_> {
         let pipeline = &self.pipelines.surface(self.gpu)?.mask;
         let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
         let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
+        let kernel = self.uniform(in_use, bytemuck::bytes_of(kernel))?;
         let depth_maps = depth_maps.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let [choice, maps, lookup] = [&choice, &maps, &lookup].map(Buffer::as_entire_binding);
-        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps)];
+        let [choice, maps, lookup, kernel] = [&choice, &maps, &lookup, &kernel].map(Buffer::as_entire_binding);
+        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps), kernel];
         self.in_bands(encoder, drawn, pipeline, &resources, MASK_WORDS, |pixels, bytes| {
             let (values, maps) = bytes.split_at(bytes.len() / MASK_WORDS);
             let values = bytemuck::cast_slice::<u8, f32>(values).iter().zip(bytemuck::cast_slice::<u8, i32>(maps));
             let to = into.data[pixels.clone()].iter_mut().zip(&mut into.partition[pixels]);
             for ((light, partition), (&value, &map)) in to.zip(values) {
                 if map != OTHER_BATCH {
-                    // The shader's -1 stands for NaN, of which WGSL knows nothing.
-                    *light = if value < 0.0 { f32::NAN } else { value };
+                    // The shader's -1 stands for NaN, of which WGSL knows nothing. Maps of several batches add up.
+                    let is_asked = map as i16 != ShadowMask::NO_MAP;
+                    *light = if value < 0.0 { f32::NAN } else { value + if is_asked { *light } else { 0.0 } };
                     *partition = map as i16;
                 }
             }

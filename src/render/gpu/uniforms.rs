@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3, DVec4};
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
-use crate::render::{Filter, MaskSettings};
+use crate::render::MaskSettings;
 use crate::scene::Light;
 
 /// `Choice` of choose.wgsl.
@@ -40,6 +40,8 @@ pub(super) struct Map {
     post_warp: u32,
     log_scale: f32,
     log_offset: f32,
+    depth_begin: f32,
+    unused: [u32; 3],
 }
 
 /// `Gradient` of choose.wgsl.
@@ -63,7 +65,7 @@ pub(super) struct Lookup {
     slope_limit: f32,
     plane: f32,
     bias_normal: f32,
-    filter_kind: u32,
+    blend: f32,
     first_map: u32,
     end_map: u32,
     unused: [u32; 2],
@@ -99,10 +101,10 @@ impl EyeSpace {
         }
     }
 
-    /// Bias and filter; the maps at hand are for the caller to fill in.
+    /// Bias and blending; the maps at hand are for the caller to fill in.
     ///
     /// # Errors
-    /// [`crate::Error::InvalidArgument`] for an unusable bias.
+    /// [`crate::Error::InvalidArgument`] for an unusable bias or blend.
     pub fn lookup(&self, settings: &MaskSettings) -> Result<Lookup> {
         let bias = settings.bias.checked()?;
         Ok(Lookup {
@@ -113,10 +115,7 @@ impl EyeSpace {
             slope_limit: finite(bias.slope_limit as f32),
             plane: bias.plane as f32,
             bias_normal: bias.normal as f32,
-            filter_kind: match settings.filter {
-                Filter::Nearest => 0,
-                Filter::Pcf2x2 => 1,
-            },
+            blend: settings.checked_blend()? as f32,
             first_map: 0,
             end_map: 0,
             unused: [0; 2],
@@ -134,14 +133,15 @@ impl EyeSpace {
             // Those that end where the last does have no end: Parameterization::first_map.
             let end = partition.eye_depth[1];
             let depth_end = if end >= farthest { f32::MAX } else { self.camera_depth(end).clamp(f32::MIN, f32::MAX) };
-            Ok(Map { depth_end, ..Map::new(partition, self.unit, resolution)? })
+            let depth_begin = self.camera_depth(partition.eye_depth[0]).clamp(f32::MIN, f32::MAX);
+            Ok(Map { depth_begin, depth_end, ..Map::new(partition, self.unit, resolution)? })
         };
         p.relative_to(self.eye)?.partitions.iter().map(map).collect()
     }
 }
 
 impl Map {
-    /// The record of a map for points relative to the eye, in world units; the end of its depths is for the caller to fill in.
+    /// The record of a map for points relative to the eye, in world units; its depths are for the caller to fill in.
     fn new(partition: &Partition, unit: f64, resolution: [u32; 2]) -> Result<Self> {
         let relative_from_eye = DMat4::from_scale(DVec3::splat(unit));
         let clip_from_eye = partition.shadow_clip_from_world * relative_from_eye;
@@ -311,7 +311,7 @@ mod tests {
         // WGSL aligns structs to 16 bytes, and a vec3f to as much.
         assert_eq!(
             (size_of::<Choice>(), size_of::<Map>(), size_of::<Gradient>(), size_of::<Lookup>()),
-            (48, 304, 32, 32)
+            (48, 320, 32, 32)
         );
         assert_eq!((std::mem::offset_of!(Map, texel), std::mem::offset_of!(Map, log_offset)), (272, 300));
     }

@@ -17,6 +17,7 @@ mod statues;
 mod terrain;
 mod trees;
 
+pub(crate) use random::Random;
 pub use registry::{build, names, specs, watched};
 pub use spec::{LibraryParam, LibraryScene, LibrarySpec};
 

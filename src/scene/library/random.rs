@@ -1,4 +1,4 @@
-//! Seeded random numbers and smooth noise for the procedural scenes.
+//! Seeded random numbers and smooth noise for the procedural scenes, and for discs of points.
 //!
 //! The generator is SplitMix64 (Steele, Lea and Flood 2014 `[steele2014]`).
 //! Only integer operations, +, -, *, / and square roots are used, all of them exactly defined by IEEE 754, so that a
@@ -8,7 +8,7 @@ use glam::DVec2;
 
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
-pub(super) struct Random {
+pub(crate) struct Random {
     state: u64,
 }
 
@@ -17,7 +17,7 @@ const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Random {
     /// A stream for a seed and a purpose, so that more of one thing does not move the others.
-    pub(super) fn new(seed: u64, purpose: u64) -> Self {
+    pub(crate) fn new(seed: u64, purpose: u64) -> Self {
         Self { state: mix(seed ^ mix(purpose)) }
     }
     /// 64 random bits.
@@ -37,6 +37,15 @@ impl Random {
     pub(super) fn below(&mut self, count: usize) -> usize {
         // The bias of the product is 2^-53 times the count: nothing beside the handful of choices made here.
         ((self.unit() * count as f64) as usize).min(count - 1)
+    }
+    /// A point of the unit disc, all of it as likely.
+    pub(crate) fn in_disc(&mut self) -> DVec2 {
+        loop {
+            let p = DVec2::new(self.range(-1.0, 1.0), self.range(-1.0, 1.0));
+            if p.length_squared() <= 1.0 {
+                return p;
+            }
+        }
     }
     /// A unit vector in the plane, from a point of the disc rather than from an angle: no trigonometry.
     pub(super) fn direction(&mut self) -> DVec2 {

@@ -10,7 +10,7 @@
 //!   towards the eye the view is narrower).
 //!
 //! ```text
-//!  eye   |--- 0 ---|------ 1 ------|----------- 2 -----------|      overlap: a map reaches on into the next split,
+//!  eye   |--- 0 ---|------ 1 ------|----------- 2 -----------|      overlap: a map begins within the split before,
 //!      near       C1              C2                        far     which its receivers' depths do not
 //! ```
 
@@ -85,7 +85,8 @@ pub static SPEC: Spec = Spec {
             unit: "",
             default: Default::Number(0.0),
             kind: Kind::Number { min: 0.0, max: 0.99 },
-            doc: "share of a split's length by which its map reaches on into the next, for blending",
+            doc: "share of a split's length by which the map of the next split begins earlier, so that it holds what is seen \
+                  where both are blended",
         },
         ParamSpec {
             name: "inner",
@@ -299,12 +300,14 @@ impl ZPartition {
         let by_samples = part.samples.filter(|_| cover == Cover::Samples);
         let step = by_samples.map_or(0.0, Samples::rounding);
         let covered = |i: usize, [begin, end]: [f64; 2]| {
-            let reach = (end + self.overlap * (end - begin)).min(camera.far());
+            // Towards the eye an overlap costs least: the view is narrower there.
+            let length = if i == 0 { 0.0 } else { served[i - 1][1] - served[i - 1][0] };
+            let begin = (begin - self.overlap * length).max(camera.near());
             match cover {
-                Cover::Samples => [begin - step, reach + step].map(|depth| depth.clamp(camera.near(), camera.far())),
+                Cover::Samples => [begin - step, end + step].map(|depth| depth.clamp(camera.near(), camera.far())),
                 // Out to the planes: the body of what is seen ends before, and no rounding of a depth leaves it uncovered.
                 Cover::Receivers => {
-                    [if i == 0 { camera.near() } else { begin }, if i == last { camera.far() } else { reach }]
+                    [if i == 0 { camera.near() } else { begin }, if i == last { camera.far() } else { end }]
                 }
             }
         };

@@ -17,6 +17,7 @@ use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
 use crate::support::by_body::by_body;
+use crate::support::cpu::reach_texels;
 
 const SIZE: [u32; 2] = [320, 180];
 /// Pixels, each way: an edge between two pixel centres is seen by both, and an edge thinner than a pixel by their neighbours.
@@ -67,7 +68,7 @@ impl Case<'_> {
     }
     fn mask(&self) -> Vec<f32> {
         let Self { bias, filter, .. } = *self;
-        let settings = MaskSettings { resolution: [self.resolution; 2], size: SIZE, bias, filter };
+        let settings = MaskSettings { resolution: [self.resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
         let renderer = CpuRenderer::new();
         renderer.shadow_mask(self.scene, self.camera, self.light, self.p, &settings, &Progress::new()).unwrap().data
     }
@@ -123,7 +124,7 @@ impl Case<'_> {
     }
     fn reach_texels(&self) -> f64 {
         // A filter that reaches further than half a texel asks further texels.
-        REACH_TEXELS + self.filter.reach_texels() - 0.5
+        REACH_TEXELS + reach_texels(self.filter) - 0.5
     }
 }
 
@@ -229,7 +230,7 @@ fn wrong_pixels_are_few_and_lie_at_edges() {
         let (scene, camera, light) = (&s.scene, &s.camera, &s.light);
         let mut truth = None;
         for (technique, filters) in
-            [("uniform", &Filter::NAMES[..1]), ("lispsm", &Filter::NAMES[..]), ("log_psm", &Filter::NAMES[..1])]
+            [("uniform", &Filter::PLAIN[..1]), ("lispsm", &Filter::PLAIN[..]), ("log_psm", &Filter::PLAIN[..1])]
         {
             let technique = by_body(technique);
             if !technique.spec().lights.serves(light) {
@@ -303,7 +304,7 @@ fn a_grazing_wall_under_a_roof_is_in_shadow() {
         let light = Light::Directional(DirectionalLight::new(DVec3::new(0.0, -1.0, -cosine)).unwrap());
         for technique in ["uniform", "lispsm"] {
             let technique = by_body(technique);
-            for (filter_name, filter) in Filter::NAMES {
+            for (filter_name, filter) in Filter::PLAIN {
                 let p = technique.parameterize(&scene, &camera, &light, 512).unwrap();
                 let case =
                     |bias| Case { scene: &scene, camera: &camera, light: &light, p: &p, resolution: 512, bias, filter };

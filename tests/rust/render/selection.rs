@@ -18,7 +18,7 @@ use maps::{alone, nowhere, repeated, views};
 
 const SIZE: [u32; 2] = [240, 160];
 const SETTINGS: MaskSettings =
-    MaskSettings { resolution: [512; 2], size: SIZE, bias: Bias::NONE, filter: Filter::Pcf2x2 };
+    MaskSettings { resolution: [512; 2], size: SIZE, bias: Bias::NONE, filter: Filter::Bilinear, blend: 0.0 };
 
 fn gbuffer(scene: &Scene, camera: &Camera) -> GBuffer {
     CpuRenderer::new().gbuffer(scene, camera, SIZE, &Progress::new()).unwrap()

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec2, DVec3};
 use shadowlab::parameterization::{Parameterization, Partition};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Filter, Kernels, Renderer};
 use shadowlab::scene::Instance;
 use shadowlab::{Mesh, Progress, Scene};
 
@@ -22,6 +22,28 @@ pub fn maps(matrices: &[DMat4]) -> Parameterization {
 pub fn clip_from_pixels(size: [u32; 2]) -> DMat4 {
     let [w, h] = size.map(f64::from);
     DMat4::from_translation(DVec3::new(-1.0, 1.0, 0.0)) * DMat4::from_scale(DVec3::new(2.0 / w, -2.0 / h, 1.0))
+}
+
+/// Filters of every kind, small and large, and in pixels.
+pub const FILTERS: [&str; 9] = [
+    "nearest",
+    "bilinear",
+    "pcf:size=3",
+    "pcf:size=9.5",
+    "tent:size=4.5",
+    "poisson:count=16,radius=2.5,seed=3",
+    "pcf:size=3px",
+    "tent:size=5px",
+    "poisson:count=12,radius=2px,seed=1",
+];
+
+pub fn filter(text: &str) -> Filter {
+    text.parse().unwrap()
+}
+
+/// How far from the point the centre of a compared texel can lie, of a kernel in texels.
+pub fn reach_texels(filter: Filter) -> f64 {
+    Kernels::new(filter, None).unwrap().fixed().unwrap().reach().max_element()
 }
 
 /// A scene of loose triangles.

@@ -106,17 +106,18 @@ fn given_distances_are_kept_and_those_outside_leave_an_empty_split() {
 }
 
 #[test]
-fn an_overlap_reaches_into_the_next_split() {
+fn an_overlap_begins_within_the_split_before() {
     let (scene, camera) = filled(1.0, 101.0, 1.0);
     let light = directional(DVec3::NEG_Y);
     let p = maps("z_partition:splits=uniform,overlap=0.2,count=4", &scene, &camera, &light);
     assert_close(&borders(&p), &[1.0, 26.0, 51.0, 76.0, 101.0], EXACT);
-    let far: Vec<f64> = p.partitions.iter().map(|map| map.value("covered_far").expect("a depth")).collect();
-    assert_close(&far, &[31.0, 56.0, 81.0, 101.0], EXACT);
+    let of = |name| p.partitions.iter().map(|map| map.value(name).expect("a depth")).collect::<Vec<f64>>();
+    assert_close(&of("covered_near"), &[1.0, 21.0, 46.0, 71.0], EXACT);
+    assert_close(&of("covered_far"), &[26.0, 51.0, 76.0, 101.0], EXACT);
     let at = |z: f64| DVec3::new(0.0, 0.0, -z);
     let inside = |k: usize, z: f64| p.partitions[k].project(at(z)).0.truncate().abs().max_element() <= 1.0;
-    assert!(inside(0, 30.9) && !inside(0, 31.5), "as far as it overlaps");
-    assert_eq!((p.choose(at(25.9), 25.9), p.choose(at(26.1), 26.1)), (Some(0), Some(1)), "no farther is it chosen");
+    assert!(inside(1, 21.1) && !inside(1, 20.5), "as far as it overlaps");
+    assert_eq!((p.choose(at(25.9), 25.9), p.choose(at(26.1), 26.1)), (Some(0), Some(1)), "no nearer is it chosen");
 }
 
 #[test]

@@ -184,7 +184,8 @@ fn a_fine_map_and_the_truth_agree() {
     let scene = forest(|uv| Some(alpha_test(Some(waves(16)), uv, Wrap::Mirror)));
     let light = Light::Directional(DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap());
     let p = by_body("uniform").parameterize(&scene, &camera(), &light, 4096).unwrap();
-    let settings = MaskSettings { resolution: [4096; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest };
+    let settings =
+        MaskSettings { resolution: [4096; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
     let cpu = CpuRenderer::new();
     let mask = cpu.shadow_mask(&scene, &camera(), &light, &p, &settings, &Progress::new()).unwrap();
     let truth = truth(&scene, &camera(), &light, SIZE);

@@ -133,7 +133,7 @@ def head_of(study: Study) -> str:
         f"{scene.triangle_count:,} triangles{instances}",
         f"{study.light.kind} light",
         f"{study.size[0]} × {study.size[1]} pixels",
-        f"{study.filter} lookup",
+        f"{study.lookup} lookup",
         f"{study.backend} renderer",
     ]
     return page_head("shadow report", study.source.name, facts, study.sentences)

@@ -31,7 +31,7 @@ pub fn bias_distance(
     settings: &MaskSettings,
     progress: &Progress,
 ) -> Result<Vec<f32>> {
-    let lookups = &Lookups::new(p, light, surfaces.origin, settings)?;
+    let lookups = &Lookups::new(p, camera, light, surfaces.origin, settings)?;
     let width = surfaces.size[0] as usize;
     let mut found = unwritten::<f32>(surfaces.triangle.len())?;
     found.par_chunks_mut(width).enumerate().try_for_each(|(y, row): (usize, &mut [MaybeUninit<f32>])| {

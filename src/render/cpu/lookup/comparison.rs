@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::lookup::MapLookup;
 use crate::parameterization::PostWarp;
+use crate::render::Kernel;
 
 /// How a receiver is to be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +20,8 @@ pub enum Comparison {
 pub struct Reference {
     /// Where in the map.
     pub p_texel: DVec2,
+    /// The texels that are compared.
+    pub kernel: Kernel,
     /// Biased NDC depth, but for the part that each texel has of its own.
     pub z: f64,
     /// The receiver, relative to the origin, moved along its normal; and that.
@@ -56,6 +59,8 @@ impl MapLookup {
         }
         let mut z = row_z.dot(p4_moved) / w_moved - self.bias.ndc;
 
+        let (kernel, reach) = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
+
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
         let (mut per_texel, mut limit) = (DVec2::ZERO, f64::INFINITY);
@@ -63,19 +68,20 @@ impl MapLookup {
             let facing = at.cross.dot(normal);
             let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
             // On the plane, depth changes by these per texel, times det; Y grows down.
-            let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0]);
-            let reach = self.bias.slope * self.filter.reach_texels();
+            let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0], reach);
+            // Along x, and how much farther it is along y.
+            let (reach, further) = (self.bias.slope * reach.x, reach.y / reach.x);
             if self.bias.slope_limit.is_finite() {
                 // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
                 let a_across = at.grad_z.dot(at.grad_y.cross(at.to_light)).abs() * bends.largest.x;
-                let b_across = at.grad_z.dot(at.grad_x.cross(at.to_light)).abs() * bends.largest.y;
+                let b_across = at.grad_z.dot(at.grad_x.cross(at.to_light)).abs() * bends.largest.y * further;
                 let across = if at.det_ray > 0.0 { (a_across + b_across) / at.det_ray } else { 0.0 };
                 limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + reach * across;
             }
             // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
             let is_edge_on = facing == 0.0;
             if self.bias.slope > 0.0 {
-                let gain = (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y) / facing.abs();
+                let gain = (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y * further) / facing.abs();
                 z -= (reach * if is_edge_on { f64::INFINITY } else { gain }).min(limit);
             }
             if !is_edge_on {
@@ -83,7 +89,7 @@ impl MapLookup {
             }
         }
         let (p_texel, unbiased) = (at.p_texel, at.ndc.z);
-        Comparison::At(Reference { p_texel, z, p, normal, unbiased, per_texel, limit })
+        Comparison::At(Reference { p_texel, kernel, z, p, normal, unbiased, per_texel, limit })
     }
 
     /// The depth that the texel with this centre is compared with (13.3), in [0, 1].

@@ -1,18 +1,20 @@
 //! The shadow lookup of one receiver: where it lies in a map, and which depth is compared there.
 //!
 //! Source: theory.md 0 (light rays, texture coordinates), 13 (constant world bias, receiver-plane bias), 14 (comparisons are
-//! averaged, never depths): projected.rs, comparison.rs and filtered.rs. The WGSL twin follows [`MapLookup::compare_at`] and [`MapLookup::light`] step by step; what is
-//! f64 here may be f32 there, because the matrix is folded with the scene's origin before it is rounded.
+//! averaged, never depths): projected.rs, comparison.rs and filtered.rs. The WGSL twin follows [`MapLookup::compare_at`] and
+//! [`MapLookup::light`] step by step; what is f64 here may be f32 there, because the matrix is folded with the scene's origin
+//! before it is rounded.
 //!
 //! Spaces: *relative* is world minus the scene's origin (what a G-buffer stores). *texel* is the map in texels, x to the
 //! right, y down, texel (i, j) covering [i, i+1) x [j, j+1).
 
 use glam::{DMat4, DVec3, DVec4};
 
+use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
-use crate::render::{Bias, Filter, MaskSettings};
-use crate::scene::Light;
+use crate::render::{Bias, Filter, Kernels, MaskSettings};
+use crate::scene::{Camera, Light};
 
 /// What a lookup needs to know of one map, its light and its settings.
 #[derive(Debug, Clone)]
@@ -24,9 +26,9 @@ pub struct MapLookup {
     /// The light's centre in relative space: (unit vector to the light, 0) or (position, 1).
     pub(super) light: DVec4,
     pub(super) bias: Bias,
-    pub(super) filter: Filter,
+    pub(super) kernels: Kernels,
     pub(super) post_warp: PostWarp,
-    /// Of a logarithm, how much depth falls over the filter's reach along y, in units of what its slope there says: where it
+    /// Of a logarithm and a kernel in texels, how much depth falls over its reach along y, in units of what its slope there says: where it
     /// rises with w, and where it falls.
     pub(super) bend: [f64; 2],
     /// In relative space.
@@ -36,15 +38,17 @@ pub struct MapLookup {
 /// The lookups into all maps of a parameterization, and which of them serves a receiver.
 #[derive(Debug, Clone)]
 pub struct Lookups<'a> {
-    p: &'a Parameterization,
+    pub(super) p: &'a Parameterization,
     maps: Vec<MapLookup>,
+    pub(super) blend: f64,
 }
 
 impl MapLookup {
     /// The lookup into the map of `partition`, `size` texels wide and high, for receivers relative to `origin`.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a matrix that is not finite, or an unusable bias.
+    /// [`Error::InvalidArgument`] for a matrix that is not finite, an unusable bias, and an unusable filter or one in pixels,
+    /// which takes a picture: [`Lookups::new`].
     pub fn new(
         partition: &Partition,
         light: &Light,
@@ -52,6 +56,17 @@ impl MapLookup {
         size: [u32; 2],
         bias: Bias,
         filter: Filter,
+    ) -> Result<Self> {
+        Self::with_kernels(partition, light, origin, size, bias, Kernels::new(filter, None)?)
+    }
+
+    fn with_kernels(
+        partition: &Partition,
+        light: &Light,
+        origin: DVec3,
+        size: [u32; 2],
+        bias: Bias,
+        kernels: Kernels,
     ) -> Result<Self> {
         let clip_from_relative = partition.shadow_clip_from_world * DMat4::from_translation(origin);
         if !clip_from_relative.is_finite() {
@@ -62,8 +77,16 @@ impl MapLookup {
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
         let (post_warp, region) = (partition.post_warp.clone(), partition.region.relative_to(origin));
-        let bend = bend(&post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
-        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, bend, region })
+        let mut lookup = Self { rows, size, light, bias: bias.checked()?, kernels, post_warp, bend: [1.0; 2], region };
+        if let Some(kernel) = lookup.kernels.fixed() {
+            lookup.bend = lookup.bend_over(kernel.reach().y);
+        }
+        Ok(lookup)
+    }
+
+    /// How much depth falls over a reach along y, texels: see the field.
+    pub(super) fn bend_over(&self, reach: f64) -> [f64; 2] {
+        bend(&self.post_warp, reach * 2.0 / f64::from(self.size[1]))
     }
 
     /// How the map holds a receiver, `p` relative to the origin.
@@ -75,17 +98,32 @@ impl MapLookup {
         let [x, y, z, w] = self.rows.map(|row| row.dot(p4));
         Held::of(self.post_warp.apply(DVec3::new(x, y, z) / w, w), w)
     }
+
+    /// How far a receiver lies from the map's middle towards its nearest edge: 1 at the edge.
+    pub(super) fn from_middle(&self, p: DVec3) -> f64 {
+        let [x, y, _, w] = self.rows.map(|row| row.dot(p.extend(1.0)));
+        let ndc = self.post_warp.apply(DVec3::new(x, y, 0.0) / w, w);
+        ndc.x.abs().max(ndc.y.abs())
+    }
 }
 
 impl<'a> Lookups<'a> {
-    /// The lookups of receivers relative to `origin`.
+    /// The lookups of receivers relative to `origin`, in a picture of `settings.size` pixels.
     ///
     /// # Errors
     /// As [`MapLookup::new`].
-    pub fn new(p: &'a Parameterization, light: &Light, origin: DVec3, settings: &MaskSettings) -> Result<Self> {
-        let MaskSettings { resolution, bias, filter, .. } = *settings;
-        let one = |partition| MapLookup::new(partition, light, origin, resolution, bias, filter);
-        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()? })
+    pub fn new(
+        p: &'a Parameterization,
+        camera: &Camera,
+        light: &Light,
+        origin: DVec3,
+        settings: &MaskSettings,
+    ) -> Result<Self> {
+        let MaskSettings { resolution, size, bias, filter, .. } = *settings;
+        let blend = settings.checked_blend()?;
+        let kernels = Kernels::new(filter, Some(Eye::new(camera, origin, size)))?;
+        let one = |partition| MapLookup::with_kernels(partition, light, origin, resolution, bias, kernels.clone());
+        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()?, blend })
     }
     /// How many maps there are.
     pub fn count(&self) -> usize {

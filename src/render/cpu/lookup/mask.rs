@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::blending::Next;
 use super::lookup::Lookups;
 use crate::error::{Error, Result};
 use crate::image::{ShadowMask, Surfaces};
@@ -27,7 +28,8 @@ pub struct MaskInput<'a> {
 }
 
 /// The light that arrives at the surfaces through maps that are there, layer after layer; `camera` tells by its depth which map
-/// a receiver asks, and may be another than the one that sees the surfaces.
+/// a receiver asks, and may be another than the one that sees the surfaces. `settings.size` is that of the camera's whole picture,
+/// of which the surfaces may be a part.
 ///
 /// # Errors
 /// [`Error::InvalidArgument`] for maps of another number or size than `p` and `settings` say, no pixels, and as
@@ -41,7 +43,7 @@ pub fn look_up(
     settings: &MaskSettings,
     progress: &Progress,
 ) -> Result<ShadowMask> {
-    let lookups = &Lookups::new(p, light, surfaces.origin, settings)?;
+    let lookups = &Lookups::new(p, camera, light, surfaces.origin, settings)?;
     let texels = lookups.texels();
     if p.partitions.is_empty() || maps.len() != texels * lookups.count() {
         let [w, h] = settings.resolution;
@@ -72,6 +74,9 @@ impl MaskInput<'_> {
                 chosen.write(map.map_or(ShadowMask::NO_MAP, |k| k as i16));
                 if let Some(k) = map.filter(|_| !is_single) {
                     asked[k].store(true, Ordering::Relaxed);
+                    if let Some(next) = self.next(first + x, k) {
+                        asked[next.map].store(true, Ordering::Relaxed);
+                    }
                 }
             }
             if is_single {
@@ -114,10 +119,32 @@ impl MaskInput<'_> {
         if !self.light.illuminates(p_world, normal) {
             return (0.0, None);
         }
-        (1.0, self.lookups.choose(p_relative, self.camera.depth_of(p_world)))
+        // What its maps give is added.
+        let map = self.lookups.choose(p_relative, self.camera.depth_of(p_world));
+        (if map.is_some() { 0.0 } else { 1.0 }, map)
     }
 
-    /// Looks up the pixels of a row that ask map `k`.
+    /// The map whose light is mixed into that of map `k` at a pixel.
+    fn next(&self, pixel: usize, k: usize) -> Option<Next> {
+        if self.lookups.blend == 0.0 {
+            return None;
+        }
+        let (p_relative, _) = self.surfaces.receiver(pixel)?;
+        self.lookups.next(k, p_relative, self.camera.depth_of(self.surfaces.origin + p_relative))
+    }
+
+    /// The share that map `k` has in the light of a pixel which asks map `chosen`.
+    fn share(&self, pixel: usize, chosen: usize, k: usize) -> f32 {
+        // Both shares are those of single precision, so that they sum to 1.
+        match self.next(pixel, chosen) {
+            None => f32::from(u8::from(chosen == k)),
+            Some(Next { map, share }) if map == k => share as f32,
+            Some(Next { share, .. }) if chosen == k => 1.0 - share as f32,
+            Some(_) => 0.0,
+        }
+    }
+
+    /// Adds the light of map `k` to the pixels of a row that ask it, or into which it is mixed.
     ///
     /// # Safety
     /// The row has been written.
@@ -132,10 +159,12 @@ impl MaskInput<'_> {
         // SAFETY: as the caller promises.
         let (light, chosen) = unsafe { (written_part(light), written_part(chosen)) };
         for (x, (light, &mut chosen)) in light.iter_mut().zip(chosen).enumerate() {
-            if usize::try_from(chosen) == Ok(k)
+            let Ok(chosen) = usize::try_from(chosen) else { continue };
+            let share = self.share(first + x, chosen, k);
+            if share > 0.0
                 && let Some((p_relative, normal)) = self.surfaces.receiver(first + x)
             {
-                *light = self.lookups.map(k).light(map, p_relative, normal);
+                *light += share * self.lookups.map(k).light(map, p_relative, normal);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What receivers read in depth maps that are there: a lookup, the mask of an image, and probes for the causes of errors.
 
 mod bias_distance;
+mod blending;
 mod comparison;
 mod filtered;
 #[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
@@ -10,6 +11,7 @@ mod probe;
 mod projected;
 
 pub use bias_distance::bias_distance;
+pub use blending::Next;
 pub use comparison::{Comparison, Reference};
 pub use lookup::{Lookups, MapLookup};
 pub(super) use mask::MaskInput;

@@ -10,7 +10,7 @@ use super::comparison::Comparison;
 use super::lookup::MapLookup;
 use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
-use crate::render::Filter;
+use crate::render::Tap as Read;
 
 /// Texels around the point that a probe looks at, each way.
 const AROUND: i64 = 1;
@@ -30,45 +30,39 @@ impl MapLookup {
         let Some(ndc) = self.ndc_within(p) else { return nothing };
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         let place = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size;
-        // A bias that moves it past the light or the near plane lights it whatever the map holds.
-        let comparison = self.compare_at(p, normal);
-        let biased = |centre: DVec2| match &comparison {
-            Comparison::At(reference) => self.depth_at(reference, centre),
-            Comparison::Lit => 0.0,
-        };
         let (texel, to_light) = (self.texel_size(p, ndc), self.way_to_light(p));
         let facing = normal.dot(to_light).abs();
         let slope = normal.cross(to_light).length() / facing.max(f64::EPSILON);
         let rounding = self.way_to_depth(p, to_light, ndc.z - ROUNDING).abs() + ROUNDING * p.length() * (1.0 + slope);
         let (grain, touch) = (SNAP * texel * (1.0 + slope) + rounding, TOUCH * texel + ROUNDING * p.length());
         let mut probe = Probe { is_held: true, place, texel, slope, grain, touch, ..nothing };
-        let (side, corner) = match self.filter {
-            Filter::Nearest => (1, place.floor()),
-            Filter::Pcf2x2 => (2, (place - 0.5).floor()),
+        let centre_of = |[x, y]: [i64; 2]| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let looked_at = |texel: [i64; 2]| {
+            let stored = self.stored(map, texel);
+            (stored, self.gap(stored, p, normal, centre_of(texel)))
         };
-        // Weights of the four nearest centres; all of it where one is read.
-        let f = if side == 1 { DVec2::ZERO } else { place - 0.5 - corner };
-        let weight = |i: i64, j: i64| [1.0 - f.x, f.x][i as usize] * [1.0 - f.y, f.y][j as usize];
-        let middle = place.floor();
-        // Texels that are read are among those about the point.
-        let first = [middle.x as i64 - AROUND, middle.y as i64 - AROUND];
-        for n in 0..9 {
-            let [x, y] = [first[0] + n % 3, first[1] + n / 3];
-            let (i, j) = (x - corner.x as i64, y - corner.y as i64);
-            let is_read = (0..side).contains(&i) && (0..side).contains(&j);
-            if !is_read && !with_around {
-                continue;
+        if with_around {
+            let middle = place.floor().as_i64vec2();
+            for (n, gap) in (0..).zip(&mut probe.around) {
+                *gap = looked_at([middle.x - AROUND + n % 3, middle.y - AROUND + n / 3]).1;
             }
-            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-            let stored = self.stored(map, [x, y]);
-            let gap = self.gap(stored, p, normal, centre);
-            probe.around[n as usize] = gap;
-            if !is_read {
-                continue;
-            }
-            let (is_dark, is_dark_unbiased) = (stored < biased(centre), stored < ndc.z.min(1.0));
-            probe.taps[(j * 2 + i) as usize] = Tap { weight: weight(i, j), centre, gap, is_dark, is_dark_unbiased };
         }
+        // A bias that moves it past the light or the near plane lights it whatever the map holds.
+        let comparison = self.compare_at(p, normal);
+        let taps = match &comparison {
+            Comparison::At(reference) => self.taps(reference),
+            Comparison::Lit => self.taps_at(p, normal, place),
+        };
+        let tap = |tap: Read| {
+            let (centre, (stored, gap)) = (centre_of(tap.texel), looked_at(tap.texel));
+            let biased = match &comparison {
+                Comparison::At(reference) => self.depth_at(reference, centre),
+                Comparison::Lit => 0.0,
+            };
+            let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
+            Tap { weight: tap.weight, centre, gap, is_dark, is_dark_unbiased }
+        };
+        probe.taps = taps.into_iter().filter(|tap| tap.weight > 0.0).map(tap).collect();
         probe
     }
 

@@ -78,20 +78,20 @@ pub(super) struct Bends {
 }
 
 impl MapLookup {
-    /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls.
-    pub(super) fn bends(&self, at: DVec2, rises: [bool; 2]) -> Bends {
+    /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls; over a reach in texels.
+    pub(super) fn bends(&self, at: DVec2, rises: [bool; 2], reach: DVec2) -> Bends {
         match &self.post_warp {
             PostWarp::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
             PostWarp::Log { scale, .. } => {
                 let rises_with_w = rises[1] == (*scale > 0.0);
-                let [rising, falling] = self.bend;
+                let is_fixed = self.kernels.fixed().is_some();
+                let [rising, falling] = if is_fixed { self.bend } else { self.bend_over(reach.y) };
                 let along = if rises_with_w { rising } else { falling };
                 Bends { falling: DVec2::new(1.0, along), largest: DVec2::new(1.0, rising.max(falling)) }
             }
             // Depth is affine before the warp: what counts is how far the reach goes there.
             PostWarp::Rectilinear(warp) => {
-                let reach =
-                    2.0 * self.filter.reach_texels() / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+                let reach = 2.0 * reach / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
                 if reach == DVec2::ZERO {
                     return Bends { falling: DVec2::ONE, largest: DVec2::ONE };
                 }

@@ -30,13 +30,18 @@ struct Map {
     gradient_y: Gradient,
     ray: vec4f,
     texel: vec3f,
-    // The last camera depth this map serves.
+    // The last camera depth this map serves; ENDLESS where it serves all beyond.
     depth_end: f32,
     regions: u32,
     // 0: none. 1: NDC y is log_scale ln w + log_offset, w that of the row here, its power of two included.
     post_warp: u32,
     log_scale: f32,
     log_offset: f32,
+    // The first camera depth of its range.
+    depth_begin: f32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
 }
 
 struct Gradient {
@@ -48,6 +53,9 @@ struct Gradient {
 @group(1) @binding(1) var<storage, read> maps: array<Map>;
 
 const NO_MAP = 0xffffffffu;
+
+// The largest number: a range without an end.
+const ENDLESS = 3.4028234e38;
 
 // Of a functional of a region, relative to its terms: the roundings of its coefficients, of the point and of the sum, 2^-24
 // each. A point on the border between two maps must not fall between them.
@@ -72,6 +80,17 @@ fn faces_light(p: vec3f, normal: vec3f) -> bool {
     return distance <= choice.range && (choice.cone.w < -1.0 || dot(-v, choice.cone.xyz) >= distance * choice.cone.w);
 }
 
+// NDC of a point in a map; meaningful where its w is above 0.
+fn ndc_in(k: u32, p: vec3f) -> vec3f {
+    let p4 = vec4f(p, 1.0);
+    let w = dot(maps[k].row_w, p4);
+    var ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
+    if maps[k].post_warp == 1 {
+        ndc.y = maps[k].log_scale * log(w) + maps[k].log_offset;
+    }
+    return ndc;
+}
+
 const OUTSIDE = 0;
 const BEYOND = 1;
 const WITHIN = 2;
@@ -85,14 +104,10 @@ fn holds(k: u32, p: vec3f) -> i32 {
             return OUTSIDE;
         }
     }
-    let w = dot(maps[k].row_w, p4);
-    if !(w > 0.0) {
+    if !(dot(maps[k].row_w, p4) > 0.0) {
         return OUTSIDE;
     }
-    var ndc = vec3f(dot(maps[k].row_x, p4), dot(maps[k].row_y, p4), dot(maps[k].row_z, p4)) / w;
-    if maps[k].post_warp == 1 {
-        ndc.y = maps[k].log_scale * log(w) + maps[k].log_offset;
-    }
+    let ndc = ndc_in(k, p);
     if !(abs(ndc.x) <= 1.0 && abs(ndc.y) <= 1.0) {
         return OUTSIDE;
     }
@@ -107,8 +122,13 @@ fn choose(p: vec3f, depth: f32) -> u32 {
             k++;
         }
     }
+    return first_that_holds(k, p);
+}
+
+// The first map from one on that a point is within, else the first that it is beyond, or NO_MAP: Held::first.
+fn first_that_holds(first: u32, p: vec3f) -> u32 {
     var found = NO_MAP;
-    for (; k < choice.maps; k++) {
+    for (var k = first; k < choice.maps; k++) {
         let held = holds(k, p);
         if held == WITHIN {
             return k;

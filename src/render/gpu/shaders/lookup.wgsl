@@ -1,10 +1,11 @@
 // The light that arrives at each pixel through the shadow maps; twin of cpu/lookup/lookup.rs; surface.wgsl and choose.wgsl come
-// before this text.
+// before this text, filter.wgsl after it.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit. Space "texel": the map in texels, x to the right, y down.
-// Group 1, beside choose.wgsl's: 2 bias, filter and batch, 3 the maps of this batch, 4 result: for the n pixels of the rows
-// at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none; a pixel that
-// asks a map of another batch has OTHER_BATCH, and a value that says nothing.
+// Group 1, beside choose.wgsl's: 2 bias, blending and batch, 3 the maps of this batch, 4 that of filter.wgsl, 5 result: for the n
+// pixels of the rows at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none.
+// The value of a pixel is the sum of those of all batches; one that no map of this batch lights has OTHER_BATCH, and a value
+// that says nothing.
 
 struct Lookup {
     bias_world: f32,
@@ -14,8 +15,8 @@ struct Lookup {
     slope_limit: f32,
     plane: f32,
     bias_normal: f32,
-    // 0: one comparison with the texel the point falls into. 1: bilinear weights over the four nearest.
-    filter_kind: u32,
+    // The last share of each map's range over which the next map is mixed in.
+    blend: f32,
     // The maps of this batch.
     first_map: u32,
     end_map: u32,
@@ -25,7 +26,7 @@ struct Lookup {
 
 @group(1) @binding(2) var<uniform> lookup: Lookup;
 @group(1) @binding(3) var depth_maps: texture_depth_2d_array;
-@group(1) @binding(4) var<storage, read_write> result: array<u32>;
+@group(1) @binding(5) var<storage, read_write> result: array<u32>;
 
 const OTHER_BATCH = 0xfffffffeu;
 
@@ -34,6 +35,8 @@ const BOUNDLESS = 1e30;
 
 struct Comparison {
     p_texel: vec2f,
+    // The texels about it that are compared.
+    shape: Shape,
     // Biased, but for the part that each texel has of its own: depth on the receiver's plane by texel, and how much it may change.
     z: f32,
     per_texel: vec2f,
@@ -41,8 +44,6 @@ struct Comparison {
     // Lit without a look at the map: outside of it, behind its projection centre, or nearer than its near plane.
     is_lit: bool,
 }
-
-const LIT = Comparison(vec2f(), 0.0, vec2f(), 0.0, true);
 
 // A receiver in a map, with how what it is there changes about it.
 struct Projected {
@@ -92,13 +93,17 @@ fn projected(m: Map, p: vec3f) -> Projected {
     return at;
 }
 
-fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
+fn compare_at(m: Map, p_eye: vec3f, normal: vec3f) -> Comparison {
+    var p = p_eye;
     var at = projected(m, p);
     if at.is_within && lookup.bias_normal != 0.0 {
-        at = projected(m, p + lookup.bias_normal * at.texel * normal);
+        p += lookup.bias_normal * at.texel * normal;
+        at = projected(m, p);
     }
+    var unread: Comparison;
+    unread.is_lit = true;
     if !at.is_within {
-        return LIT;
+        return unread;
     }
 
     // Part 1: along the ray, by the world size of a texel across it.
@@ -106,10 +111,12 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
     // The row's product with the moved point, as a change of its product with the point.
     let w_moved = at.w + shift * dot(m.row_w.xyz, at.toward);
     if !(w_moved > 0.0) {
-        return LIT;
+        return unread;
     }
     // z_moved / w_moved = ndc.z + shift * (row_z - ndc.z row_w) . toward / w_moved: nothing cancels.
     var z = at.ndc.z + shift * dot(at.grad_z, at.toward) * (at.w / w_moved) - lookup.bias_ndc;
+
+    let shape = shape_at(p, normal, at.grad_x, at.grad_y);
 
     // Part 2: what the receiver's own plane gains over the filter's reach, and at each texel.
     var per_texel = vec2f();
@@ -117,22 +124,22 @@ fn compare_at(m: Map, p: vec3f, normal: vec3f) -> Comparison {
     if lookup.slope > 0.0 || lookup.plane > 0.0 {
         let facing = dot(at.across, normal);
         let change = vec2f(dot(at.grad_z, cross(at.grad_y, normal)), -dot(at.grad_z, cross(at.grad_x, normal)));
-        let reach = lookup.slope * select(0.5, 1.0, lookup.filter_kind == 1);
+        let reach = lookup.slope * shape.reach;
         if lookup.slope_limit < BOUNDLESS {
             // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
             let gain_across =
-                abs(dot(at.grad_z, cross(at.grad_y, at.toward))) + abs(dot(at.grad_z, cross(at.grad_x, at.toward)));
-            let due = select(0.0, reach * gain_across / at.det_ray, at.det_ray > 0.0);
+                abs(vec2f(dot(at.grad_z, cross(at.grad_y, at.toward)), dot(at.grad_z, cross(at.grad_x, at.toward))));
+            let due = select(0.0, dot(reach, gain_across) / at.det_ray, at.det_ray > 0.0);
             limit = lookup.slope_limit * at.texel * abs(dot(at.grad_z, at.toward)) + due;
         }
         // A plane seen edge on (facing = 0) has no finite slope in the map: the limit alone holds it.
         if lookup.slope > 0.0 {
-            let gain = (abs(change.x) + abs(change.y)) / abs(facing);
-            z -= min(select(BOUNDLESS, reach * gain, facing != 0.0), limit);
+            let gain = dot(reach, abs(change)) / abs(facing);
+            z -= min(select(BOUNDLESS, gain, facing != 0.0), limit);
         }
         per_texel = select(vec2f(), change / facing, facing != 0.0);
     }
-    return Comparison(at.place, z, per_texel, limit, false);
+    return Comparison(at.place, shape, z, per_texel, limit, false);
 }
 
 // 1 where the stored depth of a layer is at least that of the receiver at a texel. Clamp to edge.
@@ -147,23 +154,6 @@ fn lit(layer: u32, texel: vec2i, at: Comparison) -> f32 {
     z = clamp(z, 0.0, 1.0);
     let inside = clamp(texel, vec2i(0), vec2i(textureDimensions(depth_maps)) - 1);
     return select(0.0, 1.0, textureLoad(depth_maps, inside, layer, 0) >= z);
-}
-
-fn light(map: u32, p: vec3f, normal: vec3f) -> f32 {
-    let at = compare_at(maps[map], p, normal);
-    let layer = map - lookup.first_map;
-    if at.is_lit {
-        return 1.0;
-    }
-    if lookup.filter_kind == 0 {
-        return lit(layer, vec2i(floor(at.p_texel)), at);
-    }
-    let corner = floor(at.p_texel - 0.5);
-    let f = at.p_texel - 0.5 - corner;
-    let texel = vec2i(corner);
-    let top = (1.0 - f.x) * lit(layer, texel, at) + f.x * lit(layer, texel + vec2i(1, 0), at);
-    let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at) + f.x * lit(layer, texel + vec2i(1, 1), at);
-    return (1.0 - f.y) * top + f.y * bottom;
 }
 
 // The result of a pixel: its light and the map it asked.
@@ -195,9 +185,65 @@ fn shadow_mask(@builtin(global_invocation_id) invocation: vec3u) {
     let map = choose(s.p_eye, s.depth);
     if map == NO_MAP {
         write(invocation, 1.0, NO_MAP);
-    } else if map < lookup.first_map || map >= lookup.end_map {
-        write(invocation, 0.0, OTHER_BATCH);
-    } else {
-        write(invocation, light(map, s.p_eye, s.normal), map);
+        return;
     }
+    let next = next_map(map, s.p_eye, s.depth);
+    let is_here = is_in_batch(map);
+    let is_next_here = next.share > 0.0 && is_in_batch(next.map);
+    if !is_here && !is_next_here {
+        write(invocation, 0.0, OTHER_BATCH);
+        return;
+    }
+    var value = 0.0;
+    if is_here {
+        value += (1.0 - next.share) * light(map, s.p_eye, s.normal);
+    }
+    if is_next_here {
+        value += next.share * light(next.map, s.p_eye, s.normal);
+    }
+    write(invocation, value, map);
+}
+
+fn is_in_batch(map: u32) -> bool {
+    return map >= lookup.first_map && map < lookup.end_map;
+}
+
+// A map whose light is mixed in, and its share.
+struct Next {
+    map: u32,
+    share: f32,
+}
+
+// The map that would serve a receiver beyond the range of the one that does; twin of cpu/lookup/blending.rs.
+fn next_map(k: u32, p: vec3f, depth: f32) -> Next {
+    let none = Next(NO_MAP, 0.0);
+    if lookup.blend == 0.0 {
+        return none;
+    }
+    var share = 0.0;
+    var first = k + 1;
+    if choice.selection == 0 {
+        let end = maps[k].depth_end;
+        if end >= ENDLESS {
+            return none;
+        }
+        let zone = lookup.blend * (end - maps[k].depth_begin);
+        share = (depth - (end - zone)) / zone;
+        first = 0u;
+        while first < choice.maps && !(maps[first].depth_end > end) {
+            first++;
+        }
+    } else {
+        let ndc = abs(ndc_in(k, p).xy);
+        share = (max(ndc.x, ndc.y) - (1.0 - lookup.blend)) / lookup.blend;
+    }
+    // Written so that a NaN, of a range without a beginning, is none.
+    if !(share > 0.0) {
+        return none;
+    }
+    let found = first_that_holds(first, p);
+    if found == NO_MAP || found == k {
+        return none;
+    }
+    return Next(found, min(share, 1.0));
 }

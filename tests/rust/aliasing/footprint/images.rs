@@ -129,7 +129,8 @@ fn the_map_is_the_one_that_the_mask_consults() {
     let renderer = CpuRenderer::new();
     each(|what, v, p| {
         let size = [160, 114];
-        let settings = MaskSettings { resolution: [512, 512], size, bias: Bias::default(), filter: Filter::default() };
+        let settings =
+            MaskSettings { resolution: [512, 512], size, bias: Bias::default(), filter: Filter::default(), blend: 0.0 };
         let mask = renderer.shadow_mask(&v.scene, &v.camera, &v.light, p, &settings, &Progress::new()).expect("a mask");
         let ours = image(v, &gbuffer(v, size), p);
         for (i, (k, consulted)) in ours.map.iter().zip(&mask.partition).enumerate() {

@@ -44,7 +44,7 @@ fn mask_of(
     bias: Bias,
     filter: Filter,
 ) -> Vec<f32> {
-    let settings = MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter };
+    let settings = MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
     CpuRenderer::new().shadow_mask(scene, camera, light, p, &settings, &Progress::new()).unwrap().data
 }
 
@@ -67,7 +67,7 @@ fn a_plane_has_acne_without_bias_and_none_under_the_slope() {
         let maps = [(ortho(direction, DVec3::ZERO, 7.0), false), (warp * ortho(direction, DVec3::ZERO, 9.0), true)];
         for (matrix, warped) in maps {
             let p = one_map(matrix);
-            for filter in [Filter::Nearest, Filter::Pcf2x2] {
+            for filter in [Filter::Nearest, Filter::Bilinear] {
                 let draw = |bias| count(&mask_of(&scene, &from_above(), &light, &p, 64, bias, filter));
                 let [lit, ..] = draw(Bias::NONE);
                 let all = (SIZE[0] * SIZE[1]) as usize;
@@ -122,7 +122,7 @@ fn a_blocker_throws_its_outline() {
     let p = one_map(ortho(direction, DVec3::ZERO, 8.0));
     let g = CpuRenderer::new().gbuffer(&scene, &from_above(), SIZE, &Progress::new()).unwrap();
     let texel = 16.0 / 512.0;
-    for filter in [Filter::Nearest, Filter::Pcf2x2] {
+    for filter in [Filter::Nearest, Filter::Bilinear] {
         let mask = mask_of(&scene, &from_above(), &directional(direction), &p, 512, Bias::default(), filter);
         let mut in_shadow = 0;
         for (i, &light) in mask.iter().enumerate() {
@@ -271,12 +271,12 @@ fn the_filter_weighs_as_written() {
     assert_eq!(at(Filter::Nearest, 0.49, 0.49), 1.0);
     assert_eq!(at(Filter::Nearest, 0.51, 0.49), 0.0);
     assert_eq!(at(Filter::Nearest, 0.49, 0.51), 0.0);
-    assert_eq!(at(Filter::Pcf2x2, 0.25, 0.25), 1.0);
-    assert_eq!(at(Filter::Pcf2x2, 0.0, 0.0), 1.0);
-    assert_eq!(at(Filter::Pcf2x2, 0.5, 0.5), 0.25);
-    assert_eq!(at(Filter::Pcf2x2, 0.375, 0.25), 0.75);
-    assert_eq!(at(Filter::Pcf2x2, 0.375, 0.625), 0.75 * 0.25);
-    assert_eq!(at(Filter::Pcf2x2, 1.0, 1.0), 0.0);
+    assert_eq!(at(Filter::Bilinear, 0.25, 0.25), 1.0);
+    assert_eq!(at(Filter::Bilinear, 0.0, 0.0), 1.0);
+    assert_eq!(at(Filter::Bilinear, 0.5, 0.5), 0.25);
+    assert_eq!(at(Filter::Bilinear, 0.375, 0.25), 0.75);
+    assert_eq!(at(Filter::Bilinear, 0.375, 0.625), 0.75 * 0.25);
+    assert_eq!(at(Filter::Bilinear, 1.0, 1.0), 0.0);
     // Half a texel outside: lit, whatever the map says.
     assert_eq!(at(Filter::Nearest, 1.01, 0.9), 1.0);
 }
@@ -311,7 +311,8 @@ fn each_pixel_uses_the_map_of_its_depth() {
 fn bad_settings_are_named() {
     let scene = triangles(&level(6.0, 0.0));
     let light = directional(DVec3::NEG_Y);
-    let good = MaskSettings { resolution: [16; 2], size: [16; 2], bias: Bias::default(), filter: Filter::Nearest };
+    let good =
+        MaskSettings { resolution: [16; 2], size: [16; 2], bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
     let name = |p: &Parameterization, settings: MaskSettings| match CpuRenderer::new().shadow_mask(
         &scene,
         &from_above(),

@@ -164,8 +164,8 @@ fn a_mask_has_the_shadow_where_it_belongs() {
     ]);
     let p = single_map(downwards(8.0, 4.0, -1.0) * shear);
     let camera = camera_above(20.0);
-    for (filter, reach) in [(Filter::Nearest, 0.5), (Filter::Pcf2x2, 1.5)] {
-        let settings = MaskSettings { resolution: [512; 2], size: [256; 2], bias: Bias::default(), filter };
+    for (filter, reach) in [(Filter::Nearest, 0.5), (Filter::Bilinear, 1.5)] {
+        let settings = MaskSettings { resolution: [512; 2], size: [256; 2], bias: Bias::default(), filter, blend: 0.0 };
         let mask = renderer.shadow_mask(&table(), &camera, &light, &p, &settings, &Progress::new()).unwrap();
         let g = renderer.gbuffer(&table(), &camera, [256; 2], &Progress::new()).unwrap();
         let (mut lit, mut dark) = (0, 0);
@@ -190,7 +190,8 @@ fn a_mask_has_the_shadow_where_it_belongs() {
     }
     // From below everything faces away.
     let below = Light::Directional(DirectionalLight::new(DVec3::Y).unwrap());
-    let settings = MaskSettings { resolution: [64; 2], size: [64; 2], bias: Bias::default(), filter: Filter::Nearest };
+    let settings =
+        MaskSettings { resolution: [64; 2], size: [64; 2], bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
     let mask = renderer.shadow_mask(&table(), &camera, &below, &p, &settings, &Progress::new()).unwrap();
     assert!(mask.data.iter().all(|&x| x.is_nan() || x == 0.0));
 }
@@ -202,8 +203,13 @@ fn a_spot_lights_its_cone_alone() {
     let view = glam::dcamera::rh::view::look_to_mat4(spot.position(), spot.direction(), DVec3::X);
     let p = single_map(glam::dcamera::rh::proj::directx::perspective(1.0, 1.0, 1.0, 10.0) * view);
     let (camera, scene) = (camera_above(20.0), Scene::from_mesh(square(4.0, 0.0)).unwrap());
-    let settings =
-        MaskSettings { resolution: [128; 2], size: [256; 2], bias: Bias::default(), filter: Filter::Nearest };
+    let settings = MaskSettings {
+        resolution: [128; 2],
+        size: [256; 2],
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+    };
     let light = Light::Spot(spot);
     let mask = renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &Progress::new()).unwrap();
     let g = renderer.gbuffer(&scene, &camera, [256; 2], &Progress::new()).unwrap();
@@ -234,7 +240,8 @@ fn partitions_are_layers_and_serve_their_depths() {
     assert!(maps.data[..33 * 17].iter().all(|&z| z < 1.0) && maps.data[33 * 17..].iter().all(|&z| z == 1.0));
     // Ground right under the eye is nearer than 21, its middle is in the table's shadow.
     let down = Light::Directional(DirectionalLight::new(DVec3::NEG_Y).unwrap());
-    let settings = MaskSettings { resolution: [64; 2], size: [65; 2], bias: Bias::NONE, filter: Filter::Nearest };
+    let settings =
+        MaskSettings { resolution: [64; 2], size: [65; 2], bias: Bias::NONE, filter: Filter::Nearest, blend: 0.0 };
     let ground = |end: f64| {
         let mut p = p.clone();
         p.partitions[0].eye_depth[1] = end;

@@ -3,6 +3,7 @@
 mod against_cpu;
 mod agreement;
 mod closed_form;
+mod filtered;
 mod footprint;
 mod footprints;
 mod holes;

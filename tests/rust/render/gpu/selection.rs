@@ -23,7 +23,7 @@ const MASK_SHARE: f64 = 1e-3;
 const OTHER_MAP_SHARE: f64 = 2e-3;
 
 fn settings(resolution: u32) -> MaskSettings {
-    MaskSettings { resolution: [resolution; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest }
+    MaskSettings { resolution: [resolution; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 }
 }
 
 /// Whether a receiver as near as rounding brings it asks map `k`.

@@ -17,6 +17,7 @@ from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
+from ._core_stored import Stored as Stored
 from ._core_types import FootprintLike, Matrices
 
 __version__: str
@@ -35,6 +36,7 @@ __all__ = [
     "Samples",
     "Scene",
     "SpotLight",
+    "Stored",
     "Technique",
     "__version__",
     "adapters",
@@ -68,6 +70,7 @@ _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Filter: TypeAlias = Literal["nearest", "pcf2x2"]
 _Maps: TypeAlias = "Parameterization | Matrices"
+_Stored: TypeAlias = "Stored | str | None"
 
 @final
 class Bias:
@@ -156,9 +159,9 @@ class Renderer:
     def adapter(self) -> str:
         """The device in words."""
     def shadow_map(
-        self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None
+        self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None, stored: _Stored = None
     ) -> npt.NDArray[np.float32]:
-        """The shadow map: depth of the nearest caster along each light ray.
+        """The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
 
         Parameters
         ----------
@@ -166,11 +169,18 @@ class Renderer:
         parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
         resolution : int or (int, int), optional
             Texels: a side, or width and height. The parameterization's own where none is given.
+        stored : Stored or str, optional
+            What the map stores. By default the nearest surface, as NDC depth in single precision.
 
         Returns
         -------
         (H, W) or, of several maps, (K, H, W) float32
-            NDC depth in [0, 1], 1 where no caster is.
+            The stored values, in [0, 1]; 1 where no caster is.
+
+        Warns
+        -----
+        ShadowlabWarning
+            Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
         """
     def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer:
         """What the camera sees.
@@ -197,6 +207,7 @@ class Renderer:
         resolution: _Size | None = None,
         bias: Bias | None = None,
         filter: _Filter = "nearest",
+        stored: _Stored = None,
     ) -> npt.NDArray[np.float32]:
         """The light that arrives at each pixel, through the shadow map.
 
@@ -211,11 +222,18 @@ class Renderer:
         bias : Bias, optional
         filter : str
             "nearest" or "pcf2x2".
+        stored : Stored or str, optional
+            What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
 
         Returns
         -------
         (H, W) float32
             1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
+
+        Warns
+        -----
+        ShadowlabWarning
+            As `shadow_map`.
         """
     def chosen_map(
         self,
@@ -341,6 +359,7 @@ def look_up(
     *,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
 
@@ -366,6 +385,7 @@ def compared(
     resolution: _Size | None = None,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.int16], _Float, _Float]:
     """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
     depth (N,) float64, NaN where the pixel is lit without a look at the map.
@@ -382,6 +402,7 @@ def causes(
     maps: npt.ArrayLike,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
     """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
     `shadowlab.aliasing.causes`.

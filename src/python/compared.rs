@@ -9,16 +9,17 @@ use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::{bias, filter_of};
+use super::stored::stored;
 use crate::image::Footprint;
 use crate::render::cpu::lookup::{Comparison, Lookups};
-use crate::render::{Bias, MaskSettings};
+use crate::render::{Bias, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; and the biased
 /// depth (N,) float64, NaN where the pixel is lit without a look at the map.
 #[pyfunction]
-#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None),
-    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest')")]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None, stored=None),
+    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest', stored=None)")]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn compared<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -29,13 +30,14 @@ pub fn compared<'py>(
     resolution: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
-    let filter = filter_of(py, filter)?;
+    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
     let pixels = array::<i64>(pixels, "pixels", &[None, Some(2)])?;
     let (pixels, _) = pixels.as_slice()?.as_chunks::<2>();
     let [width, height] = gbuffer.get().picture().map(i64::from);
@@ -44,7 +46,7 @@ pub fn compared<'py>(
         return Err(argument_error(py, "pixels", expected, format!("({x}, {y})"), "count from 0 at the upper left"));
     }
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
-        let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter };
+        let settings = MaskSettings { resolution, size: surfaces.size, bias: bias.unwrap_or_default(), filter, stored };
         run_watched(py, None, |progress| {
             let lookups = Lookups::new(p, &light, surfaces.origin, &settings)?;
             let unknown = [f64::NAN; 2];

@@ -17,11 +17,12 @@ use super::light::light;
 use super::parameterization::{PyParameterization, as_parameterization};
 use super::scene::{PyScene, scene};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
+use super::stored::{stored, warn_of_open_meshes};
 use crate::error::Error;
 use crate::image::ShadowMask;
 use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
-use crate::render::{Bias, Filter, MaskSettings, Renderer};
+use crate::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use crate::threads;
 
 /// How much nearer to the light a receiver is moved before it is compared. The parts add up.
@@ -229,7 +230,7 @@ impl PyRenderer {
         // It tells how many threads there are where it is asked.
         py.detach(|| threads::install(|| self.renderer.adapter())).or_raise(py)
     }
-    /// The shadow map: depth of the nearest caster along each light ray.
+    /// The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
     ///
     /// Parameters
     /// ----------
@@ -237,24 +238,33 @@ impl PyRenderer {
     /// parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
     /// resolution : int or (int, int), optional
     ///     Texels: a side, or width and height. The parameterization's own where none is given.
+    /// stored : Stored or str, optional
+    ///     What the map stores. By default the nearest surface, as NDC depth in single precision.
     ///
     /// Returns
     /// -------
     /// (H, W) or, of several maps, (K, H, W) float32
-    ///     NDC depth in [0, 1], 1 where no caster is.
-    #[pyo3(signature = (scene, parameterization, *, resolution=None))]
+    ///     The stored values, in [0, 1]; 1 where no caster is.
+    ///
+    /// Warns
+    /// -----
+    /// ShadowlabWarning
+    ///     Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
+    #[pyo3(signature = (scene, parameterization, *, resolution=None, stored=None))]
     fn shadow_map<'py>(
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         parameterization: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-        let scene = &scene.get().scene;
-        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, progress))?;
+        let (scene, stored) = (&scene.get().scene, stored.unwrap_or_default());
+        warn_of_open_meshes(py, scene, &stored)?;
+        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, stored, progress))?;
         let [w, h] = maps.size.map(|n| n as usize);
         Ok(match maps.layers {
             1 => image(py, maps.data, [h, w])?.into_any(),
@@ -306,13 +316,20 @@ impl PyRenderer {
     /// bias : Bias, optional
     /// filter : str
     ///     "nearest" or "pcf2x2".
+    /// stored : Stored or str, optional
+    ///     What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
     ///
     /// Returns
     /// -------
     /// (H, W) float32
     ///     1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
-    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None),
-        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest')")]
+    ///
+    /// Warns
+    /// -----
+    /// ShadowlabWarning
+    ///     As `shadow_map`.
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, stored=None),
+        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', stored=None)")]
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
@@ -324,11 +341,14 @@ impl PyRenderer {
         resolution: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = bias)] bias: Option<Bias>,
         filter: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let filter = filter_of(py, filter)?;
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias.unwrap_or_default(), filter)?;
+        let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
+        warn_of_open_meshes(py, &scene.get().scene, &stored)?;
+        let mask =
+            self.mask(&scene, &camera, &light, &p, size, resolution, bias.unwrap_or_default(), filter, stored)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
     }
@@ -357,7 +377,7 @@ impl PyRenderer {
     ) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let p = as_parameterization(parameterization)?;
         let (bias, filter) = (Bias::default(), Filter::Nearest);
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias, filter)?;
+        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, bias, filter, Stored::default())?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(parameterization.py(), mask.partition, [h, w])
     }
@@ -442,6 +462,7 @@ impl PyRenderer {
         resolution: Option<&Bound<'_, PyAny>>,
         bias: Bias,
         filter: Filter,
+        stored: Stored,
     ) -> PyResult<ShadowMask> {
         let own = &p.get().p;
         let settings = MaskSettings {
@@ -449,6 +470,7 @@ impl PyRenderer {
             size: size2(size, "size")?,
             bias,
             filter,
+            stored,
         };
         let (scene, camera) = (&scene.get().scene, &camera.get().camera);
         self.run(p.py(), |renderer, progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))

@@ -1,6 +1,6 @@
 //! What every renderer does.
 
-use super::{Bias, Filter};
+use super::{Bias, Filter, Stored};
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::parameterization::Parameterization;
@@ -21,6 +21,8 @@ pub struct MaskSettings {
     pub bias: Bias,
     /// How the map is read.
     pub filter: Filter,
+    /// What the map stores.
+    pub stored: Stored,
 }
 
 /// A renderer. Implementations agree: see tests.
@@ -32,12 +34,13 @@ pub trait Renderer: Send + Sync {
     fn backend(&self) -> &'static str;
     /// The device in words.
     fn adapter(&self) -> String;
-    /// The shadow maps of all partitions, `resolution` texels (width, height) each.
+    /// The shadow maps of all partitions, `resolution` texels (width, height) each, as they are stored.
     fn depth_maps(
         &self,
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
+        stored: Stored,
         progress: &Progress,
     ) -> Result<DepthMaps>;
     /// What the camera sees in an image of `size` pixels (width, height).

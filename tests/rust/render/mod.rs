@@ -9,4 +9,5 @@ mod gpu;
 mod holes;
 mod near_plane;
 mod selection;
+mod stored;
 mod strong;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use shadowlab::image::{GBuffer, ShadowMask};
 use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::library;
 use shadowlab::{Camera, Error, Light, Progress, Scene};
 
@@ -18,7 +18,7 @@ use maps::{alone, nowhere, repeated, views};
 
 const SIZE: [u32; 2] = [240, 160];
 const SETTINGS: MaskSettings =
-    MaskSettings { resolution: [512; 2], size: SIZE, bias: Bias::NONE, filter: Filter::Pcf2x2 };
+    MaskSettings { resolution: [512; 2], size: SIZE, bias: Bias::NONE, filter: Filter::Pcf2x2, stored: Stored::FRONT };
 
 fn gbuffer(scene: &Scene, camera: &Camera) -> GBuffer {
     CpuRenderer::new().gbuffer(scene, camera, SIZE, &Progress::new()).unwrap()

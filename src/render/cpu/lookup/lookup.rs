@@ -11,7 +11,8 @@ use glam::{DMat4, DVec3, DVec4};
 
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
-use crate::render::{Bias, Filter, MaskSettings};
+use crate::render::stored::DepthMeasure;
+use crate::render::{Bias, Filter, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// What a lookup needs to know of one map, its light and its settings.
@@ -19,6 +20,9 @@ use crate::scene::Light;
 pub struct MapLookup {
     /// Rows x, y, z, w of `shadow_clip_from_relative`.
     pub(super) rows: [DVec4; 4],
+    /// What stored depths measure, in relative space; z / w of the rows where depth is projective.
+    pub(super) depth: DepthMeasure,
+    pub(super) stored: Stored,
     /// Width and height of the map, texels.
     pub(super) size: [u32; 2],
     /// The light's centre in relative space: (unit vector to the light, 0) or (position, 1).
@@ -44,7 +48,7 @@ impl MapLookup {
     /// The lookup into the map of `partition`, `size` texels wide and high, for receivers relative to `origin`.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a matrix that is not finite, or an unusable bias.
+    /// [`Error::InvalidArgument`] for a matrix that is not finite, an unusable bias, or a map that has no linear depth.
     pub fn new(
         partition: &Partition,
         light: &Light,
@@ -52,6 +56,7 @@ impl MapLookup {
         size: [u32; 2],
         bias: Bias,
         filter: Filter,
+        stored: Stored,
     ) -> Result<Self> {
         let clip_from_relative = partition.shadow_clip_from_world * DMat4::from_translation(origin);
         if !clip_from_relative.is_finite() {
@@ -63,7 +68,9 @@ impl MapLookup {
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
         let (post_warp, region) = (partition.post_warp.clone(), partition.region.relative_to(origin));
         let bend = bend(&post_warp, filter.reach_texels() * 2.0 / f64::from(size[1]));
-        Ok(Self { rows, size, light, bias: bias.checked()?, filter, post_warp, bend, region })
+        let (bias, stored) = (bias.checked()?, stored.checked()?);
+        let depth = DepthMeasure::new(&clip_from_relative, &post_warp, stored.spacing)?;
+        Ok(Self { rows, depth, stored, size, light, bias, filter, post_warp, bend, region })
     }
 
     /// How the map holds a receiver, `p` relative to the origin.
@@ -83,8 +90,8 @@ impl<'a> Lookups<'a> {
     /// # Errors
     /// As [`MapLookup::new`].
     pub fn new(p: &'a Parameterization, light: &Light, origin: DVec3, settings: &MaskSettings) -> Result<Self> {
-        let MaskSettings { resolution, bias, filter, .. } = *settings;
-        let one = |partition| MapLookup::new(partition, light, origin, resolution, bias, filter);
+        let MaskSettings { resolution, bias, filter, stored, .. } = *settings;
+        let one = |partition| MapLookup::new(partition, light, origin, resolution, bias, filter, stored);
         Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()? })
     }
     /// How many maps there are.

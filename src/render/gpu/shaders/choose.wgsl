@@ -37,6 +37,9 @@ struct Map {
     post_warp: u32,
     log_scale: f32,
     log_offset: f32,
+    // What stored depths measure: this times (p, 1), over that times (p, 1).
+    depth_numerator: vec4f,
+    depth_denominator: vec4f,
 }
 
 struct Gradient {

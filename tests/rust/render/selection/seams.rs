@@ -2,7 +2,7 @@
 
 use shadowlab::Progress;
 use shadowlab::image::{ShadowMask, TruthMask};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::trace::Tracer;
 
 use crate::render::selection::maps::{SAME, View, views};
@@ -49,8 +49,13 @@ pub struct Found {
 impl Found {
     /// The mask of a renderer against truth.
     pub fn new(renderer: &dyn Renderer, v: &View, truth: &[i8]) -> Self {
-        let settings =
-            MaskSettings { resolution: [RESOLUTION; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest };
+        let settings = MaskSettings {
+            resolution: [RESOLUTION; 2],
+            size: SIZE,
+            bias: Bias::default(),
+            filter: Filter::Nearest,
+            stored: Stored::default(),
+        };
         let mask = |p| renderer.shadow_mask(&v.scene, &v.camera, &v.light, p, &settings, &Progress::new()).unwrap();
         let m = mask(&v.p);
         let whole = v.whole.as_ref().map(mask);

@@ -9,7 +9,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 use shadowlab::aliasing::footprint::footprint;
 use shadowlab::parameterization::Partition;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, gpu::GpuRenderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored, gpu::GpuRenderer};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Mesh, Parameterization, Progress, Scene};
 
@@ -65,7 +65,7 @@ fn bench(c: &mut Criterion) {
     group.sample_size(10);
     for side in [1024, 2048, 4096] {
         group.bench_with_input(BenchmarkId::new("depth_map", side), &side, |b, &side| {
-            b.iter(|| black_box(renderer.depth_maps(&scene, &p, [side; 2], &progress).unwrap()));
+            b.iter(|| black_box(renderer.depth_maps(&scene, &p, [side; 2], Stored::default(), &progress).unwrap()));
         });
     }
     let eye = DVec3::new(18.0, 12.0, 22.0);
@@ -76,7 +76,14 @@ fn bench(c: &mut Criterion) {
     });
     let light = Light::Directional(light);
     for (name, filter) in Filter::PLAIN {
-        let settings = MaskSettings { resolution: [2048; 2], size, bias: Bias::default(), filter, blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: [2048; 2],
+            size,
+            bias: Bias::default(),
+            filter,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         group.bench_function(format!("mask/{name}/1024"), |b| {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress).unwrap()));
         });

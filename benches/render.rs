@@ -7,7 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, Instance};
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
@@ -67,13 +67,20 @@ fn render(c: &mut Criterion) {
     let progress = Progress::new();
     for n in [1024, 2048, 4096] {
         c.bench_function(&format!("depth/{n}"), |b| {
-            b.iter(|| black_box(renderer.depth_maps(&scene, &p, [n, n], &progress)))
+            b.iter(|| black_box(renderer.depth_maps(&scene, &p, [n, n], Stored::default(), &progress)))
         });
     }
     let size = [1024, 1024];
     c.bench_function("gbuffer/1024", |b| b.iter(|| black_box(renderer.gbuffer(&scene, &camera, size, &progress))));
     for (name, filter) in Filter::PLAIN {
-        let settings = MaskSettings { resolution: size, size, bias: Bias::default(), filter, blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: size,
+            size,
+            bias: Bias::default(),
+            filter,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         c.bench_function(&format!("mask/1024/{name}"), |b| {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress)))
         });
@@ -83,13 +90,13 @@ fn render(c: &mut Criterion) {
     let mut warped = p.clone();
     warped.partitions[0].shadow_clip_from_world = warp * p.partitions[0].shadow_clip_from_world;
     c.bench_function("depth/1024/warped", |b| {
-        b.iter(|| black_box(renderer.depth_maps(&scene, &warped, size, &progress)))
+        b.iter(|| black_box(renderer.depth_maps(&scene, &warped, size, Stored::default(), &progress)))
     });
     // And the logarithm of its w, which spans 1/2 to 2.
     let mut logarithmic = warped.clone();
     logarithmic.partitions[0].post_warp = PostWarp::Log { scale: 1.0 / 2.0_f64.ln(), offset: 0.0 };
     c.bench_function("depth/1024/logarithmic", |b| {
-        b.iter(|| black_box(renderer.depth_maps(&scene, &logarithmic, size, &progress)))
+        b.iter(|| black_box(renderer.depth_maps(&scene, &logarithmic, size, Stored::default(), &progress)))
     });
 }
 

@@ -308,6 +308,14 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
     "SpotLight": lambda: [
         sl.SpotLight((0, 5, -0.0), (0.1, -1, 0.3), cone_angle=angle, range=20) for angle in (0.5, 1.0)
     ],
+    "Stored": lambda: [
+        sl.Stored(),
+        sl.Stored("back"),
+        sl.Stored("dual", limit=np.inf),
+        sl.Stored("dual:limit=0.25"),
+        sl.Stored("second:spacing=linear,format=unorm16"),
+        sl.Stored(format="f16"),
+    ],
     "Study": lambda: [studies()],
     "Summary": lambda: [one.summary(bands=2) for one in footprints()[:2]],
     "Technique": lambda: [

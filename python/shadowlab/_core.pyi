@@ -27,6 +27,7 @@ from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
+from ._core_stored import Stored as Stored
 from ._core_types import FootprintLike, Matrices
 
 __version__: str
@@ -45,6 +46,7 @@ __all__ = [
     "Samples",
     "Scene",
     "SpotLight",
+    "Stored",
     "Technique",
     "__version__",
     "adapters",
@@ -82,6 +84,7 @@ _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Filter: TypeAlias = str
 _Maps: TypeAlias = "Parameterization | Matrices"
+_Stored: TypeAlias = "Stored | str | None"
 
 @final
 class Renderer:
@@ -109,9 +112,9 @@ class Renderer:
     def adapter(self) -> str:
         """The device in words."""
     def shadow_map(
-        self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None
+        self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None, stored: _Stored = None
     ) -> npt.NDArray[np.float32]:
-        """The shadow map: depth of the nearest caster along each light ray.
+        """The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
 
         Parameters
         ----------
@@ -119,11 +122,18 @@ class Renderer:
         parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
         resolution : int or (int, int), optional
             Texels: a side, or width and height. The parameterization's own where none is given.
+        stored : Stored or str, optional
+            What the map stores. By default the nearest surface, as NDC depth in single precision.
 
         Returns
         -------
         (H, W) or, of several maps, (K, H, W) float32
-            NDC depth in [0, 1], 1 where no caster is.
+            The stored values, in [0, 1]; 1 where no caster is.
+
+        Warns
+        -----
+        ShadowlabWarning
+            Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
         """
     def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer:
         """What the camera sees.
@@ -151,6 +161,7 @@ class Renderer:
         bias: Bias | None = None,
         filter: _Filter = "nearest",
         blend: float = 0.0,
+        stored: _Stored = None,
     ) -> npt.NDArray[np.float32]:
         """The light that arrives at each pixel, through the shadow map.
 
@@ -170,11 +181,18 @@ class Renderer:
             The last share of each map's range of eye depth over which the light of the next map is mixed in, where that map
             holds the receiver (`overlap` of z_partition sees to that); of maps that are chosen because they hold a receiver,
             the share of the map at its border. 0 for none.
+        stored : Stored or str, optional
+            What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
 
         Returns
         -------
         (H, W) float32
             1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
+
+        Warns
+        -----
+        ShadowlabWarning
+            As `shadow_map`.
         """
     def chosen_map(
         self,

@@ -9,12 +9,14 @@ import numpy.typing as npt
 from ._core_camera import Camera, GBuffer
 from ._core_maps import Parameterization
 from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
+from ._core_stored import Stored
 from ._core_types import Matrices, RendererLike, TechniqueLike, ViewLike
 
 _Float: TypeAlias = npt.NDArray[np.float64]
 _Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Filter: TypeAlias = str
+_Stored: TypeAlias = "Stored | str | None"
 _Maps: TypeAlias = "Parameterization | Matrices"
 
 @final
@@ -127,6 +129,7 @@ def bias_distance(
     resolution: _Size | None = None,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> npt.NDArray[np.float32]:
     """The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared."""
 
@@ -175,6 +178,7 @@ def look_up(
     bias: Bias | None = None,
     filter: _Filter = "nearest",
     blend: float = 0.0,
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
 
@@ -188,6 +192,7 @@ def compared(
     resolution: _Size | None = None,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.int16], _Float, _Float, npt.NDArray[np.int64], _Float, _Float]:
     """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
     at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
@@ -206,6 +211,7 @@ def causes(
     maps: npt.ArrayLike,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
     """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
     `shadowlab.aliasing.causes`.

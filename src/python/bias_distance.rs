@@ -10,14 +10,15 @@ use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::bias;
+use super::stored::stored;
 use crate::render::cpu::lookup::bias_distance as distance;
-use crate::render::{Bias, MaskSettings};
+use crate::render::{Bias, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared.
 #[pyfunction]
-#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter=None),
-    text_signature = "(gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter='nearest')")]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter=None, stored=None),
+    text_signature = "(gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter='nearest', stored=None)")]
 #[allow(clippy::too_many_arguments)]
 pub fn bias_distance<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -27,16 +28,17 @@ pub fn bias_distance<'py>(
     resolution: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
-    let filter = filter_of(py, filter)?;
+    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
     let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let size = surfaces.size;
-        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend: 0.0 };
+        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend: 0.0, stored };
         let work = |progress: &_| distance(&surfaces, camera, &light, p, &settings, progress);
         Ok((run_watched(py, None, work)?, size))
     })?;

@@ -12,15 +12,16 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::bias;
 use super::scene::{PyScene, scene};
+use super::stored::stored;
 use crate::diagnose_pixels::{Wrong, causes as core_causes};
 use crate::render::cpu::look_up as core_look_up;
-use crate::render::{Bias, MaskSettings};
+use crate::render::{Bias, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16.
 #[pyfunction]
-#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter=None, blend=None),
-    text_signature = "(maps, gbuffer, camera, light, parameterization, *, bias=None, filter='nearest', blend=0.0)")]
+#[pyo3(signature = (maps, gbuffer, camera, light, parameterization, *, bias=None, filter=None, blend=None, stored=None),
+    text_signature = "(maps, gbuffer, camera, light, parameterization, *, bias=None, filter='nearest', blend=0.0, stored=None)")]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn look_up<'py>(
     maps: &Bound<'py, PyAny>,
@@ -31,6 +32,7 @@ pub fn look_up<'py>(
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
     blend: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<i16>>)> {
     let py = maps.py();
     let p = as_parameterization(parameterization)?;
@@ -39,8 +41,9 @@ pub fn look_up<'py>(
     let maps = maps.as_slice()?;
     let camera = &camera.get().camera;
     let (filter, blend, size) = (filter_of(py, filter)?, blend_of(py, blend, p)?, gbuffer.get().whole_picture());
+    let (bias, stored) = (bias.unwrap_or_default(), stored.unwrap_or_default());
     let mask = gbuffer.get().with_surfaces(py, |surfaces| {
-        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend };
+        let settings = MaskSettings { resolution, size, bias, filter, blend, stored };
         run_watched(py, None, |progress| core_look_up(maps, *surfaces, camera, &light, p, &settings, progress))
     })?;
     let [w, h] = mask.size.map(|n| n as usize);
@@ -50,8 +53,8 @@ pub fn look_up<'py>(
 /// Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
 /// `shadowlab.aliasing.causes`.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter=None),
-    text_signature = "(scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter='nearest')")]
+#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter=None, stored=None),
+    text_signature = "(scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter='nearest', stored=None)")]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn causes<'py>(
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
@@ -63,20 +66,21 @@ pub fn causes<'py>(
     maps: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray2<f32>>)> {
     let py = maps.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let (maps, resolution) = layers(maps, p.partitions.len())?;
     let maps = maps.as_slice()?;
-    let filter = filter_of(py, filter)?;
+    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
     let (camera, scene) = (&camera.get().camera, scene.get());
     gbuffer.get().with_surfaces(py, |surfaces| {
         let [w, h] = surfaces.size.map(|n| n as usize);
         let differences = array::<i8>(differences, "differences", &[Some(h), Some(w)])?;
         let differences = differences.as_slice()?;
         let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
-        let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0 };
+        let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
         let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);

@@ -11,9 +11,10 @@ use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::render::bias;
+use super::stored::stored;
 use crate::image::Footprint;
 use crate::render::cpu::lookup::{Comparison, Lookups};
-use crate::render::{Bias, MaskSettings, Tap};
+use crate::render::{Bias, MaskSettings, Stored, Tap};
 use crate::scene::{Camera, Light};
 
 /// What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
@@ -21,8 +22,8 @@ use crate::scene::{Camera, Light};
 /// read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
 /// is compared with (N, T) float64, NaN as before and where there is no texel.
 #[pyfunction]
-#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None),
-    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest')")]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None, stored=None),
+    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest', stored=None)")]
 #[allow(clippy::too_many_arguments)]
 pub fn compared<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -33,13 +34,14 @@ pub fn compared<'py>(
     resolution: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<Compared<'py>> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
-    let filter = filter_of(py, filter)?;
+    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
     let pixels = array::<i64>(pixels, "pixels", &[None, Some(2)])?;
     let (pixels, _) = pixels.as_slice()?.as_chunks::<2>();
     let [width, height] = gbuffer.get().picture().map(i64::from);
@@ -48,7 +50,7 @@ pub fn compared<'py>(
         return Err(argument_error(py, "pixels", expected, format!("({x}, {y})"), "count from 0 at the upper left"));
     }
     let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
-    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0 };
+    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| {
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;

@@ -32,6 +32,7 @@ mod scene;
 mod scene_states;
 mod settings;
 mod state;
+mod stored;
 mod survey;
 mod technique;
 mod threads;
@@ -78,6 +79,8 @@ mod _core {
     use super::samples::PySamples;
     #[pymodule_export]
     use super::scene::PyScene;
+    #[pymodule_export]
+    use super::stored::PyStored;
     #[pymodule_export]
     use super::survey::{drawn_samples, mapped_states, predict_wrong};
     #[pymodule_export]

@@ -19,11 +19,12 @@ use super::light::light;
 use super::parameterization::{PyParameterization, as_parameterization};
 use super::scene::{PyScene, scene};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
+use super::stored::{stored, warn_of_open_meshes};
 use crate::error::Error;
 use crate::image::ShadowMask;
 use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
-use crate::render::{Bias, Filter, MaskSettings, Renderer};
+use crate::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use crate::threads;
 
 /// How much nearer to the light a receiver is moved before it is compared. The parts add up.
@@ -269,7 +270,7 @@ impl PyRenderer {
         // It tells how many threads there are where it is asked.
         py.detach(|| threads::install(|| self.renderer.adapter())).or_raise(py)
     }
-    /// The shadow map: depth of the nearest caster along each light ray.
+    /// The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
     ///
     /// Parameters
     /// ----------
@@ -277,24 +278,33 @@ impl PyRenderer {
     /// parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
     /// resolution : int or (int, int), optional
     ///     Texels: a side, or width and height. The parameterization's own where none is given.
+    /// stored : Stored or str, optional
+    ///     What the map stores. By default the nearest surface, as NDC depth in single precision.
     ///
     /// Returns
     /// -------
     /// (H, W) or, of several maps, (K, H, W) float32
-    ///     NDC depth in [0, 1], 1 where no caster is.
-    #[pyo3(signature = (scene, parameterization, *, resolution=None))]
+    ///     The stored values, in [0, 1]; 1 where no caster is.
+    ///
+    /// Warns
+    /// -----
+    /// ShadowlabWarning
+    ///     Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
+    #[pyo3(signature = (scene, parameterization, *, resolution=None, stored=None))]
     fn shadow_map<'py>(
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         parameterization: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-        let scene = &scene.get().scene;
-        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, progress))?;
+        let (scene, stored) = (&scene.get().scene, stored.unwrap_or_default());
+        warn_of_open_meshes(py, scene, &stored)?;
+        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, stored, progress))?;
         let [w, h] = maps.size.map(|n| n as usize);
         Ok(match maps.layers {
             1 => image(py, maps.data, [h, w])?.into_any(),
@@ -351,13 +361,20 @@ impl PyRenderer {
     ///     The last share of each map's range of eye depth over which the light of the next map is mixed in, where that map
     ///     holds the receiver (`overlap` of z_partition sees to that); of maps that are chosen because they hold a receiver,
     ///     the share of the map at its border. 0 for none.
+    /// stored : Stored or str, optional
+    ///     What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
     ///
     /// Returns
     /// -------
     /// (H, W) float32
     ///     1 lit, 0 in shadow (also what faces away from the light), NaN where nothing is.
-    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, blend=None),
-        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', blend=0.0)")]
+    ///
+    /// Warns
+    /// -----
+    /// ShadowlabWarning
+    ///     As `shadow_map`.
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, blend=None, stored=None),
+        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', blend=0.0, stored=None)")]
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
@@ -370,10 +387,13 @@ impl PyRenderer {
         #[pyo3(from_py_with = bias)] bias: Option<Bias>,
         filter: Option<&Bound<'py, PyAny>>,
         blend: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?);
+        let stored = stored.unwrap_or_default();
+        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?, stored);
+        warn_of_open_meshes(py, &scene.get().scene, &stored)?;
         let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
@@ -402,7 +422,7 @@ impl PyRenderer {
         resolution: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let p = as_parameterization(parameterization)?;
-        let read = (Bias::default(), Filter::Nearest, 0.0);
+        let read = (Bias::default(), Filter::Nearest, 0.0, Stored::default());
         let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(parameterization.py(), mask.partition, [h, w])
@@ -486,7 +506,7 @@ impl PyRenderer {
         p: &Bound<'_, PyParameterization>,
         size: &Bound<'_, PyAny>,
         resolution: Option<&Bound<'_, PyAny>>,
-        (bias, filter, blend): (Bias, Filter, f64),
+        (bias, filter, blend, stored): (Bias, Filter, f64, Stored),
     ) -> PyResult<ShadowMask> {
         let own = &p.get().p;
         let settings = MaskSettings {
@@ -495,6 +515,7 @@ impl PyRenderer {
             bias,
             filter,
             blend,
+            stored,
         };
         let (scene, camera) = (&scene.get().scene, &camera.get().camera);
         self.run(p.py(), |renderer, progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))

@@ -13,7 +13,7 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use crate::aliasing::usage;
 use crate::render::cpu::lookup::Lookups;
-use crate::render::{Bias, MaskSettings};
+use crate::render::{Bias, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16.
@@ -63,7 +63,14 @@ pub fn reads<'py>(
     let (counts, pixels) = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| {
             let located = usage::locate(surfaces, camera, &light, p, resolution, progress)?;
-            let settings = MaskSettings { resolution, size: picture, bias: Bias::NONE, filter, blend: 0.0 };
+            let settings = MaskSettings {
+                resolution,
+                size: picture,
+                bias: Bias::NONE,
+                filter,
+                blend: 0.0,
+                stored: Stored::default(),
+            };
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
             let read = |pixel: usize, map: usize, count: &mut dyn FnMut([i64; 2])| {
                 let Some((point, normal)) = surfaces.receiver(pixel) else { return };
@@ -100,7 +107,14 @@ pub fn filter_reach<'py>(
     let (reach, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let reach = run_watched(py, None, |progress| {
             let located = usage::locate(surfaces, camera, &light, p, resolution, progress)?;
-            let settings = MaskSettings { resolution, size: picture, bias: Bias::NONE, filter, blend: 0.0 };
+            let settings = MaskSettings {
+                resolution,
+                size: picture,
+                bias: Bias::NONE,
+                filter,
+                blend: 0.0,
+                stored: Stored::default(),
+            };
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
             let of = |(pixel, &map): (usize, &i16)| {
                 let at = usize::try_from(map).ok().zip(surfaces.receiver(pixel));

@@ -8,9 +8,11 @@ mod filter;
 pub mod gpu;
 mod precision;
 mod renderer;
+mod stored;
 
 pub use bias::Bias;
 pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
 pub(crate) use renderer::{check_count, check_extent};
+pub use stored::{Format, Spacing, Stored, StoredSurface, step_along_ray};

@@ -1,6 +1,6 @@
 //! What every renderer does.
 
-use super::{Bias, Filter};
+use super::{Bias, Filter, Stored};
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::parameterization::Parameterization;
@@ -23,6 +23,8 @@ pub struct MaskSettings {
     pub filter: Filter,
     /// The last share of each map's range, 0 to 1, over which the light of the next map is mixed in (14.6).
     pub blend: f64,
+    /// What the map stores.
+    pub stored: Stored,
 }
 
 impl MaskSettings {
@@ -48,12 +50,13 @@ pub trait Renderer: Send + Sync {
     fn backend(&self) -> &'static str;
     /// The device in words.
     fn adapter(&self) -> String;
-    /// The shadow maps of all partitions, `resolution` texels (width, height) each.
+    /// The shadow maps of all partitions, `resolution` texels (width, height) each, as they are stored.
     fn depth_maps(
         &self,
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
+        stored: Stored,
         progress: &Progress,
     ) -> Result<DepthMaps>;
     /// What the camera sees in an image of `size` pixels (width, height).

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::alpha_test::AlphaTest;
+use super::borders::border_edges;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
@@ -34,6 +35,7 @@ pub struct Mesh {
     dropped_faces: usize,
     alpha_test: Option<Box<AlphaTest>>,
     content_hash: OnceLock<[u8; 32]>,
+    border_edges: OnceLock<usize>,
 }
 
 /// What a mesh is stored as.
@@ -220,6 +222,7 @@ impl Mesh {
             dropped_faces,
             alpha_test: alpha_test.map(Box::new),
             content_hash: OnceLock::new(),
+            border_edges: OnceLock::new(),
         }
     }
     /// A number no other mesh of this process has; caches key on it.
@@ -273,6 +276,20 @@ impl Mesh {
     /// [`Mesh::positions_local`].
     pub fn alpha_test(&self) -> Option<&AlphaTest> {
         self.alpha_test.as_deref()
+    }
+    /// How many edges belong to one face only, corners at equal places counted as one: 0 of a closed mesh. Found at the first
+    /// call.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn border_edges(&self, progress: &Progress) -> Result<usize> {
+        // As in `content_hash`: nobody waits.
+        if let Some(&known) = self.border_edges.get() {
+            return Ok(known);
+        }
+        let found = border_edges(&self.positions_local, &self.triangles, progress)?;
+        let _ = self.border_edges.set(found);
+        Ok(found)
     }
     /// Faces left out because a vertex of theirs is not finite.
     pub fn dropped_faces(&self) -> usize {

@@ -1,6 +1,7 @@
 //! What is rendered, who looks at it, and what lights it.
 
 mod alpha_test;
+mod borders;
 mod camera;
 mod camera_matrices;
 pub mod library;

@@ -7,7 +7,7 @@ use crate::focus::Samples;
 use crate::image::{Surfaces, TruthMask};
 use crate::progress::Progress;
 use crate::render::cpu::{CpuRenderer, look_up};
-use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer};
+use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer, Stored};
 use crate::scene::{Camera, Light, Scene};
 use crate::techniques::{Needs, technique_of};
 
@@ -78,9 +78,9 @@ pub fn mapped_states(
     progress: &Progress,
 ) -> Result<Vec<i8>> {
     let p = technique_of("uniform:range=body,fit=exact")?.parameterize(scene, camera, light, SURVEY_MAP)?;
-    let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], progress)?;
-    let (bias, filter) = (Bias::default(), Filter::Nearest);
-    let settings = MaskSettings { resolution: maps.size, size: surfaces.size, bias, filter, blend: 0.0 };
+    let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], Stored::default(), progress)?;
+    let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
+    let settings = MaskSettings { resolution: maps.size, size: surfaces.size, bias, filter, blend: 0.0, stored };
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
     Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

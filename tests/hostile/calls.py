@@ -209,6 +209,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "slack": lambda: 1.1,
     "soft": lambda: sl.trace.soft_shadow_mask(world().scene, world().camera, world().light, size=SIZE, samples=2),
     "steps": lambda: 2,
+    "stored": lambda: sl.Stored("back"),
     "study": study,
     "style": dict,
     "t_max": lambda: 9.0,
@@ -247,6 +248,9 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Convention.changed": {"changes": lambda: {"y": "down"}},
     "Convention.in_atlas": {"columns": lambda: 2, "rows": lambda: 2},
     "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")},
+    "Stored": {
+        "surface": lambda: "front", "spacing": lambda: "linear", "format": lambda: "f16", "limit": lambda: 1.0,
+    },
     "Parameterization.from_matrix": {
         "selection": lambda: "depth", "post_warp": lambda: [None], "regions": lambda: [np.zeros((0, 4))],
         "convention": lambda: None,

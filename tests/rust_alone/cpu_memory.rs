@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Progress, Scene};
 
@@ -77,7 +77,7 @@ fn memory_stays_below_a_hundred_bytes_a_triangle() {
         let p = one_map(DMat4::IDENTITY);
         let before = NOW.load(Relaxed);
         PEAK.store(before, Relaxed);
-        let maps = renderer.depth_maps(&scene, &p, size, &Progress::new()).unwrap();
+        let maps = renderer.depth_maps(&scene, &p, size, Stored::default(), &Progress::new()).unwrap();
         let peak = PEAK.load(Relaxed) - before - 4 * maps.data.len();
         assert!(maps.data.iter().filter(|z| **z < 1.0).count() > maps.data.len() / 2, "{name} shows too little");
         drop(maps);
@@ -98,7 +98,14 @@ fn a_mask_takes_one_map_at_a_time() {
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 1.0, 1.0, 0.1, 10.0).unwrap();
     let light = Light::Directional(DirectionalLight::new(DVec3::Z).unwrap());
     let (bias, filter) = (Bias::default(), Filter::Nearest);
-    let settings = MaskSettings { resolution: [RESOLUTION; 2], size: [256; 2], bias, filter, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [RESOLUTION; 2],
+        size: [256; 2],
+        bias,
+        filter,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let peak = |count: usize| {
         let mut p = maps(&vec![DMat4::IDENTITY; count]);
         for (k, partition) in p.partitions.iter_mut().enumerate() {

@@ -3,11 +3,13 @@
 //! A pass goes batch by batch of instances through [`raster`]; maps with a post-warp are drawn apart
 //! ([`uneven_lattice`]). [`lookup`] reads what is drawn.
 
+mod faces;
 mod gbuffer;
 pub mod lookup;
 mod passes;
 mod raster;
 mod renderer;
+mod stored;
 mod tested_triangle;
 mod uneven_lattice;
 

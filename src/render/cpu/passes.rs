@@ -2,12 +2,13 @@
 
 use std::mem::MaybeUninit;
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 use rayon::prelude::*;
 
+use super::faces::Faces;
 use super::raster::{
-    BandArea, Bands, Batches, Bins, DepthPixels, Draw, Entries, IdPixels, LANES, Pixels, Round, Scratch, Tested,
-    Viewport, draw, draw_fragments,
+    BandArea, Bands, Batches, Bins, DepthPixels, Draw, Entries, IdPixels, LANES, LayerPixels, Pixels, Round, Scratch,
+    Tested, Viewport, draw, draw_fragments,
 };
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
@@ -22,6 +23,7 @@ pub struct Pass<'a> {
     pub scene: &'a Scene,
     pub clip_from_world: DMat4,
     pub size: [u32; 2],
+    pub faces: Faces,
     pub scratch: &'a mut Scratch,
     pub progress: &'a Progress,
 }
@@ -29,15 +31,44 @@ pub struct Pass<'a> {
 impl Pass<'_> {
     /// Draws depth, 1 where nothing is, into all of `depth` (rows from the top).
     pub fn depth(&mut self, depth: &mut [MaybeUninit<f32>]) -> Result<()> {
+        self.depth_from::<false>(depth)
+    }
+
+    /// Draws depth minus 1, 0 where nothing is, into all of `depth`: f32 has as many digits of a depth near the far plane as of
+    /// one near the near plane, which linear depths need.
+    pub fn depth_to_far(&mut self, depth: &mut [MaybeUninit<f32>]) -> Result<()> {
+        self.clip_from_world = to_far(&self.clip_from_world);
+        self.depth_from::<true>(depth)
+    }
+
+    /// The same for the two nearest depths that differ.
+    pub fn layers_to_far(&mut self, first: &mut [MaybeUninit<f32>], second: &mut [MaybeUninit<f32>]) -> Result<()> {
+        self.clip_from_world = to_far(&self.clip_from_world);
+        let drawn_size = drawn_size(self.size);
+        if drawn_size == self.size {
+            return self.draw_layers(drawn_size, first, second);
+        }
+        let n = pixel_count(drawn_size);
+        let (mut wide, mut wide_second) = (unwritten(n)?, unwritten(n)?);
+        self.draw_layers(drawn_size, &mut wide, &mut wide_second)?;
+        // SAFETY: written above.
+        unsafe {
+            crop(written_part(&mut wide), drawn_size, first, self.size);
+            crop(written_part(&mut wide_second), drawn_size, second, self.size);
+        }
+        Ok(())
+    }
+
+    fn depth_from<const TO_FAR: bool>(&mut self, depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let drawn_size = drawn_size(self.size);
         if drawn_size != self.size {
             let mut wide = unwritten(pixel_count(drawn_size))?;
-            self.draw_depth(drawn_size, &mut wide)?;
+            self.draw_depth::<TO_FAR>(drawn_size, &mut wide)?;
             // SAFETY: written above.
             crop(unsafe { written_part(&mut wide) }, drawn_size, depth, self.size);
             return Ok(());
         }
-        self.draw_depth(drawn_size, depth)
+        self.draw_depth::<TO_FAR>(drawn_size, depth)
     }
 
     /// Depth, -1 at the near plane and 0 at the far plane or where nothing is, and the scene-wide number of the triangle seen,
@@ -61,16 +92,42 @@ impl Pass<'_> {
         Ok((depth, ids))
     }
 
-    fn draw_depth(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
+    fn draw_depth<const TO_FAR: bool>(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
-        self.for_each_round(size, DepthPixels::FAR, |round, bands, first| {
+        let far = DepthPixels::<TO_FAR>::FAR;
+        self.for_each_round(size, far, |round, bands, first| {
             let part = bands.rows() * size[0] as usize;
             depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
                 progress.check()?;
                 // SAFETY: the first round writes everything.
-                let depth = if first { filled(depth, DepthPixels::FAR) } else { unsafe { written_part(depth) } };
+                let depth = if first { filled(depth, far) } else { unsafe { written_part(depth) } };
                 let area = band_area(size, bands, band);
-                draw_band(round, band, area, image, &mut DepthPixels { depth });
+                draw_band(round, band, area, image, &mut DepthPixels::<TO_FAR> { depth });
+                Ok(())
+            })
+        })
+    }
+
+    fn draw_layers(
+        &mut self,
+        size: [u32; 2],
+        first: &mut [MaybeUninit<f32>],
+        second: &mut [MaybeUninit<f32>],
+    ) -> Result<()> {
+        let (progress, image) = (self.progress, self.size);
+        let far = LayerPixels::FAR;
+        self.for_each_round(size, far, |round, bands, is_first| {
+            let part = bands.rows() * size[0] as usize;
+            let parts = first.par_chunks_mut(part).zip(second.par_chunks_mut(part)).enumerate();
+            parts.try_for_each(|(band, (first, second))| {
+                progress.check()?;
+                // SAFETY: the first round writes everything.
+                let (first, second) = if is_first {
+                    (filled(first, far), filled(second, far))
+                } else {
+                    unsafe { (written_part(first), written_part(second)) }
+                };
+                draw_band(round, band, band_area(size, bands, band), image, &mut LayerPixels { first, second });
                 Ok(())
             })
         })
@@ -105,7 +162,7 @@ impl Pass<'_> {
         mut draw: impl FnMut(Round, Bands, bool) -> Result<()>,
     ) -> Result<()> {
         let viewport = Viewport::new(self.size, drawn_size, far);
-        let batches = Batches::new(self.scene, &self.clip_from_world, &viewport)?;
+        let batches = Batches::new(self.scene, &self.clip_from_world, &viewport, self.faces)?;
         let bands = Bands::new(drawn_size);
         let mut first = true;
         batches.for_each_round(&viewport, bands, self.scratch, self.progress, |round| {
@@ -118,6 +175,11 @@ impl Pass<'_> {
         }
         Ok(())
     }
+}
+
+/// The matrix with depths of 1 less.
+fn to_far(clip_from_world: &DMat4) -> DMat4 {
+    DMat4::from_translation(DVec3::NEG_Z) * *clip_from_world
 }
 
 /// The matrix if it can be drawn with.

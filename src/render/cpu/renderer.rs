@@ -1,22 +1,22 @@
 //! The renderer itself: the trait over the passes.
 
-use std::mem::MaybeUninit;
 use std::sync::Mutex;
 
 use glam::{DMat4, DVec3};
 
+use super::faces::Faces;
 use super::gbuffer::gbuffer;
 use super::lookup::{Lookups, MaskInput};
-use super::passes::{Pass, checked_matrix, pixel_count};
+use super::passes::{Pass, pixel_count};
 use super::raster::Scratch;
-use super::uneven_lattice::Lattice;
+use super::stored::StoredMap;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::memory::{check_images, unwritten, written};
-use crate::parameterization::{Parameterization, Partition, PostWarp};
+use crate::parameterization::Parameterization;
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, check_count, check_size};
+use crate::render::{MaskSettings, Renderer, Stored, check_count, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Of a pixel while a G-buffer is drawn: it, and the depths and numbers of triangles that it is made of.
@@ -76,6 +76,7 @@ impl Renderer for CpuRenderer {
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
+        stored: Stored,
         progress: &Progress,
     ) -> Result<DepthMaps> {
         let size = check_size("resolution", resolution)?;
@@ -85,7 +86,7 @@ impl Renderer for CpuRenderer {
         let mut data = unwritten::<f32>(layer * p.partitions.len())?;
         self.with_scratch(|scratch| {
             for (partition, depth) in p.partitions.iter().zip(data.chunks_exact_mut(layer)) {
-                draw_map(scene, partition, size, depth, scratch, progress)?;
+                StoredMap { scene, partition, size, stored }.draw(depth, scratch, progress)?;
             }
             Ok(())
         })?;
@@ -99,7 +100,10 @@ impl Renderer for CpuRenderer {
         check_images("size", 1, size, GBUFFER_BYTES)?;
         // Nearer is less.
         let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
-        self.with_scratch(|scratch| gbuffer(&mut Pass { scene, clip_from_world, size, scratch, progress }, camera))
+        self.with_scratch(|scratch| {
+            let faces = Faces::All;
+            gbuffer(&mut Pass { scene, clip_from_world, size, faces, scratch, progress }, camera)
+        })
     }
 
     fn footprint(
@@ -134,29 +138,11 @@ impl Renderer for CpuRenderer {
         let lookups = &Lookups::new(p, camera, light, scene.origin(), settings)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };
-        let size = settings.resolution;
+        let (size, stored) = (settings.resolution, settings.stored);
         self.with_scratch(|scratch| {
-            input.mask(|k, depth| draw_map(scene, &p.partitions[k], size, depth, scratch, progress))
+            let map = |k: usize| StoredMap { scene, partition: &p.partitions[k], size, stored };
+            input.mask(|k, depth| map(k).draw(depth, scratch, progress))
         })
-    }
-}
-
-/// Draws one map into all of `depth`.
-fn draw_map(
-    scene: &Scene,
-    partition: &Partition,
-    size: [u32; 2],
-    depth: &mut [MaybeUninit<f32>],
-    scratch: &mut Scratch,
-    progress: &Progress,
-) -> Result<()> {
-    let clip_from_world = checked_matrix(&partition.shadow_clip_from_world)?;
-    match &partition.post_warp {
-        PostWarp::None => Pass { scene, clip_from_world, size, scratch, progress }.depth(depth),
-        PostWarp::Log { scale, offset } => {
-            Lattice::logarithmic(&clip_from_world, *scale, *offset, size)?.depth(scene, depth, progress)
-        }
-        PostWarp::Rectilinear(warp) => Lattice::rectilinear(&clip_from_world, warp, size).depth(scene, depth, progress),
     }
 }
 

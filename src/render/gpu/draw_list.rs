@@ -45,6 +45,8 @@ pub(super) struct DrawList {
     pub clip_from_local: Vec<ClipFromLocal>,
     /// The scene's index of the instance at each slot.
     pub instances: Vec<u32>,
+    /// Whether exact triangles of mirrored instances and maps are turned, so that all show their outer side alike.
+    pub turns: bool,
 }
 
 impl PassDraws {
@@ -101,7 +103,7 @@ impl DrawList {
                     Some((_, exact)) if is_tested => exact,
                     _ => &mut pass.exact,
                 };
-                exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot, depths);
+                exact.push(scene.mesh_of(instance as usize), &viewport_from_local, slot, depths, self.turns);
             }
             self.instances.push(instance);
             self.clip_from_local.push(single(&viewport_from_local));

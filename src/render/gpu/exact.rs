@@ -78,8 +78,10 @@ impl Corner for (DVec4, DVec2) {
 }
 
 impl ExactTriangles {
-    /// Appends what shows of a mesh, whose instance has a slot.
-    pub fn push(&mut self, mesh: &Mesh, viewport_from_local: &DMat4, slot: u32, depths: Depths) {
+    /// Appends what shows of a mesh, whose instance has a slot; corners in the order that is outwards under a matrix that
+    /// changes nothing, if they are to be turned.
+    pub fn push(&mut self, mesh: &Mesh, viewport_from_local: &DMat4, slot: u32, depths: Depths, turns: bool) {
+        let is_turned = turns && viewport_from_local.determinant() <= 0.0;
         let clip: Vec<DVec4> =
             mesh.positions_local().par_iter().map(|p| *viewport_from_local * p.as_dvec3().extend(1.0)).collect();
         let parts: Vec<Self> = mesh
@@ -91,6 +93,8 @@ impl ExactTriangles {
                 let (mut opaque, mut tested) = (Polygons::default(), Polygons::default());
                 for (i, triangle) in triangles.iter().enumerate() {
                     let id = [slot + 1, (chunk * CHUNK + i) as u32];
+                    let [a, b, c] = *triangle;
+                    let triangle = &if is_turned { [a, c, b] } else { [a, b, c] };
                     let corners = triangle.map(|v| clip[v as usize]);
                     let Some(test) = mesh.alpha_test() else {
                         opaque.show(corners, depths, |polygon| part.push_polygon(polygon, id));

@@ -1,16 +1,19 @@
 //! What is recorded for the device: depth maps of several projections, each a layer of one texture.
 
+use std::sync::Arc;
+
 use glam::DMat4;
 use wgpu::{
-    Buffer, BufferUsages, CommandEncoder, IndexFormat, LoadOp, Operations, RenderPass,
-    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, Texture, TextureView, TextureViewDescriptor,
-    TextureViewDimension,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, IndexFormat,
+    LoadOp, Operations, RenderPass, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline, StoreOp,
+    Texture, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use super::device::Gpu;
 use super::draw_list::{DrawList, PassDraws};
 use super::exact::{Depths, ExactTriangles};
 use super::guard_band::GuardBand;
+use super::layer_pipelines::LayerPipelines;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
 use super::scene_cache::{DeviceScene, RECORD, SceneCache};
@@ -27,6 +30,7 @@ pub(super) const INSTANCES: BufferUsages =
 pub(super) struct State {
     pub scenes: SceneCache,
     pub pool: Pool,
+    pub layers: LayerPipelines,
 }
 
 /// One call at work.
@@ -62,62 +66,114 @@ impl Session<'_> {
         clips_from_world: &[DMat4],
         size: [u32; 2],
     ) -> Result<Texture> {
-        let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
-        let guard = GuardBand::new(self.gpu, size);
-        let mut list = DrawList::default();
-        let mut passes = Vec::with_capacity(clips_from_world.len());
-        for clip_from_world in clips_from_world {
-            self.progress.check()?;
-            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard, Depths::Forward));
-        }
-        let identity = list.push_identity();
-        let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
-        let is_tested = passes.iter().any(|pass| pass.is_tested(&on_device));
-        let tested = if is_tested { Some(self.pipelines.tested(self.gpu)?) } else { None };
-        let texture = self.state.pool.texture(self.gpu, DEPTH, size, passes.len() as u32)?;
+        let list = self.list(in_use, scene, clips_from_world, size, Depths::Forward, false)?;
+        let texture = self.state.pool.texture(self.gpu, DEPTH, size, list.passes.len() as u32)?;
         in_use.textures.push(texture.clone());
-        for (layer, draws) in passes.iter().enumerate() {
-            let exact = self.upload_exact(in_use, &draws.exact)?;
-            let tested_exact = self.upload_tested(in_use, draws)?;
+        let pipelines = DepthPipelines {
+            plain: self.pipelines.depth.clone(),
+            tested: if list.is_tested() { Some(self.pipelines.tested(self.gpu)?.depth()) } else { None },
+        };
+        for layer in 0..list.passes.len() {
             let view = layer_view(&texture, layer as u32);
-            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-                label: Some("depth"),
-                depth_stencil_attachment: Some(depth_attachment(&view, 1.0)),
-                ..Default::default()
-            });
-            guard.set(&mut pass);
-            pass.set_pipeline(&self.pipelines.depth);
-            pass.set_vertex_buffer(1, matrices.slice(..));
-            draw_indexed(&mut pass, &on_device, draws);
-            if let Some(corners) = &exact {
-                pass.set_vertex_buffer(0, corners.slice(..));
-                pass.draw(0..draws.exact.corners.len() as u32, identity..identity + 1);
-            }
-            let Some(tested) = tested else { continue };
-            pass.set_pipeline(&tested.depth);
-            let layout = tested.depth.get_bind_group_layout(0);
-            for draw in draws.on_device(&on_device, true) {
-                let (mesh, geometry, test) = on_device.tested(draw.mesh);
-                pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
-                // Texture coordinates begin with the mesh's first vertex, so all vertices do.
-                let first = u64::from(mesh.first_vertex) * RECORD;
-                pass.set_vertex_buffer(0, geometry.vertices.slice(first..));
-                pass.set_vertex_buffer(2, test.uv.slice(..));
-                pass.set_index_buffer(geometry.indices.slice(..), IndexFormat::Uint32);
-                pass.draw_indexed(mesh.first_index..mesh.first_index + mesh.index_count, 0, draw.slots.clone());
-            }
-            pass.set_pipeline(&tested.depth_exact);
-            let layout = tested.depth_exact.get_bind_group_layout(0);
-            for exact in &tested_exact {
-                let (_, _, test) = on_device.tested(exact.mesh);
-                pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
-                pass.set_vertex_buffer(0, exact.corners.slice(..));
-                pass.set_vertex_buffer(2, exact.coordinates.slice(..));
-                pass.draw(0..exact.count, identity..identity + 1);
-            }
+            self.record(encoder, in_use, &list, layer, &view, &pipelines, Target::FORWARD)?;
         }
         self.gpu.check()?;
         Ok(texture)
+    }
+
+    /// What the passes of some projections draw, on the device. `turns` as [`DrawList::turns`].
+    pub fn list(
+        &mut self,
+        in_use: &mut InUse,
+        scene: &Scene,
+        clips_from_world: &[DMat4],
+        size: [u32; 2],
+        depths: Depths,
+        turns: bool,
+    ) -> Result<PassList> {
+        let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
+        let guard = GuardBand::new(self.gpu, size);
+        let mut list = DrawList { turns, ..DrawList::default() };
+        let mut passes = Vec::with_capacity(clips_from_world.len());
+        for clip_from_world in clips_from_world {
+            self.progress.check()?;
+            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard, depths));
+        }
+        let identity = list.push_identity();
+        let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
+        Ok(PassList { on_device, guard, passes, identity, matrices })
+    }
+
+    /// Records one pass of a list.
+    #[allow(clippy::too_many_arguments)]
+    pub fn record(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        in_use: &mut InUse,
+        list: &PassList,
+        index: usize,
+        view: &TextureView,
+        pipelines: &DepthPipelines,
+        target: Target,
+    ) -> Result<()> {
+        let PassList { on_device, guard, passes, identity, matrices } = list;
+        let (draws, identity) = (&passes[index], *identity);
+        let exact = self.upload_exact(in_use, &draws.exact)?;
+        let tested_exact = self.upload_tested(in_use, draws)?;
+        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+            label: Some("depth"),
+            depth_stencil_attachment: Some(depth_attachment(view, target.far)),
+            ..Default::default()
+        });
+        guard.set(&mut pass);
+        pass.set_pipeline(&pipelines.plain);
+        if let Some(first) = target.first {
+            pass.set_bind_group(0, &self.bind_first(&pipelines.plain, 0, first), &[]);
+        }
+        pass.set_vertex_buffer(1, matrices.slice(..));
+        draw_indexed(&mut pass, on_device, draws);
+        if let Some(corners) = &exact {
+            pass.set_vertex_buffer(0, corners.slice(..));
+            pass.draw(0..draws.exact.corners.len() as u32, identity..identity + 1);
+        }
+        let Some([tested, tested_alone]) = &pipelines.tested else { return Ok(()) };
+        pass.set_pipeline(tested);
+        if let Some(first) = target.first {
+            pass.set_bind_group(1, &self.bind_first(tested, 1, first), &[]);
+        }
+        let layout = tested.get_bind_group_layout(0);
+        for draw in draws.on_device(on_device, true) {
+            let (mesh, geometry, test) = on_device.tested(draw.mesh);
+            pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
+            // Texture coordinates begin with the mesh's first vertex, so all vertices do.
+            let first = u64::from(mesh.first_vertex) * RECORD;
+            pass.set_vertex_buffer(0, geometry.vertices.slice(first..));
+            pass.set_vertex_buffer(2, test.uv.slice(..));
+            pass.set_index_buffer(geometry.indices.slice(..), IndexFormat::Uint32);
+            pass.draw_indexed(mesh.first_index..mesh.first_index + mesh.index_count, 0, draw.slots.clone());
+        }
+        pass.set_pipeline(tested_alone);
+        if let Some(first) = target.first {
+            pass.set_bind_group(1, &self.bind_first(tested_alone, 1, first), &[]);
+        }
+        let layout = tested_alone.get_bind_group_layout(0);
+        for exact in &tested_exact {
+            let (_, _, test) = on_device.tested(exact.mesh);
+            pass.set_bind_group(0, &test.bind(self.gpu, &layout), &[]);
+            pass.set_vertex_buffer(0, exact.corners.slice(..));
+            pass.set_vertex_buffer(2, exact.coordinates.slice(..));
+            pass.draw(0..exact.count, identity..identity + 1);
+        }
+        Ok(())
+    }
+
+    /// The group of a pipeline that reads the first depths.
+    fn bind_first(&self, pipeline: &RenderPipeline, group: u32, first: &TextureView) -> BindGroup {
+        self.gpu.device.create_bind_group(&BindGroupDescriptor {
+            label: Some("first depths"),
+            layout: &pipeline.get_bind_group_layout(group),
+            entries: &[BindGroupEntry { binding: 0, resource: BindingResource::TextureView(first) }],
+        })
     }
 
     /// The corners of exact triangles in a buffer of the device; nothing where there are none.
@@ -154,6 +210,45 @@ impl Session<'_> {
         self.gpu.check()?;
         Ok(buffer)
     }
+}
+
+/// Passes over a scene whose draws are on the device.
+pub(super) struct PassList {
+    pub on_device: Arc<DeviceScene>,
+    pub guard: GuardBand,
+    pub passes: Vec<PassDraws>,
+    /// The slot of a matrix that changes nothing.
+    pub identity: u32,
+    pub matrices: Buffer,
+}
+
+impl PassList {
+    /// Whether anything has an alpha test.
+    pub fn is_tested(&self) -> bool {
+        self.passes.iter().any(|pass| pass.is_tested(&self.on_device))
+    }
+}
+
+/// What draws depth: of meshes without and with alpha tests, of the latter also of triangles that the host has projected.
+pub(super) struct DepthPipelines {
+    pub plain: RenderPipeline,
+    pub tested: Option<[RenderPipeline; 2]>,
+}
+
+/// Where depths go.
+#[derive(Clone, Copy)]
+pub(super) struct Target<'a> {
+    /// Depth of the far plane.
+    pub far: f32,
+    /// The nearest depths, where those behind them are drawn.
+    pub first: Option<&'a TextureView>,
+}
+
+impl Target<'_> {
+    /// The nearest depth, 1 at the far plane.
+    pub const FORWARD: Self = Self { far: 1.0, first: None };
+    /// The nearest depth, 0 at the far plane.
+    pub const REVERSED: Self = Self { far: 0.0, first: None };
 }
 
 /// Exact triangles of a mesh with an alpha test, on the device.

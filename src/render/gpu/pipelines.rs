@@ -25,7 +25,7 @@ const SURFACE: &str = include_str!("shaders/surface.wgsl");
 /// Which map serves it.
 const CHOOSE: &str = include_str!("shaders/choose.wgsl");
 /// Which points of a mesh exist.
-const ALPHA_TEST: &str = include_str!("shaders/alpha_test.wgsl");
+pub(super) const ALPHA_TEST: &str = include_str!("shaders/alpha_test.wgsl");
 
 /// What is compiled when the renderer is made.
 pub(super) struct Pipelines {
@@ -37,9 +37,9 @@ pub(super) struct Pipelines {
 
 /// What meshes with alpha tests take, compiled when the first is drawn.
 pub(super) struct TestedPipelines {
-    pub depth: RenderPipeline,
+    depth: RenderPipeline,
     /// Of triangles that the host has projected.
-    pub depth_exact: RenderPipeline,
+    depth_exact: RenderPipeline,
     /// None on a device that has no compute shaders, which draws no ids.
     pub ids: Option<TestedIds>,
 }
@@ -74,7 +74,7 @@ impl Pipelines {
     pub fn new(gpu: &Gpu) -> Result<Self> {
         let device = &gpu.device;
         let depth =
-            render_pipeline(device, "depth", include_str!("shaders/depth.wgsl").into(), &VERTEX_BUFFERS, None, None);
+            depth_pipeline(device, "depth", include_str!("shaders/depth.wgsl").into(), &VERTEX_BUFFERS, None, false);
         gpu.check()?;
         let surface = gpu.has_compute.then(|| SurfacePipelines {
             ids: ids_pipeline(device),
@@ -115,13 +115,17 @@ impl Pipelines {
 }
 
 impl TestedPipelines {
+    /// Those that draw depth.
+    pub fn depth(&self) -> [RenderPipeline; 2] {
+        [self.depth.clone(), self.depth_exact.clone()]
+    }
     fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
         let source = [include_str!("shaders/depth_tested.wgsl"), ALPHA_TEST].join("\n");
         let [vertices, matrices] = VERTEX_BUFFERS;
         let depth = |label, coordinates| {
             let buffers = [vertices.clone(), matrices.clone(), Some(coordinates)];
-            render_pipeline(device, label, source.clone(), &buffers, Some("depth"), None)
+            depth_pipeline(device, label, source.clone(), &buffers, Some("depth"), false)
         };
         Self {
             depth: depth("depth_tested", per_vertex(8, &vertex_attr_array![5 => Float32x2])),
@@ -139,14 +143,14 @@ impl TestedIds {
         let [corners, numbers] = EXACT_BUFFERS;
         let buffers = [corners, numbers, Some(per_vertex(16, &vertex_attr_array![2 => Float32x4]))];
         Self {
-            ids: render_pipeline(device, "ids_tested", ids, &[], Some("ids"), target()),
-            ids_exact: render_pipeline(device, "ids_exact_tested", exact, &buffers, Some("ids"), target()),
+            ids: render_pipeline(device, "ids_tested", ids, &[], Some("ids"), target(), true),
+            ids_exact: render_pipeline(device, "ids_exact_tested", exact, &buffers, Some("ids"), target(), true),
         }
     }
 }
 
 /// A buffer of attributes that each vertex has.
-const fn per_vertex(array_stride: u64, attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
+pub(super) const fn per_vertex(array_stride: u64, attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
     VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes }
 }
 
@@ -157,7 +161,7 @@ const EXACT_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
 ];
 
 /// The vertices of a mesh, and the columns of each instance's matrix.
-const VERTEX_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
+pub(super) const VERTEX_BUFFERS: [Option<VertexBufferLayout<'static>>; 2] = [
     Some(per_vertex(RECORD, &vertex_attr_array![0 => Float32x3])),
     Some(VertexBufferLayout {
         array_stride: 64,
@@ -170,26 +174,37 @@ fn ids_pipeline(device: &Device) -> IdsPipeline {
     let target = Some(ColorTargetState::from(IDS));
     if device.features().contains(Features::PRIMITIVE_INDEX) {
         let source = include_str!("shaders/ids.wgsl").into();
-        IdsPipeline::Indexed(render_pipeline(device, "ids", source, &VERTEX_BUFFERS, Some("ids"), target))
+        IdsPipeline::Indexed(render_pipeline(device, "ids", source, &VERTEX_BUFFERS, Some("ids"), target, true))
     } else {
         let source = include_str!("shaders/ids_pulled.wgsl").into();
-        IdsPipeline::Pulled(render_pipeline(device, "ids_pulled", source, &[], Some("ids"), target))
+        IdsPipeline::Pulled(render_pipeline(device, "ids_pulled", source, &[], Some("ids"), target, true))
     }
 }
 
 fn ids_exact_pipeline(device: &Device) -> RenderPipeline {
     let source = include_str!("shaders/ids_exact.wgsl").into();
     let target = Some(ColorTargetState::from(IDS));
-    render_pipeline(device, "ids_exact", source, &EXACT_BUFFERS, Some("ids"), target)
+    render_pipeline(device, "ids_exact", source, &EXACT_BUFFERS, Some("ids"), target, true)
 }
 
-fn module(device: &Device, label: &str, source: String) -> ShaderModule {
+pub(super) fn module(device: &Device, label: &str, source: String) -> ShaderModule {
     device
         .create_shader_module(ShaderModuleDescriptor { label: Some(label), source: ShaderSource::Wgsl(source.into()) })
 }
 
-/// A pipeline that draws the nearest surface of a map, or with a target, where depth is reversed, of an eye. Fragments go
-/// through an entry point if there is one.
+/// A pipeline that draws the nearest depth of a map. Fragments go through an entry point if there is one.
+pub(super) fn depth_pipeline(
+    device: &Device,
+    label: &str,
+    source: String,
+    buffers: &[Option<VertexBufferLayout>],
+    entry_point: Option<&str>,
+    is_reversed: bool,
+) -> RenderPipeline {
+    render_pipeline(device, label, source, buffers, entry_point, None, is_reversed)
+}
+
+/// A pipeline that draws the nearest surface, whose depth is largest where depth is reversed.
 fn render_pipeline(
     device: &Device,
     label: &str,
@@ -197,9 +212,10 @@ fn render_pipeline(
     buffers: &[Option<VertexBufferLayout>],
     entry_point: Option<&str>,
     target: Option<ColorTargetState>,
+    is_reversed: bool,
 ) -> RenderPipeline {
     let module = module(device, label, source);
-    let nearer = if target.is_some() { CompareFunction::Greater } else { CompareFunction::Less };
+    let nearer = if is_reversed { CompareFunction::Greater } else { CompareFunction::Less };
     let targets: Vec<_> = target.into_iter().map(Some).collect();
     let fragment = entry_point.map(|name| FragmentState {
         module: &module,

@@ -2,7 +2,6 @@
 
 use std::sync::Mutex;
 
-use glam::DMat4;
 use wgpu::Features;
 
 use super::adapter::AdapterInfo;
@@ -17,9 +16,9 @@ use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
 use crate::memory::check_images;
-use crate::parameterization::{Parameterization, PostWarp};
+use crate::parameterization::{Parameterization, Partition, PostWarp};
 use crate::progress::Progress;
-use crate::render::{Kernels, MaskSettings, Renderer, check_count, check_extent, check_size};
+use crate::render::{Kernels, MaskSettings, Renderer, Stored, check_count, check_extent, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
@@ -87,24 +86,25 @@ impl Renderer for GpuRenderer {
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
+        stored: Stored,
         progress: &Progress,
     ) -> Result<DepthMaps> {
         check_size("resolution", resolution)?;
         check_partitions(p)?;
         self.gpu.check_texture("a shadow map", resolution, 1)?;
         self.gpu.check_buffer("a shadow map on its way back (bytes)", depth_bytes(resolution, 1))?;
-        let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
+        let count = p.partitions.len();
         let texels = resolution[0] as usize * resolution[1] as usize;
         let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES.min(self.gpu.limits.max_buffer_size));
-        check_images("resolution", clips.len(), resolution, size_of::<f32>())?;
-        let mut data = vec![0.0; texels * clips.len()];
+        check_images("resolution", count, resolution, size_of::<f32>())?;
+        let mut data = vec![0.0; texels * count];
         self.work(progress, |session| {
-            for (clips, maps) in clips.chunks(batch).zip(data.chunks_mut(texels * batch)) {
-                session.depth_batch(scene, clips, resolution, maps)?;
+            for (partitions, maps) in p.partitions.chunks(batch).zip(data.chunks_mut(texels * batch)) {
+                session.depth_batch(scene, partitions, resolution, stored, maps)?;
             }
             Ok(())
         })?;
-        Ok(DepthMaps { layers: clips.len() as u32, size: resolution, data })
+        Ok(DepthMaps { layers: count as u32, size: resolution, data })
     }
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
@@ -183,8 +183,7 @@ impl Renderer for GpuRenderer {
         let (choice, lookup) = (space.choice(light, p), space.lookup(settings)?);
         let kernels = Kernels::new(settings.filter, Some(Eye::new(camera, scene.origin(), size)))?;
         let kernel = Kernel::new(&settings.filter, &kernels);
-        let maps = space.maps(p, resolution)?;
-        let clips: Vec<DMat4> = p.partitions.iter().map(|p| p.shadow_clip_from_world).collect();
+        let maps = space.maps_of(p, resolution, settings.stored)?;
         let pixels = size[0] as usize * size[1] as usize;
         let mut mask = ShadowMask { size, data: vec![0.0; pixels], partition: vec![ShadowMask::NO_MAP; pixels] };
         let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES);
@@ -192,10 +191,12 @@ impl Renderer for GpuRenderer {
             let mut in_use = InUse::default();
             let mut encoder = self.gpu.encoder("shadow mask");
             let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
-            for (first, clips) in (0..clips.len()).step_by(batch).zip(clips.chunks(batch)) {
+            for (first, partitions) in (0..p.partitions.len()).step_by(batch).zip(p.partitions.chunks(batch)) {
                 let mut in_use = InUse::default();
-                let depth_maps = session.draw_depth(&mut encoder, &mut in_use, scene, clips, resolution)?;
-                let lookup = lookup.part(first..first + clips.len());
+                let stored = settings.stored;
+                let depth_maps =
+                    session.draw_stored(&mut encoder, &mut in_use, scene, partitions, resolution, stored)?;
+                let lookup = lookup.part(first..first + partitions.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
                 let uniforms = (&choice, &lookup, &kernel);
                 session.read_mask(recorded, &mut in_use, &drawn, uniforms, &maps, &depth_maps, &mut mask)?;
@@ -210,11 +211,18 @@ impl Renderer for GpuRenderer {
 
 impl Session<'_> {
     /// Depth maps drawn in one submission and read into `maps`.
-    fn depth_batch(&mut self, scene: &Scene, clips: &[DMat4], size: [u32; 2], maps: &mut [f32]) -> Result<()> {
+    fn depth_batch(
+        &mut self,
+        scene: &Scene,
+        partitions: &[Partition],
+        size: [u32; 2],
+        stored: Stored,
+        maps: &mut [f32],
+    ) -> Result<()> {
         let mut in_use = InUse::default();
         let mut encoder = self.gpu.encoder("depth maps");
-        let texture = self.draw_depth(&mut encoder, &mut in_use, scene, clips, size)?;
-        let bytes = depth_bytes(size, clips.len() as u32);
+        let texture = self.draw_stored(&mut encoder, &mut in_use, scene, partitions, size, stored)?;
+        let bytes = depth_bytes(size, partitions.len() as u32);
         let staging = self.state.pool.buffer(self.gpu, STAGING, bytes)?;
         copy_depth(&mut encoder, &texture, &staging);
         finish_and_read(self.gpu, &mut self.state.pool, encoder, staging, bytes, self.progress, |padded| {

@@ -10,7 +10,8 @@ use glam::{DMat4, DVec3, DVec4};
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
-use crate::render::MaskSettings;
+use crate::render::stored::DepthMeasure;
+use crate::render::{MaskSettings, Spacing, Stored};
 use crate::scene::Light;
 
 /// `Choice` of choose.wgsl.
@@ -42,6 +43,8 @@ pub(super) struct Map {
     log_offset: f32,
     depth_begin: f32,
     unused: [u32; 3],
+    /// What stored depths measure: numerator and denominator.
+    depth: [[f32; 4]; 2],
 }
 
 /// `Gradient` of choose.wgsl.
@@ -128,13 +131,21 @@ impl EyeSpace {
     /// [`crate::Error::InvalidArgument`] for a matrix that is not finite, and for a rectilinear warp: a record has no room for
     /// its knots.
     pub fn maps(&self, p: &Parameterization, resolution: [u32; 2]) -> Result<Vec<Map>> {
+        self.maps_of(p, resolution, Stored::default())
+    }
+
+    /// The same for lookups of what is stored.
+    ///
+    /// # Errors
+    /// As [`EyeSpace::maps`], and [`crate::Error::InvalidArgument`] for a map that has no linear depth.
+    pub fn maps_of(&self, p: &Parameterization, resolution: [u32; 2], stored: Stored) -> Result<Vec<Map>> {
         let farthest = p.partitions.last().map_or(0.0, |last| last.eye_depth[1]);
         let map = |partition: &Partition| {
             // Those that end where the last does have no end: Parameterization::first_map.
             let end = partition.eye_depth[1];
             let depth_end = if end >= farthest { f32::MAX } else { self.camera_depth(end).clamp(f32::MIN, f32::MAX) };
             let depth_begin = self.camera_depth(partition.eye_depth[0]).clamp(f32::MIN, f32::MAX);
-            Ok(Map { depth_begin, depth_end, ..Map::new(partition, self.unit, resolution)? })
+            Ok(Map { depth_begin, depth_end, ..Map::new(partition, self.unit, resolution, stored)? })
         };
         p.relative_to(self.eye)?.partitions.iter().map(map).collect()
     }
@@ -142,7 +153,7 @@ impl EyeSpace {
 
 impl Map {
     /// The record of a map for points relative to the eye, in world units; its depths are for the caller to fill in.
-    fn new(partition: &Partition, unit: f64, resolution: [u32; 2]) -> Result<Self> {
+    fn new(partition: &Partition, unit: f64, resolution: [u32; 2], stored: Stored) -> Result<Self> {
         let relative_from_eye = DMat4::from_scale(DVec3::splat(unit));
         let clip_from_eye = partition.shadow_clip_from_world * relative_from_eye;
         // Clip coordinates are homogeneous: a power of two in all of them changes nothing but w.
@@ -180,6 +191,14 @@ impl Map {
             post_warp,
             log_scale: log_scale as f32,
             log_offset: log_offset as f32,
+            depth: match stored.spacing {
+                Spacing::Projective => [rows[2], rows[3]],
+                Spacing::Linear => {
+                    let measure = DepthMeasure::new(&clip_from_eye, &partition.post_warp, stored.spacing)?;
+                    [measure.numerator, measure.denominator]
+                }
+            }
+            .map(|row| row.as_vec4().to_array()),
             ..Self::zeroed()
         })
     }
@@ -311,7 +330,7 @@ mod tests {
         // WGSL aligns structs to 16 bytes, and a vec3f to as much.
         assert_eq!(
             (size_of::<Choice>(), size_of::<Map>(), size_of::<Gradient>(), size_of::<Lookup>()),
-            (48, 320, 32, 32)
+            (48, 352, 32, 48)
         );
         assert_eq!((std::mem::offset_of!(Map, texel), std::mem::offset_of!(Map, log_offset)), (272, 300));
     }

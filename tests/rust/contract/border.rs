@@ -4,7 +4,7 @@ use glam::{DMat4, DVec2, DVec3};
 use shadowlab::fit::BORDER_TEXELS;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Filter, Renderer};
+use shadowlab::render::{Filter, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, SpotLight};
 use shadowlab::techniques::{specs, technique};
 use shadowlab::{Camera, Light, Progress, Scene};
@@ -90,8 +90,9 @@ fn a_caster_seen_by_a_border_texel_alone_is_in_the_map() {
                             "{what}: the corner at {ndc} is in the border"
                         );
                     }
-                    let maps =
-                        CpuRenderer::new().depth_maps(&scene, &p, [RESOLUTION; 2], &Progress::new()).expect("maps");
+                    let maps = CpuRenderer::new()
+                        .depth_maps(&scene, &p, [RESOLUTION; 2], Stored::default(), &Progress::new())
+                        .expect("maps");
                     let (expected, _) = p.partitions[k].project(at_height(&before.partitions[k], middle));
                     let texel = (DVec2::new(expected.x, -expected.y) * 0.5 + 0.5) * f64::from(RESOLUTION);
                     let n = RESOLUTION as usize;

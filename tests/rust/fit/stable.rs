@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use shadowlab::geometry::Aabb;
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::techniques::{Value, technique};
 use shadowlab::{Camera, Progress, Scene};
 
@@ -41,7 +41,9 @@ fn compare(scene: &Scene, cameras: [&Camera; 2], stable: bool) -> Difference {
     let n = RESOLUTION as i64;
     let of = |camera: &Camera| {
         let p = t.parameterize(scene, camera, &light, RESOLUTION).expect("a map");
-        let maps = CpuRenderer::new().depth_maps(scene, &p, [RESOLUTION; 2], &Progress::new()).expect("maps");
+        let maps = CpuRenderer::new()
+            .depth_maps(scene, &p, [RESOLUTION; 2], Stored::default(), &Progress::new())
+            .expect("maps");
         let (ndc, _) = p.partitions[0].project(scene.origin());
         (maps.data, DVec2::new(ndc.x, -ndc.y) * 0.5 * n as f64)
     };

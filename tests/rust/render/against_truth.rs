@@ -11,7 +11,7 @@ use shadowlab::image::{GBuffer, TruthMask};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
@@ -68,18 +68,34 @@ impl Case<'_> {
     }
     fn mask(&self) -> Vec<f32> {
         let Self { bias, filter, .. } = *self;
-        let settings = MaskSettings { resolution: [self.resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: [self.resolution; 2],
+            size: SIZE,
+            bias,
+            filter,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         let renderer = CpuRenderer::new();
         renderer.shadow_mask(self.scene, self.camera, self.light, self.p, &settings, &Progress::new()).unwrap().data
     }
     fn lookup(&self, bias: Bias) -> MapLookup {
         let size = [self.resolution; 2];
-        MapLookup::new(&self.p.partitions[0], self.light, self.scene.origin(), size, bias, self.filter).unwrap()
+        MapLookup::new(
+            &self.p.partitions[0],
+            self.light,
+            self.scene.origin(),
+            size,
+            bias,
+            self.filter,
+            Stored::default(),
+        )
+        .unwrap()
     }
     /// The view through the map of another scene.
     fn mask_through_map_of(&self, casters: &Scene) -> Vec<f32> {
         let size = [self.resolution; 2];
-        let map = CpuRenderer::new().depth_maps(casters, self.p, size, &Progress::new()).unwrap();
+        let map = CpuRenderer::new().depth_maps(casters, self.p, size, Stored::default(), &Progress::new()).unwrap();
         let (g, lookup) = (self.gbuffer(), self.lookup(self.bias));
         let light = |pixel| match g.surfaces().receiver(pixel) {
             None => f32::NAN,

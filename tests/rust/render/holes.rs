@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, PiecewiseLinear, PostWarp, Rectilinear};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::scene::{AlphaTest, AlphaTestParts, AlphaTexture, Instance, Wrap};
 use shadowlab::{Camera, Mesh, Progress, Scene};
 
@@ -133,7 +133,7 @@ fn every_kind(clip: DMat4) -> Vec<Parameterization> {
 }
 
 fn maps(scene: &Scene, p: &Parameterization, size: [u32; 2]) -> Vec<f32> {
-    CpuRenderer::new().depth_maps(scene, p, size, &Progress::new()).unwrap().data
+    CpuRenderer::new().depth_maps(scene, p, size, Stored::default(), &Progress::new()).unwrap().data
 }
 
 fn camera() -> Camera {

@@ -13,4 +13,5 @@ mod holes;
 mod kernels;
 mod near_plane;
 mod selection;
+mod stored;
 mod strong;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use shadowlab::image::{GBuffer, ShadowMask};
 use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::library;
 use shadowlab::{Camera, Error, Light, Progress, Scene};
 
@@ -17,8 +17,14 @@ use crate::support::by_body::by_body;
 use maps::{alone, nowhere, repeated, views};
 
 const SIZE: [u32; 2] = [240, 160];
-const SETTINGS: MaskSettings =
-    MaskSettings { resolution: [512; 2], size: SIZE, bias: Bias::NONE, filter: Filter::Bilinear, blend: 0.0 };
+const SETTINGS: MaskSettings = MaskSettings {
+    resolution: [512; 2],
+    size: SIZE,
+    bias: Bias::NONE,
+    filter: Filter::Bilinear,
+    blend: 0.0,
+    stored: Stored::FRONT,
+};
 
 fn gbuffer(scene: &Scene, camera: &Camera) -> GBuffer {
     CpuRenderer::new().gbuffer(scene, camera, SIZE, &Progress::new()).unwrap()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec2, DVec3};
 use shadowlab::parameterization::{Parameterization, Partition};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Filter, Kernels, Renderer};
+use shadowlab::render::{Filter, Kernels, Renderer, Stored};
 use shadowlab::scene::Instance;
 use shadowlab::{Mesh, Progress, Scene};
 
@@ -64,7 +64,10 @@ pub fn instances(mesh: Mesh, places: &[DAffine3]) -> Scene {
 
 /// The depth map of a scene under a matrix.
 pub fn depth(scene: &Scene, clip_from_world: DMat4, size: [u32; 2]) -> Vec<f32> {
-    CpuRenderer::new().depth_maps(scene, &one_map(clip_from_world), size, &Progress::new()).unwrap().data
+    CpuRenderer::new()
+        .depth_maps(scene, &one_map(clip_from_world), size, Stored::default(), &Progress::new())
+        .unwrap()
+        .data
 }
 
 /// SplitMix64 (S. Vigna): enough randomness for tests, and the same on every machine.

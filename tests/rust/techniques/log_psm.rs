@@ -5,7 +5,7 @@ use shadowlab::geometry::Rows;
 use shadowlab::note::Kind;
 use shadowlab::parameterization::{Partition, PostWarp};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::library;
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Error, Light, Mesh, Parameterization, Progress, Scene};
@@ -306,7 +306,14 @@ fn a_floor_is_free_of_acne_under_the_slope_and_not_under_less() {
                     p.partitions[0].shadow_clip_from_world = Rows { z, ..rows }.matrix();
                 }
                 let dark = |bias: Bias| {
-                    let settings = MaskSettings { resolution: [resolution; 2], size, bias, filter, blend: 0.0 };
+                    let settings = MaskSettings {
+                        resolution: [resolution; 2],
+                        size,
+                        bias,
+                        filter,
+                        blend: 0.0,
+                        stored: Stored::default(),
+                    };
                     let renderer = CpuRenderer::new();
                     let mask = renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &Progress::new());
                     mask.expect("a mask").data.iter().filter(|x| !x.is_nan() && **x < 1.0).count()
@@ -339,7 +346,14 @@ fn shadows_are_nearer_to_the_truth_than_through_a_uniform_map() {
                 let t = by_body(text);
                 let p = t.parameterize(&s.scene, &s.camera, &light, resolution).expect(text);
                 let (bias, filter) = (Bias::default(), Filter::Nearest);
-                let settings = MaskSettings { resolution: [resolution; 2], size, bias, filter, blend: 0.0 };
+                let settings = MaskSettings {
+                    resolution: [resolution; 2],
+                    size,
+                    bias,
+                    filter,
+                    blend: 0.0,
+                    stored: Stored::default(),
+                };
                 let renderer = CpuRenderer::new();
                 let mask = renderer.shadow_mask(&s.scene, &s.camera, &light, &p, &settings, &Progress::new());
                 let mask = mask.expect("a mask").data;

@@ -7,7 +7,7 @@ use shadowlab::image::TruthMask;
 use shadowlab::note::Kind;
 use shadowlab::parameterization::Selection;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{Instance, Light, PointLight, SpotLight};
 use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Mesh, Progress, Scene};
@@ -63,7 +63,14 @@ fn compare(text: &str, scene: &Scene, camera: &Camera, light: &Light) -> Compare
     let t = by_body(text);
     let p = t.parameterize_seen(scene, camera, light, [1024; 2], Some(&samples_of(scene, camera))).expect(text);
     let bias = Bias::default();
-    let settings = MaskSettings { resolution: [1024; 2], size: SIZE, bias, filter: Filter::Nearest, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [1024; 2],
+        size: SIZE,
+        bias,
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let mask = renderer.shadow_mask(scene, camera, light, &p, &settings, &progress).expect("a mask").data;
     let truth = Tracer::new(scene, &progress).expect("a tracer");
     let truth = truth.shadow_mask(camera, light, SIZE, &progress).expect("a mask").data;

@@ -5,8 +5,8 @@ use shadowlab::Error;
 use shadowlab::fit::MapSize;
 use shadowlab::focus::RayEdge;
 use shadowlab::parameterization::{PiecewiseLinear, PostWarp};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::scene::{Light, SpotLight};
 use shadowlab::techniques::rectilinear::{Densities, EdgeWidths, least_density};
 use shadowlab::techniques::{Needs, technique_of};
@@ -186,7 +186,12 @@ fn the_homography_is_that_of_the_base() {
 fn a_floor_of_one_draws_the_map_of_the_base() {
     let v = from_library().into_iter().find(|v| v.name.contains("robots")).expect("a scene");
     let (own, base) = (maps("rectilinear:floor=1", &v), maps("scene_optimal", &v));
-    let draw = |p| CpuRenderer::new().depth_maps(&v.scene, p, [RESOLUTION; 2], &Progress::new()).expect("maps").data;
+    let draw = |p| {
+        CpuRenderer::new()
+            .depth_maps(&v.scene, p, [RESOLUTION; 2], Stored::default(), &Progress::new())
+            .expect("maps")
+            .data
+    };
     let (own, base) = (draw(&own), draw(&base));
     // Outlines move by 1/512 of a texel where the other rasteriser rounds.
     let differ = own.iter().zip(&base).filter(|(a, b)| (**a - **b).abs() > 1e-4).count();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use shadowlab::image::{GBuffer, TruthMask};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{AlphaTest, AlphaTestParts, DirectionalLight, Instance, PointLight, Wrap};
 use shadowlab::trace::{Hit, Tracer};
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
@@ -184,8 +184,14 @@ fn a_fine_map_and_the_truth_agree() {
     let scene = forest(|uv| Some(alpha_test(Some(waves(16)), uv, Wrap::Mirror)));
     let light = Light::Directional(DirectionalLight::new(DVec3::new(0.3, -1.0, 0.5)).unwrap());
     let p = by_body("uniform").parameterize(&scene, &camera(), &light, 4096).unwrap();
-    let settings =
-        MaskSettings { resolution: [4096; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [4096; 2],
+        size: SIZE,
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let cpu = CpuRenderer::new();
     let mask = cpu.shadow_mask(&scene, &camera(), &light, &p, &settings, &Progress::new()).unwrap();
     let truth = truth(&scene, &camera(), &light, SIZE);

@@ -3,8 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use super::lookup::MapLookup;
+use super::projected::Projected;
 use crate::parameterization::PostWarp;
-use crate::render::Kernel;
+use crate::render::{Kernel, Spacing};
 
 /// How a receiver is to be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,16 +23,33 @@ pub struct Reference {
     pub p_texel: DVec2,
     /// The texels that are compared.
     pub kernel: Kernel,
-    /// Biased NDC depth, but for the part that each texel has of its own.
+    /// Biased depth, but for the part that each texel has of its own.
     pub z: f64,
     /// The receiver, relative to the origin, moved along its normal; and that.
     p: DVec3,
     normal: DVec3,
-    /// NDC depth without bias.
+    /// Depth without bias.
     unbiased: f64,
-    /// What depth on the receiver's plane changes by with each texel, and how much it may.
-    per_texel: DVec2,
+    /// How depth on the receiver's plane changes with each texel, and how much it may.
+    plane: PlaneDepth,
     limit: f64,
+}
+
+/// Depth on a plane about a receiver, by texels from it: theory.md (13.9).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct PlaneDepth {
+    per_texel: DVec2,
+    /// Relative change of what depth is divided by; zero where depth is projective.
+    divisor: DVec2,
+}
+
+impl PlaneDepth {
+    /// How much farther the plane is so many texels away; infinitely nearer beyond its horizon.
+    #[inline(always)]
+    fn change(&self, texels: DVec2) -> f64 {
+        let divisor = 1.0 + self.divisor.dot(texels);
+        if divisor > 0.0 { self.per_texel.dot(texels) / divisor } else { f64::NEG_INFINITY }
+    }
 }
 
 impl MapLookup {
@@ -47,49 +65,54 @@ impl MapLookup {
             let Some(moved) = self.projected(p) else { return Comparison::Lit };
             at = moved;
         }
-        let [_, _, row_z, row_w] = self.rows;
 
         // Part 1: along the ray (13.1).
         let shift = self.bias.world + self.bias.texels * at.texel;
         let p4_moved = (p + shift * at.to_light).extend(1.0);
-        let w_moved = row_w.dot(p4_moved);
         // Moved past the light, or past the plane through it: nothing can be in between.
-        if !(w_moved > 0.0) {
+        if !(self.rows[3].dot(p4_moved) > 0.0) {
             return Comparison::Lit;
         }
-        let mut z = row_z.dot(p4_moved) / w_moved - self.bias.ndc;
+        let mut z = self.depth.at(p4_moved) - self.bias.ndc;
 
         let (kernel, reach) = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
 
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
-        let (mut per_texel, mut limit) = (DVec2::ZERO, f64::INFINITY);
+        let (mut plane, mut limit) = (PlaneDepth::default(), f64::INFINITY);
         if self.bias.slope > 0.0 || self.bias.plane > 0.0 {
             let facing = at.cross.dot(normal);
             let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
             // On the plane, depth changes by these per texel, times det; Y grows down.
             let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0], reach);
             // Along x, and how much farther it is along y.
-            let (reach, further) = (self.bias.slope * reach.x, reach.y / reach.x);
+            let (due, further) = (self.bias.slope * reach.x, reach.y / reach.x);
             if self.bias.slope_limit.is_finite() {
                 // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
                 let a_across = at.grad_z.dot(at.grad_y.cross(at.to_light)).abs() * bends.largest.x;
                 let b_across = at.grad_z.dot(at.grad_x.cross(at.to_light)).abs() * bends.largest.y * further;
                 let across = if at.det_ray > 0.0 { (a_across + b_across) / at.det_ray } else { 0.0 };
-                limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + reach * across;
+                limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + due * across;
             }
             // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
             let is_edge_on = facing == 0.0;
-            if self.bias.slope > 0.0 {
-                let gain = (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y * further) / facing.abs();
-                z -= (reach * if is_edge_on { f64::INFINITY } else { gain }).min(limit);
-            }
             if !is_edge_on {
-                per_texel = DVec2::new(a_det, b_det) / facing;
+                let on_plane = |g: DVec3| DVec2::new(g.dot(at.grad_y.cross(normal)), -g.dot(at.grad_x.cross(normal)));
+                let divisor = if at.grad_divisor == DVec3::ZERO { DVec2::ZERO } else { on_plane(at.grad_divisor) };
+                plane = PlaneDepth { per_texel: DVec2::new(a_det, b_det) / facing, divisor: divisor / facing };
+            }
+            if self.bias.slope > 0.0 {
+                let gain = || (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y * further) / facing.abs();
+                let due = match self.stored.spacing {
+                    _ if is_edge_on => f64::INFINITY,
+                    Spacing::Projective => due * gain(),
+                    Spacing::Linear => self.bias.slope * self.fall_in_reach(&at, p, normal, &plane, reach),
+                };
+                z -= due.min(limit);
             }
         }
-        let (p_texel, unbiased) = (at.p_texel, at.ndc.z);
-        Comparison::At(Reference { p_texel, kernel, z, p, normal, unbiased, per_texel, limit })
+        let (p_texel, unbiased) = (at.p_texel, at.depth);
+        Comparison::At(Reference { p_texel, kernel, z, p, normal, unbiased, plane, limit })
     }
 
     /// The depth that the texel with this centre is compared with (13.3), in [0, 1].
@@ -102,18 +125,29 @@ impl MapLookup {
             return reference.z.clamp(0.0, 1.0);
         }
         let change = match &self.post_warp {
-            // NDC depth is affine on the plane.
-            PostWarp::None => reference.per_texel.dot(centre - reference.p_texel),
-            _ => self.change_on_plane(reference, centre),
+            PostWarp::None => reference.plane.change(centre - reference.p_texel),
+            _ => self.change_on_plane(reference.p, reference.normal, reference.unbiased, centre),
         };
         (reference.z + self.bias.plane * change.clamp(-reference.limit, reference.limit)).clamp(0.0, 1.0)
     }
 
-    /// How much farther the receiver's plane is at another place of the map; 0 where it is seen edge on.
-    fn change_on_plane(&self, reference: &Reference, place: DVec2) -> f64 {
-        let [_, _, row_z, row_w] = self.rows;
-        let Some(q) = self.on_plane_at(reference.p, reference.normal, place) else { return 0.0 };
-        let z = row_z.dot(q.extend(1.0)) / row_w.dot(q.extend(1.0));
-        if z.is_finite() { z - reference.unbiased } else { 0.0 }
+    /// How much farther the plane of a receiver, at a depth, is at another place of the map; 0 where it is seen edge on.
+    fn change_on_plane(&self, p: DVec3, normal: DVec3, depth: f64, place: DVec2) -> f64 {
+        let Some(q) = self.on_plane_at(p, normal, place) else { return 0.0 };
+        let z = self.depth.at(q.extend(1.0));
+        if z.is_finite() { z - depth } else { 0.0 }
+    }
+
+    /// How much linear depth falls at most on a receiver's plane within the filter's reach: a quotient of affine functions is least
+    /// at a corner (13.9), and post-warps turn rectangles into rectangles.
+    fn fall_in_reach(&self, at: &Projected, p: DVec3, normal: DVec3, plane: &PlaneDepth, reach: DVec2) -> f64 {
+        let fall = |x: f64, y: f64| {
+            let texels = DVec2::new(x, y) * reach;
+            -match &self.post_warp {
+                PostWarp::None => plane.change(texels),
+                _ => self.change_on_plane(p, normal, at.depth, at.p_texel + texels),
+            }
+        };
+        fall(-1.0, -1.0).max(fall(1.0, -1.0)).max(fall(-1.0, 1.0)).max(fall(1.0, 1.0)).max(0.0)
     }
 }

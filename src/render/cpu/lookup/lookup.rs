@@ -13,7 +13,8 @@ use glam::{DMat4, DVec3, DVec4};
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
-use crate::render::{Bias, Filter, Kernels, MaskSettings};
+use crate::render::stored::DepthMeasure;
+use crate::render::{Bias, Filter, Kernels, MaskSettings, Stored};
 use crate::scene::{Camera, Light};
 
 /// What a lookup needs to know of one map, its light and its settings.
@@ -21,6 +22,9 @@ use crate::scene::{Camera, Light};
 pub struct MapLookup {
     /// Rows x, y, z, w of `shadow_clip_from_relative`.
     pub(super) rows: [DVec4; 4],
+    /// What stored depths measure, in relative space; z / w of the rows where depth is projective.
+    pub(super) depth: DepthMeasure,
+    pub(super) stored: Stored,
     /// Width and height of the map, texels.
     pub(super) size: [u32; 2],
     /// The light's centre in relative space: (unit vector to the light, 0) or (position, 1).
@@ -47,8 +51,8 @@ impl MapLookup {
     /// The lookup into the map of `partition`, `size` texels wide and high, for receivers relative to `origin`.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a matrix that is not finite, an unusable bias, and an unusable filter or one in pixels,
-    /// which takes a picture: [`Lookups::new`].
+    /// [`Error::InvalidArgument`] for a matrix that is not finite, an unusable bias, an unusable filter or one in pixels, which
+    /// takes a picture ([`Lookups::new`]), and a map that has no linear depth.
     pub fn new(
         partition: &Partition,
         light: &Light,
@@ -56,8 +60,9 @@ impl MapLookup {
         size: [u32; 2],
         bias: Bias,
         filter: Filter,
+        stored: Stored,
     ) -> Result<Self> {
-        Self::with_kernels(partition, light, origin, size, bias, Kernels::new(filter, None)?)
+        Self::with_kernels(partition, light, origin, size, bias, Kernels::new(filter, None)?, stored)
     }
 
     fn with_kernels(
@@ -67,6 +72,7 @@ impl MapLookup {
         size: [u32; 2],
         bias: Bias,
         kernels: Kernels,
+        stored: Stored,
     ) -> Result<Self> {
         let clip_from_relative = partition.shadow_clip_from_world * DMat4::from_translation(origin);
         if !clip_from_relative.is_finite() {
@@ -77,7 +83,9 @@ impl MapLookup {
         let light = DVec4::from((point.truncate() - point.w * origin, point.w));
         let rows = std::array::from_fn(|i| clip_from_relative.row(i));
         let (post_warp, region) = (partition.post_warp.clone(), partition.region.relative_to(origin));
-        let mut lookup = Self { rows, size, light, bias: bias.checked()?, kernels, post_warp, bend: [1.0; 2], region };
+        let (bias, stored) = (bias.checked()?, stored.checked()?);
+        let depth = DepthMeasure::new(&clip_from_relative, &post_warp, stored.spacing)?;
+        let mut lookup = Self { rows, depth, stored, size, light, bias, kernels, post_warp, bend: [1.0; 2], region };
         if let Some(kernel) = lookup.kernels.fixed() {
             lookup.bend = lookup.bend_over(kernel.reach().y);
         }
@@ -119,10 +127,11 @@ impl<'a> Lookups<'a> {
         origin: DVec3,
         settings: &MaskSettings,
     ) -> Result<Self> {
-        let MaskSettings { resolution, size, bias, filter, .. } = *settings;
+        let MaskSettings { resolution, size, bias, filter, stored, .. } = *settings;
         let blend = settings.checked_blend()?;
         let kernels = Kernels::new(filter, Some(Eye::new(camera, origin, size)))?;
-        let one = |partition| MapLookup::with_kernels(partition, light, origin, resolution, bias, kernels.clone());
+        let one =
+            |partition| MapLookup::with_kernels(partition, light, origin, resolution, bias, kernels.clone(), stored);
         Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()?, blend })
     }
     /// How many maps there are.

@@ -11,6 +11,7 @@ use super::lookup::MapLookup;
 use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
 use crate::render::Tap as Read;
+use crate::render::stored::DepthMeasure;
 
 /// Texels around the point that a probe looks at, each way.
 const AROUND: i64 = 1;
@@ -33,7 +34,10 @@ impl MapLookup {
         let (texel, to_light) = (self.texel_size(p, ndc), self.way_to_light(p));
         let facing = normal.dot(to_light).abs();
         let slope = normal.cross(to_light).length() / facing.max(f64::EPSILON);
-        let rounding = self.way_to_depth(p, to_light, ndc.z - ROUNDING).abs() + ROUNDING * p.length() * (1.0 + slope);
+        let depth = self.depth.at(p.extend(1.0));
+        // Depths are rounded to the format.
+        let step = ROUNDING.max(self.stored.format.step(depth));
+        let rounding = self.way_to_depth(p, to_light, depth - step).abs() + ROUNDING * p.length() * (1.0 + slope);
         let (grain, touch) = (SNAP * texel * (1.0 + slope) + rounding, TOUCH * texel + ROUNDING * p.length());
         let mut probe = Probe { is_held: true, place, texel, slope, grain, touch, ..nothing };
         let centre_of = |[x, y]: [i64; 2]| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
@@ -59,7 +63,7 @@ impl MapLookup {
                 Comparison::At(reference) => self.depth_at(reference, centre),
                 Comparison::Lit => 0.0,
             };
-            let (is_dark, is_dark_unbiased) = (stored < biased, stored < ndc.z.min(1.0));
+            let (is_dark, is_dark_unbiased) = (stored < biased, stored < depth.min(1.0));
             Tap { weight: tap.weight, centre, gap, is_dark, is_dark_unbiased }
         };
         probe.taps = taps.into_iter().filter(|tap| tap.weight > 0.0).map(tap).collect();
@@ -85,13 +89,14 @@ impl MapLookup {
 
     /// How far from a point towards the light the near plane cuts off; infinity where it is not on the way.
     pub fn way_to_near(&self, p: DVec3) -> f64 {
-        let way = self.way_to_depth(p, self.way_to_light(p), 0.0);
+        let [_, _, row_z, row_w] = self.rows;
+        let way = DepthMeasure { numerator: row_z, denominator: row_w }.way(p, self.way_to_light(p), 0.0);
         if way > 0.0 { way } else { f64::INFINITY }
     }
 
     /// Depth without bias of a point that [`MapLookup::compare_at`] compares.
     pub(super) fn depth_of(&self, p: DVec3) -> Option<f64> {
-        self.ndc_within(p).map(|ndc| ndc.z)
+        self.ndc_within(p).map(|_| self.depth.at(p.extend(1.0)))
     }
 
     /// NDC of a point that the map holds with all that may shade it: before the near plane casters may be missing, beyond the
@@ -109,11 +114,9 @@ impl MapLookup {
         (self.light.truncate() - self.light.w * p).normalize_or_zero()
     }
 
-    /// How far along a unit vector clip z / w becomes a value; 0 where it never changes.
+    /// How far along a unit vector depth becomes a stored value; 0 where it never changes.
     pub(super) fn way_to_depth(&self, p: DVec3, along: DVec3, z: f64) -> f64 {
-        let [_, _, row_z, row_w] = self.rows;
-        let (p4, d) = (p.extend(1.0), along.extend(0.0));
-        let way = (z * row_w.dot(p4) - row_z.dot(p4)) / (row_z.dot(d) - z * row_w.dot(d));
+        let way = self.depth.way(p, along, z);
         if way.is_finite() { way } else { 0.0 }
     }
 

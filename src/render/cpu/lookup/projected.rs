@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::lookup::MapLookup;
 use crate::parameterization::PostWarp;
+use crate::render::Spacing;
 
 /// A receiver in a map, with how what it is there changes about it.
 #[derive(Debug, Clone, Copy)]
@@ -11,11 +12,15 @@ pub(super) struct Projected {
     pub(super) p_texel: DVec2,
     /// Before the post-warp.
     pub(super) plain: DVec3,
-    pub(super) ndc: DVec3,
-    /// Gradients in world space: of the texel coordinates X and Y (down), and of NDC z.
+    /// Its depth in the units of what is stored: NDC z where that is projective.
+    pub(super) depth: f64,
+    /// Gradients in world space: of the texel coordinates X and Y (down), and of that depth.
     pub(super) grad_x: DVec3,
     pub(super) grad_y: DVec3,
     pub(super) grad_z: DVec3,
+    /// The relative gradient of what depth on a plane is divided by, an affine function of the place in a projective map;
+    /// zero where depth is projective.
+    pub(super) grad_divisor: DVec3,
     /// The cross product of the first two.
     pub(super) cross: DVec3,
     /// Its part along the ray.
@@ -63,8 +68,15 @@ impl MapLookup {
         let det_ray = cross.dot(to_light).abs();
         // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
         let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
-        let (p_texel, grad_z) = (DVec2::new(u, v) * size, gradient(row_z, ndc.z));
-        Some(Projected { p_texel, plain, ndc, grad_x, grad_y, grad_z, cross, det_ray, to_light, texel })
+        let (p_texel, depth) = (DVec2::new(u, v) * size, self.depth.at(p4));
+        let grad_z = self.depth.gradient(p4, depth);
+        // A point of the plane is an affine function of its place over 1 / w (theory.md (13.9)).
+        let divisor = self.depth.denominator;
+        let grad_divisor = match self.stored.spacing {
+            Spacing::Projective => DVec3::ZERO,
+            Spacing::Linear => divisor.truncate() / divisor.dot(p4) - row_w.truncate() / w,
+        };
+        Some(Projected { p_texel, plain, depth, grad_x, grad_y, grad_z, grad_divisor, cross, det_ray, to_light, texel })
     }
 }
 

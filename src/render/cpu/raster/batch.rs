@@ -9,6 +9,7 @@ use super::binning::{Bands, Bins, Draw, fill};
 use super::vertices::{OUTSIDE, Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
+use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::scene::Scene;
 
 /// Vertices and triangles after which a batch ends. Its vertices take 16 bytes each, 16 MB. One instance is never split, so
@@ -68,7 +69,7 @@ impl<'a> Batches<'a> {
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a scene whose triangles cannot be numbered in 32 bits.
-    pub fn new(scene: &'a Scene, clip_from_world: &DMat4, viewport: &Viewport) -> Result<Self> {
+    pub fn new(scene: &'a Scene, clip_from_world: &DMat4, viewport: &Viewport, faces: Faces) -> Result<Self> {
         if scene.triangle_count() >= u64::from(u32::MAX) {
             return Err(Error::argument(
                 "scene",
@@ -77,14 +78,15 @@ impl<'a> Batches<'a> {
                 "split the scene",
             ));
         }
-        let visible: Vec<Option<Projection>> = (0..scene.instances().len())
+        let visible: Vec<Option<(Projection, FaceTest)>> = (0..scene.instances().len())
             .into_par_iter()
             .map(|i| {
                 let bounds = scene.mesh_of(i).bounds_local();
-                let projection = Projection::new(&scene.clip_from_local(clip_from_world, i), bounds);
+                let clip_from_local = scene.clip_from_local(clip_from_world, i);
+                let projection = Projection::new(&clip_from_local, bounds);
                 let outside =
                     bounds.corners().iter().fold(OUTSIDE, |all, &p| all & viewport.outcode(projection.clip(p)));
-                (outside == 0).then_some(projection)
+                (outside == 0).then(|| (projection, FaceTest::new(faces, &clip_from_local)))
             })
             .collect();
         let mut batches = Self { draws: Vec::new(), ends: Vec::new(), plain: 0 };
@@ -96,14 +98,14 @@ impl<'a> Batches<'a> {
     }
 
     /// Adds the visible instances that are asked for.
-    fn add(&mut self, scene: &'a Scene, visible: &[Option<Projection>], is_asked: impl Fn(usize) -> bool) {
+    fn add(&mut self, scene: &'a Scene, visible: &[Option<(Projection, FaceTest)>], is_asked: impl Fn(usize) -> bool) {
         let (draws, ends) = (&mut self.draws, &mut self.ends);
         let begin = draws.len();
         let (mut first_id, mut vertices, mut triangles) = (0u32, 0usize, 0usize);
         for (i, visible) in visible.iter().enumerate() {
             let mesh = scene.mesh_of(i);
             let (v, t) = (mesh.positions_local().len(), mesh.triangles().len());
-            if let Some(projection) = visible.filter(|_| is_asked(i)) {
+            if let Some((projection, faces)) = visible.filter(|_| is_asked(i)) {
                 if vertices.max(triangles) > 0 && (vertices + v).max(triangles + t) > BATCH {
                     ends.push(draws.len());
                     (vertices, triangles) = (0, 0);
@@ -111,6 +113,7 @@ impl<'a> Batches<'a> {
                 draws.push(Draw {
                     mesh,
                     projection,
+                    faces,
                     first_vertex: vertices as u32,
                     first_triangle: triangles as u32,
                     first_id,

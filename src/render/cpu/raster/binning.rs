@@ -16,6 +16,7 @@ use super::triangle_setup::{
     Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box,
 };
 use super::vertices::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
+use crate::render::cpu::faces::FaceTest;
 use crate::scene::Mesh;
 use crate::simd::dispatch;
 
@@ -33,6 +34,8 @@ const CHUNK_BYTES: usize = 1 << 17;
 pub struct Draw<'a> {
     pub mesh: &'a Mesh,
     pub projection: Projection,
+    /// Which of its faces are drawn.
+    pub faces: FaceTest,
     /// Where its vertices start in the batch.
     pub first_vertex: u32,
     /// Where its triangles start in the batch.
@@ -225,7 +228,10 @@ impl Bins {
             tiny[l] = -i32::from(seen & whole & some & few);
             clip[l] = -i32::from(seen & !whole);
         }
-        let lanes = (1u32 << count) - 1;
+        let mut lanes = (1u32 << count) - 1;
+        if !draw.faces.takes_all() {
+            lanes &= taken(draw, group);
+        }
         let (live, tiny, clip) = (sign_bits(&live) & lanes, sign_bits(&tiny) & lanes, sign_bits(&clip) & lanes);
         let id = draw.first_id + first;
         if tiny != 0 {
@@ -364,4 +370,15 @@ impl Bins {
         }
         self.polygon = polygon;
     }
+}
+
+/// A bit for each of some triangles of a draw whose faces are drawn.
+#[cold]
+fn taken(draw: &Draw, group: &[[u32; 3]; LANES]) -> u32 {
+    let positions = draw.mesh.positions_local();
+    let bit = |l: usize| {
+        let clip = group[l].map(|i| draw.projection.clip(positions[i as usize].as_dvec3()));
+        u32::from(draw.faces.takes(clip)) << l
+    };
+    (0..LANES).map(bit).sum()
 }

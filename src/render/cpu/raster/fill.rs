@@ -8,7 +8,7 @@
 use super::binning::{Entry, Fragment};
 #[cfg(target_arch = "x86_64")]
 use super::lanes::Avx2;
-use super::lanes::{FAR_OF_IDS, Lanes, Plain};
+use super::lanes::{FAR_OF_IDS, Lanes, Plain, two_nearest};
 use super::simd::LANES;
 use super::triangle_setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
 use super::vertices::ScreenVertex;
@@ -21,6 +21,8 @@ const BLOCK: [i32; 2] = [32, 8];
 pub trait Pixels {
     /// Depth of the far plane, where nothing is drawn; that of the near plane is 1 less.
     const FAR: f32;
+    /// Whether a triangle may be drawn to a pixel once only: another time its depth differs by a rounding.
+    const ONCE: bool = false;
     /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
     /// depths, and negative numbers where they are not covered.
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
@@ -28,9 +30,15 @@ pub trait Pixels {
     fn draw_fragment(&mut self, fragment: &Fragment);
 }
 
-/// Depth alone.
-pub struct DepthPixels<'a> {
+/// Depth alone, from the near plane at 0 or to the far plane at 0.
+pub struct DepthPixels<'a, const TO_FAR: bool> {
     pub depth: &'a mut [f32],
+}
+
+/// The two nearest depths that differ, to the far plane at 0.
+pub struct LayerPixels<'a> {
+    pub first: &'a mut [f32],
+    pub second: &'a mut [f32],
 }
 
 /// Depth and the number of the triangle.
@@ -44,8 +52,8 @@ fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
     pixels[at..].first_chunk_mut().expect("runs of pixels end within the band")
 }
 
-impl Pixels for DepthPixels<'_> {
-    const FAR: f32 = 1.0;
+impl<const TO_FAR: bool> Pixels for DepthPixels<'_, TO_FAR> {
+    const FAR: f32 = if TO_FAR { 0.0 } else { 1.0 };
     #[inline(always)]
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
         lanes.nearest(lanes_at(self.depth, at), z, outside);
@@ -55,6 +63,21 @@ impl Pixels for DepthPixels<'_> {
     fn draw_fragment(&mut self, f: &Fragment) {
         let old = &mut self.depth[f.at as usize];
         *old = smaller(f.z, *old);
+    }
+}
+
+impl Pixels for LayerPixels<'_> {
+    const FAR: f32 = 0.0;
+    const ONCE: bool = true;
+    #[inline(always)]
+    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
+        lanes.nearest_two(lanes_at(self.first, at), lanes_at(self.second, at), z, outside);
+    }
+
+    #[inline(always)]
+    fn draw_fragment(&mut self, f: &Fragment) {
+        let (first, second) = (&mut self.first[f.at as usize], &mut self.second[f.at as usize]);
+        (*first, *second) = two_nearest(*first, *second, f.z);
     }
 }
 
@@ -163,12 +186,15 @@ impl<L: Lanes> Run<L> {
         }
     }
 
-    /// Draws the run whose first pixel has these edge functions and this depth.
+    /// Draws the run whose first pixel has these edge functions and this depth; of its pixels the first `drawn` have been drawn.
     #[inline(always)]
-    fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, id: u32, pixels: &mut P) {
+    fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, drawn: i32, id: u32, pixels: &mut P) {
         let lanes = self.lanes;
         let edge = |k: usize| lanes.add(lanes.ints([edge[k]; LANES]), self.edges[k]);
-        let outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
+        let mut outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
+        if P::ONCE && drawn > 0 {
+            outside = lanes.or(outside, lanes.ints(std::array::from_fn(|l| (l as i32).wrapping_sub(drawn))));
+        }
         let z = lanes.clamp(lanes.add_floats(lanes.floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
         pixels.draw(lanes, at, z, outside, id);
     }
@@ -205,7 +231,7 @@ fn fill_small<L: Lanes, P: Pixels>(
         let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
         let mut rows_down = dy as f32;
         for _ in first_row..=last_row {
-            run.draw(edge, z_column + z_y * rows_down, at, id, pixels);
+            run.draw(edge, z_column + z_y * rows_down, at, x - column, id, pixels);
             edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
             at += width as usize;
             rows_down += 1.0;
@@ -270,7 +296,8 @@ fn fill_block<L: Lanes, P: Pixels>(
         while x < columns {
             let dx = x.min(width - LANES as i32 - left);
             let edge = edges.map(|[a, b, e]| e + a * dx + b * r);
-            run.draw(edge, z_first + zx * dx as f32 + zy * r as f32, row + (left + dx) as usize, s.id, pixels);
+            let z = z_first + zx * dx as f32 + zy * r as f32;
+            run.draw(edge, z, row + (left + dx) as usize, x - dx, s.id, pixels);
             x += LANES as i32;
         }
     }
@@ -337,14 +364,24 @@ mod tests {
                 draw(work, area, pixels)
             }
             let mut alone = vec![IdPixels::FAR; n];
-            let pixels = &mut DepthPixels { depth: &mut alone };
+            let pixels = &mut DepthPixels::<true> { depth: &mut alone };
             if plain {
                 draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
             }
             assert_eq!(depth, alone);
-            (depth.iter().map(|z| z.to_bits()).collect::<Vec<_>>(), id)
+            let (mut first, mut second) = (vec![0.0; n], vec![0.0; n]);
+            let pixels = &mut LayerPixels { first: &mut first, second: &mut second };
+            if plain {
+                draw_entries(Plain, work, area, pixels)
+            } else {
+                draw(work, area, pixels)
+            }
+            assert_eq!(depth, first);
+            assert!(second.iter().zip(&first).all(|(second, first)| second > first || *first == 0.0));
+            assert!(second.iter().any(|z| *z < 0.0));
+            (depth.iter().chain(&second).map(|z| z.to_bits()).collect::<Vec<_>>(), id)
         };
         for (first_row, rows) in [(0, 70), (32, 32), (64, 6), (69, 1)] {
             let (plain, best) = (drawn(true, first_row, rows), drawn(false, first_row, rows));

@@ -24,7 +24,9 @@ pub trait Lanes: Copy {
     fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float;
     /// Keeps the smaller depth where `outside` is not negative.
     fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
-    /// The same, with the number of the triangle; of equal depths before the far plane the smaller
+    /// Keeps the two smallest depths that differ, where `outside` is not negative.
+    fn nearest_two(self, first: &mut [f32; LANES], second: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
+    /// Keeps the smaller depth, with the number of the triangle; of equal depths before the far plane the smaller
     /// number.
     fn nearest_with_id(
         self,
@@ -34,6 +36,18 @@ pub trait Lanes: Copy {
         outside: Self::Int,
         new_id: u32,
     );
+}
+
+/// The two smallest of two depths and a third that differ from each other; the order in which depths come does not matter.
+#[inline(always)]
+pub fn two_nearest(first: f32, second: f32, z: f32) -> (f32, f32) {
+    if z < first {
+        (z, first)
+    } else if z > first && z < second {
+        (first, z)
+    } else {
+        (first, second)
+    }
 }
 
 /// For every processor.
@@ -79,6 +93,14 @@ impl Lanes for Plain {
         for l in 0..LANES {
             if outside[l] >= 0 && z[l] < depth[l] {
                 depth[l] = z[l];
+            }
+        }
+    }
+    #[inline(always)]
+    fn nearest_two(self, first: &mut [f32; LANES], second: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
+        for l in 0..LANES {
+            if outside[l] >= 0 {
+                (first[l], second[l]) = two_nearest(first[l], second[l], z[l]);
             }
         }
     }
@@ -166,6 +188,19 @@ mod avx2 {
             unsafe {
                 let z = _mm256_blendv_ps(z, _mm256_set1_ps(f32::INFINITY), _mm256_castsi256_ps(outside));
                 _mm256_storeu_ps(depth.as_mut_ptr(), _mm256_min_ps(z, _mm256_loadu_ps(depth.as_ptr())));
+            }
+        }
+        #[inline(always)]
+        fn nearest_two(self, first: &mut [f32; LANES], second: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
+            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
+            unsafe {
+                let far = _mm256_set1_ps(f32::INFINITY);
+                let z = _mm256_blendv_ps(z, far, _mm256_castsi256_ps(outside));
+                let (old, old_second) = (_mm256_loadu_ps(first.as_ptr()), _mm256_loadu_ps(second.as_ptr()));
+                let equal = _mm256_cmp_ps::<_CMP_EQ_OQ>(z, old);
+                let other = _mm256_blendv_ps(_mm256_max_ps(z, old), far, equal);
+                _mm256_storeu_ps(first.as_mut_ptr(), _mm256_min_ps(z, old));
+                _mm256_storeu_ps(second.as_mut_ptr(), _mm256_min_ps(other, old_second));
             }
         }
         #[inline(always)]

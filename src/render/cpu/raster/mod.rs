@@ -13,7 +13,8 @@ mod vertices;
 
 pub use batch::{Batches, Round, Scratch};
 pub use binning::{Bands, Bins, Draw};
-pub use fill::{BandArea, DepthPixels, Entries, IdPixels, Pixels, draw, draw_fragments};
+pub use fill::{BandArea, DepthPixels, Entries, IdPixels, LayerPixels, Pixels, draw, draw_fragments};
+pub use lanes::two_nearest;
 pub use simd::LANES;
 pub use tested::Tested;
 pub use triangle_setup::smaller;

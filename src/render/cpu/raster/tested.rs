@@ -52,6 +52,7 @@ impl<'a, P: Pixels> Tested<'a, P> {
 
 impl<P: Pixels> Pixels for Tested<'_, P> {
     const FAR: f32 = P::FAR;
+    const ONCE: bool = P::ONCE;
 
     #[inline(always)]
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32) {

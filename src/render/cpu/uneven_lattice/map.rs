@@ -11,10 +11,12 @@ use rayon::prelude::*;
 
 use super::lattice::{Columns, Lattice, Places};
 use super::tested::fill_tested;
+use super::texels::{Nearest, NearestTwo, Texels};
 use super::triangle::{EXTRA, EvenVertex, Polygon, fill_band};
 use crate::error::Result;
-use crate::memory::{filled, written_part};
+use crate::memory::filled;
 use crate::progress::Progress;
+use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::render::cpu::raster::Bands;
 use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::scene::{Mesh, Scene};
@@ -33,6 +35,7 @@ const FEW_BANDS: u32 = 4;
 struct Draw<'a> {
     mesh: &'a Mesh,
     clip_from_local: DMat4,
+    faces: FaceTest,
     first_vertex: usize,
     first_triangle: usize,
 }
@@ -53,16 +56,51 @@ struct Bins {
 
 impl Lattice {
     /// Draws depth, 1 where nothing is, into all of `depth` (rows from the top).
-    pub fn depth(&self, scene: &Scene, depth: &mut [MaybeUninit<f32>], progress: &Progress) -> Result<()> {
+    pub fn depth(
+        &self,
+        scene: &Scene,
+        faces: Faces,
+        depth: &mut [MaybeUninit<f32>],
+        progress: &Progress,
+    ) -> Result<()> {
+        let bands = depth.par_chunks_mut(self.part()).map(|band| Nearest::<false> { depth: filled(band, 1.0) });
+        self.draw_all(scene, faces, bands.collect(), progress)
+    }
+
+    /// Draws depth minus 1, 0 where nothing is, into all of `depth`.
+    pub fn depth_to_far(
+        &self,
+        scene: &Scene,
+        faces: Faces,
+        depth: &mut [MaybeUninit<f32>],
+        progress: &Progress,
+    ) -> Result<()> {
+        let bands = depth.par_chunks_mut(self.part()).map(|band| Nearest::<true> { depth: filled(band, 0.0) });
+        self.draw_all(scene, faces, bands.collect(), progress)
+    }
+
+    /// The same for the two nearest depths that differ.
+    pub fn layers_to_far(
+        &self,
+        scene: &Scene,
+        first: &mut [MaybeUninit<f32>],
+        second: &mut [MaybeUninit<f32>],
+        progress: &Progress,
+    ) -> Result<()> {
+        let bands = first.par_chunks_mut(self.part()).zip(second.par_chunks_mut(self.part()));
+        let bands = bands.map(|(first, second)| NearestTwo { first: filled(first, 0.0), second: filled(second, 0.0) });
+        self.draw_all(scene, Faces::All, bands.collect(), progress)
+    }
+
+    /// Texels of a band.
+    fn part(&self) -> usize {
+        Bands::new(self.size).rows() * self.size[0] as usize
+    }
+
+    fn draw_all<T: Texels>(&self, scene: &Scene, faces: Faces, mut texels: Vec<T>, progress: &Progress) -> Result<()> {
         let bands = Bands::new(self.size);
-        let part = bands.rows() * self.size[0] as usize;
-        depth.par_chunks_mut(part).for_each(|band| {
-            filled(band, 1.0);
-        });
-        // SAFETY: just filled.
-        let depth = unsafe { written_part(depth) };
         let (mut vertices, mut bins) = (Vec::new(), Vec::new());
-        for batch in self.batches(scene) {
+        for batch in self.batches(scene, faces) {
             let triangles = self.project(&batch, &mut vertices, progress)?;
             let chunks: Vec<usize> = (0..triangles).step_by(CHUNK).collect();
             for round in chunks.chunks(ROUND) {
@@ -74,17 +112,17 @@ impl Lattice {
                     Ok(())
                 })?;
                 let bins = &*bins;
-                depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
+                texels.par_iter_mut().enumerate().try_for_each(|(band, texels)| {
                     progress.check()?;
                     let first_row = band * bands.rows();
                     let rows = first_row..(first_row + bands.rows()).min(self.rows.len());
                     for bins in bins {
                         match &self.columns {
                             Columns::Even(columns) => {
-                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), depth);
+                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), texels);
                             }
                             Columns::Uneven(columns) => {
-                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), depth);
+                                self.draw(bins, &batch, &vertices, columns, band, rows.clone(), texels);
                             }
                         }
                     }
@@ -97,7 +135,7 @@ impl Lattice {
 
     /// Draws what a chunk leaves to a band.
     #[allow(clippy::too_many_arguments)]
-    fn draw<C: Places>(
+    fn draw<C: Places, T: Texels>(
         &self,
         bins: &Bins,
         batch: &[Draw],
@@ -105,12 +143,12 @@ impl Lattice {
         columns: &C,
         band: usize,
         rows: Range<usize>,
-        depth: &mut [f32],
+        texels: &mut T,
     ) {
         let (own, large) = (&bins.bands[band], &bins.large);
         if !is_tested(batch) {
             for list in [own, large] {
-                fill_band(list, vertices, &bins.extra, &self.rows, columns, rows.clone(), depth);
+                fill_band(list, vertices, &bins.extra, &self.rows, columns, rows.clone(), texels);
             }
             return;
         }
@@ -120,13 +158,13 @@ impl Lattice {
                 let draw = &batch[batch.partition_point(|draw| draw.first_triangle <= number) - 1];
                 TestedTriangle::new(draw.mesh, number - draw.first_triangle, &draw.clip_from_local)
             };
-            fill_tested(list, tested, vertices, &bins.extra, &self.rows, columns, rows.clone(), depth);
+            fill_tested(list, tested, vertices, &bins.extra, &self.rows, columns, rows.clone(), texels);
         }
     }
 
     /// The instances that are not outside one plane of the map, in batches; those with alpha tests after all others, in batches
     /// of their own.
-    fn batches<'a>(&self, scene: &'a Scene) -> Vec<Vec<Draw<'a>>> {
+    fn batches<'a>(&self, scene: &'a Scene, faces: Faces) -> Vec<Vec<Draw<'a>>> {
         let visible: Vec<Option<DMat4>> = (0..scene.instances().len())
             .into_par_iter()
             .map(|i| {
@@ -153,7 +191,8 @@ impl Lattice {
                 (first_vertex, first_triangle) = (0, 0);
             }
             if let Some(batch) = batches.last_mut() {
-                batch.push(Draw { mesh, clip_from_local, first_vertex, first_triangle });
+                let faces = FaceTest::new(faces, &clip_from_local);
+                batch.push(Draw { mesh, clip_from_local, faces, first_vertex, first_triangle });
             }
             first_vertex += vertices;
             first_triangle += triangles;
@@ -236,6 +275,9 @@ impl Lattice {
             let own = &vertices[draw.first_vertex..];
             for (i, corners) in triangles[start - draw.first_triangle..end - draw.first_triangle].iter().enumerate() {
                 let number = is_tested.then_some((start + i) as u32);
+                if !draw.faces.takes_all() && !draw.takes(*corners) {
+                    continue;
+                }
                 let seen = corners.map(|c| own[c as usize]);
                 if seen.iter().any(EvenVertex::is_cut) {
                     self.bin_cut(bins, draw, *corners, number, bands);
@@ -262,6 +304,14 @@ impl Lattice {
             let fan = [first, first + k - 1, first + k];
             bins.add(fan.map(|i| i as u32 | EXTRA), fan.map(|i| bins.extra[i]), number, bands);
         }
+    }
+}
+
+impl Draw<'_> {
+    /// Whether a triangle's face is drawn.
+    fn takes(&self, corners: [u32; 3]) -> bool {
+        let positions = self.mesh.positions_local();
+        self.faces.takes(corners.map(|c| clip_of(&self.clip_from_local, positions[c as usize])))
     }
 }
 

@@ -3,6 +3,7 @@
 mod lattice;
 mod map;
 mod tested;
+mod texels;
 mod triangle;
 
 pub use lattice::Lattice;

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::lattice::Places;
-use crate::render::cpu::raster::smaller;
+use super::texels::Texels;
 use crate::simd::dispatch;
 
 /// Marks indices of vertices made by clipping.
@@ -102,25 +102,25 @@ impl Edge {
 }
 
 dispatch! {
-    /// Draws triangles into the rows `band` of a map, of which `depth` are the texels; `rows` are all rows' places.
-    pub fn fill_band<C: Places>(triangles: &[[u32; 3]], vertices: &[EvenVertex], extra: &[EvenVertex], rows: &[f64], columns: &C, band: Range<usize>, depth: &mut [f32]) = fill_all
+    /// Draws triangles into the rows `band` of a map, whose texels are `texels`; `rows` are all rows' places.
+    pub fn fill_band<C: Places, T: Texels>(triangles: &[[u32; 3]], vertices: &[EvenVertex], extra: &[EvenVertex], rows: &[f64], columns: &C, band: Range<usize>, texels: &mut T) = fill_all
 }
 
 #[inline(always)]
-fn fill_all<C: Places>(
+fn fill_all<C: Places, T: Texels>(
     triangles: &[[u32; 3]],
     vertices: &[EvenVertex],
     extra: &[EvenVertex],
     rows: &[f64],
     columns: &C,
     band: Range<usize>,
-    depth: &mut [f32],
+    texels: &mut T,
 ) {
     let width = columns.count();
     for indices in triangles {
         spans(corners_of(*indices, vertices, extra), rows, columns, &band, |plane, row, span| {
             let (start, from) = ((row - band.start) * width, span.start);
-            plane.draw(&mut depth[start + from..start + span.end], columns, from, rows[row]);
+            texels.draw(start + from..start + span.end, plane.along(columns, from, rows[row]));
         });
     }
 }
@@ -194,16 +194,13 @@ impl DepthPlane {
             range: [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)],
         }
     }
-    /// Keeps what is nearer, in texels of a row from column `from` on.
+    /// The depths of a row's texels from column `from` on.
     #[inline(always)]
-    pub fn draw<C: Places>(&self, texels: &mut [f32], columns: &C, from: usize, down: f64) {
+    pub fn along<C: Places>(&self, columns: &C, from: usize, down: f64) -> impl Fn(usize) -> f64 {
         let per_down = (down - self.down) * self.per_down;
         let first = self.z + (columns.place(from) - self.column) * self.per_column + per_down;
-        let step = columns.steps(from);
-        for (i, texel) in texels.iter_mut().enumerate() {
-            // max and min make a NaN (a triangle without area, which has a centre only by rounding) the nearest corner's depth.
-            let z = (first + step(i) * self.per_column).max(self.range[0]).min(self.range[1]);
-            *texel = smaller(z as f32, *texel);
-        }
+        let (step, per_column, [least, most]) = (columns.steps(from), self.per_column, self.range);
+        // max and min make a NaN (a triangle without area, which has a centre only by rounding) the nearest corner's depth.
+        move |i| (first + step(i) * per_column).max(least).min(most)
     }
 }

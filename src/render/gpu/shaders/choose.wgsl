@@ -42,6 +42,9 @@ struct Map {
     unused_0: u32,
     unused_1: u32,
     unused_2: u32,
+    // What stored depths measure: this times (p, 1), over that times (p, 1).
+    depth_numerator: vec4f,
+    depth_denominator: vec4f,
 }
 
 struct Gradient {

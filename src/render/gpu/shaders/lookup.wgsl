@@ -37,9 +37,11 @@ struct Comparison {
     p_texel: vec2f,
     // The texels about it that are compared.
     shape: Shape,
-    // Biased, but for the part that each texel has of its own: depth on the receiver's plane by texel, and how much it may change.
+    // Biased, but for the part that each texel has of its own: depth on the receiver's plane by texel, by what it is divided there,
+    // and how much it may change.
     z: f32,
     per_texel: vec2f,
+    divisor: vec2f,
     limit: f32,
     // Lit without a look at the map: outside of it, behind its projection centre, or nearer than its near plane.
     is_lit: bool,
@@ -52,10 +54,15 @@ struct Projected {
     ndc: vec3f,
     // In the map, texels.
     place: vec2f,
-    // Gradients of the texel coordinates X and Y (down), and of NDC z.
+    // Depth in the units of what is stored, and what it is divided by: NDC z and w where that is projective.
+    depth: f32,
+    denominator: f32,
+    // Gradients of the texel coordinates X and Y (down), and of that depth.
     grad_x: vec3f,
     grad_y: vec3f,
     grad_z: vec3f,
+    // The relative gradient of what depth on a plane is divided by; zero where depth is projective.
+    grad_divisor: vec3f,
     across: vec3f,
     det_ray: f32,
     toward: vec3f,
@@ -83,7 +90,10 @@ fn projected(m: Map, p: vec3f) -> Projected {
     at.place = uv * size;
     at.grad_x = 0.5 * size.x * (m.row_x.xyz - at.ndc.x * m.row_w.xyz) / at.w;
     at.grad_y = -0.5 * size.y * (m.row_y.xyz - at.ndc.y * m.row_w.xyz) / at.w;
-    at.grad_z = (m.row_z.xyz - at.ndc.z * m.row_w.xyz) / at.w;
+    at.denominator = dot(m.depth_denominator, p4);
+    at.depth = dot(m.depth_numerator, p4) / at.denominator;
+    at.grad_z = (m.depth_numerator.xyz - at.depth * m.depth_denominator.xyz) / at.denominator;
+    at.grad_divisor = m.depth_denominator.xyz / at.denominator - m.row_w.xyz / at.w;
     at.across = cross(at.grad_x, at.grad_y);
     at.toward = to_light(p);
     let longer = max(length(cross(at.grad_x, at.toward)), length(cross(at.grad_y, at.toward)));
@@ -113,13 +123,15 @@ fn compare_at(m: Map, p_eye: vec3f, normal: vec3f) -> Comparison {
     if !(w_moved > 0.0) {
         return unread;
     }
+    let denominator_moved = at.denominator + shift * dot(m.depth_denominator.xyz, at.toward);
     // z_moved / w_moved = ndc.z + shift * (row_z - ndc.z row_w) . toward / w_moved: nothing cancels.
-    var z = at.ndc.z + shift * dot(at.grad_z, at.toward) * (at.w / w_moved) - lookup.bias_ndc;
+    var z = at.depth + shift * dot(at.grad_z, at.toward) * (at.denominator / denominator_moved) - lookup.bias_ndc;
 
     let shape = shape_at(p, normal, at.grad_x, at.grad_y);
 
     // Part 2: what the receiver's own plane gains over the filter's reach, and at each texel.
     var per_texel = vec2f();
+    var divisor = vec2f();
     var limit = BOUNDLESS;
     if lookup.slope > 0.0 || lookup.plane > 0.0 {
         let facing = dot(at.across, normal);
@@ -133,13 +145,34 @@ fn compare_at(m: Map, p_eye: vec3f, normal: vec3f) -> Comparison {
             limit = lookup.slope_limit * at.texel * abs(dot(at.grad_z, at.toward)) + due;
         }
         // A plane seen edge on (facing = 0) has no finite slope in the map: the limit alone holds it.
-        if lookup.slope > 0.0 {
-            let gain = dot(reach, abs(change)) / abs(facing);
-            z -= min(select(BOUNDLESS, gain, facing != 0.0), limit);
+        if facing != 0.0 {
+            per_texel = change / facing;
+            let g = at.grad_divisor;
+            divisor = vec2f(dot(g, cross(at.grad_y, normal)), -dot(g, cross(at.grad_x, normal))) / facing;
         }
-        per_texel = select(vec2f(), change / facing, facing != 0.0);
+        if lookup.slope > 0.0 {
+            let due = lookup.slope * fall(per_texel, divisor, shape.reach);
+            z -= min(select(BOUNDLESS, due, facing != 0.0), limit);
+        }
     }
-    return Comparison(at.place, shape, z, per_texel, limit, false);
+    return Comparison(at.place, shape, z, per_texel, divisor, limit, false);
+}
+
+// How much farther a plane is so many texels away.
+fn plane_change(per_texel: vec2f, divisor: vec2f, texels: vec2f) -> f32 {
+    let over = 1.0 + dot(divisor, texels);
+    return select(-BOUNDLESS, dot(per_texel, texels) / over, over > 0.0);
+}
+
+// How much depth falls at most on a plane within a reach: a quotient of affine functions is least at a corner.
+fn fall(per_texel: vec2f, divisor: vec2f, reach: vec2f) -> f32 {
+    let falls = vec4f(
+        plane_change(per_texel, divisor, reach),
+        plane_change(per_texel, divisor, vec2f(reach.x, -reach.y)),
+        plane_change(per_texel, divisor, vec2f(-reach.x, reach.y)),
+        plane_change(per_texel, divisor, -reach),
+    );
+    return max(0.0, -min(min(falls.x, falls.y), min(falls.z, falls.w)));
 }
 
 // 1 where the stored depth of a layer is at least that of the receiver at a texel. Clamp to edge.
@@ -147,7 +180,8 @@ fn lit(layer: u32, texel: vec2i, at: Comparison) -> f32 {
     var z = at.z;
     if lookup.plane > 0.0 {
         // The depth of the receiver's plane at the texel's centre.
-        z += lookup.plane * clamp(dot(at.per_texel, vec2f(texel) + 0.5 - at.p_texel), -at.limit, at.limit);
+        let change = plane_change(at.per_texel, at.divisor, vec2f(texel) + 0.5 - at.p_texel);
+        z += lookup.plane * clamp(change, -at.limit, at.limit);
     }
     // Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's
     // depth: nearer than the near plane is what lies there itself.

@@ -5,7 +5,7 @@ use shadowlab::aliasing::footprint::footprint;
 use shadowlab::aliasing::texel::Texel;
 use shadowlab::image::{Footprint, GBuffer, ShadowMask};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::{Error, Parameterization, Progress};
 
 use super::measured::{
@@ -129,8 +129,14 @@ fn the_map_is_the_one_that_the_mask_consults() {
     let renderer = CpuRenderer::new();
     each(|what, v, p| {
         let size = [160, 114];
-        let settings =
-            MaskSettings { resolution: [512, 512], size, bias: Bias::default(), filter: Filter::default(), blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: [512, 512],
+            size,
+            bias: Bias::default(),
+            filter: Filter::default(),
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         let mask = renderer.shadow_mask(&v.scene, &v.camera, &v.light, p, &settings, &Progress::new()).expect("a mask");
         let ours = image(v, &gbuffer(v, size), p);
         for (i, (k, consulted)) in ours.map.iter().zip(&mask.partition).enumerate() {

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Progress, Scene};
 
@@ -43,7 +43,8 @@ fn from_above() -> Camera {
 }
 
 fn mask(scene: &Scene, light: &Light, p: &Parameterization, resolution: u32, bias: Bias, filter: Filter) -> Vec<f32> {
-    let settings = MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
+    let settings =
+        MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0, stored: Stored::default() };
     CpuRenderer::new().shadow_mask(scene, &from_above(), light, p, &settings, &Progress::new()).unwrap().data
 }
 
@@ -98,9 +99,17 @@ fn a_caster_near_a_plane_shades_it_all() {
             let above: Vec<_> = sheet(0.0, tilt).into_iter().chain(sheet(gap / tilt.cos(), tilt)).collect();
             let scene = triangles(&above);
             // The eye is between the sheets only in thought: what it sees is looked up by hand.
-            let lookup =
-                MapLookup::new(&p.partitions[0], &light, DVec3::ZERO, [128; 2], bias, Filter::Nearest).unwrap();
-            let map = CpuRenderer::new().depth_maps(&scene, &p, [128; 2], &Progress::new()).unwrap();
+            let lookup = MapLookup::new(
+                &p.partitions[0],
+                &light,
+                DVec3::ZERO,
+                [128; 2],
+                bias,
+                Filter::Nearest,
+                Stored::default(),
+            )
+            .unwrap();
+            let map = CpuRenderer::new().depth_maps(&scene, &p, [128; 2], Stored::default(), &Progress::new()).unwrap();
             let normal = DVec3::new(-tilt.sin(), tilt.cos(), 0.0);
             let mut looked_at = 0;
             for _ in 0..500 {
@@ -125,8 +134,14 @@ fn the_plane_is_exact_behind_post_warps() {
     let light = directional(direction);
     for name in ["log", "log_psm"] {
         let p = by_body_with(name, &[]).parameterize(&scene, &camera, &light, 64).unwrap();
-        let settings =
-            |bias| MaskSettings { resolution: [64; 2], size: SIZE, bias, filter: Filter::Nearest, blend: 0.0 };
+        let settings = |bias| MaskSettings {
+            resolution: [64; 2],
+            size: SIZE,
+            bias,
+            filter: Filter::Nearest,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         let draw = |bias| {
             let mask = CpuRenderer::new().shadow_mask(&scene, &camera, &light, &p, &settings(bias), &Progress::new());
             let mask = mask.unwrap().data;
@@ -146,8 +161,10 @@ fn the_normal_part_moves_the_receiver() {
     for _ in 0..200 {
         let (light, p) = lit_sheet(&mut random, 40.0, 0.2);
         let normal = DVec3::new(-0.2_f64.sin(), 0.2_f64.cos(), 0.0);
-        let lookup =
-            |bias| MapLookup::new(&p.partitions[0], &light, DVec3::ZERO, [128; 2], bias, Filter::Nearest).unwrap();
+        let lookup = |bias| {
+            MapLookup::new(&p.partitions[0], &light, DVec3::ZERO, [128; 2], bias, Filter::Nearest, Stored::default())
+                .unwrap()
+        };
         let q = DVec3::new(random.number(-0.5, 0.5), 0.0, random.number(-0.5, 0.5));
         let depth = |bias, q| match lookup(bias).compare_at(q, normal) {
             Comparison::At(r) => Some((r.p_texel, lookup(bias).depth_at(&r, r.p_texel.floor() + 0.5))),

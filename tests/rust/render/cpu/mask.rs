@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::cpu::lookup::{Comparison, MapLookup};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, PointLight, SpotLight};
 use shadowlab::{Camera, Error, Light, Progress, Scene};
 
@@ -44,7 +44,8 @@ fn mask_of(
     bias: Bias,
     filter: Filter,
 ) -> Vec<f32> {
-    let settings = MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
+    let settings =
+        MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0, stored: Stored::default() };
     CpuRenderer::new().shadow_mask(scene, camera, light, p, &settings, &Progress::new()).unwrap().data
 }
 
@@ -180,8 +181,16 @@ fn the_limit_holds_a_plane_seen_edge_on() {
     let matrix = DMat4::from_cols_array_2d(&rows).transpose();
     let z = |normal: DVec3, bias: Bias| {
         let p = one_map(matrix);
-        let lookup =
-            MapLookup::new(&p.partitions[0], &directional(down), DVec3::ZERO, [16; 2], bias, Filter::Nearest).unwrap();
+        let lookup = MapLookup::new(
+            &p.partitions[0],
+            &directional(down),
+            DVec3::ZERO,
+            [16; 2],
+            bias,
+            Filter::Nearest,
+            Stored::default(),
+        )
+        .unwrap();
         match lookup.compare_at(DVec3::new(0.01, -0.6, 0.02), normal) {
             Comparison::At(reference) => lookup.depth_at(&reference, reference.p_texel),
             Comparison::Lit => panic!("{bias:?} lights a receiver without a look at the map"),
@@ -265,7 +274,8 @@ fn the_filter_weighs_as_written() {
     // Four texels, of which one is lit; the receiver at z = 0.5 faces the light.
     let map = [0.9f32, 0.1, 0.1, 0.1];
     let at = |filter, u: f64, v: f64| {
-        let lookup = MapLookup::new(&identity, &light, DVec3::ZERO, [2, 2], Bias::NONE, filter).unwrap();
+        let lookup =
+            MapLookup::new(&identity, &light, DVec3::ZERO, [2, 2], Bias::NONE, filter, Stored::default()).unwrap();
         lookup.light(&map, DVec3::new(2.0 * u - 1.0, 1.0 - 2.0 * v, 0.5), DVec3::NEG_Z)
     };
     assert_eq!(at(Filter::Nearest, 0.49, 0.49), 1.0);
@@ -311,8 +321,14 @@ fn each_pixel_uses_the_map_of_its_depth() {
 fn bad_settings_are_named() {
     let scene = triangles(&level(6.0, 0.0));
     let light = directional(DVec3::NEG_Y);
-    let good =
-        MaskSettings { resolution: [16; 2], size: [16; 2], bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
+    let good = MaskSettings {
+        resolution: [16; 2],
+        size: [16; 2],
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let name = |p: &Parameterization, settings: MaskSettings| match CpuRenderer::new().shadow_mask(
         &scene,
         &from_above(),

@@ -1,8 +1,8 @@
 //! The CPU depth pass: coverage and depth against exact arithmetic, clipping, extremes, determinism.
 
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::{Error, Progress, Scene};
 
 use crate::support::cpu::*;
@@ -257,7 +257,9 @@ fn threads_make_no_difference() {
     let p = maps(&[DMat4::IDENTITY, DMat4::from_rotation_z(0.3), DMat4::from_scale(DVec3::new(3.0, 2.0, 1.0))]);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| CpuRenderer::new().depth_maps(&scene, &p, [300, 200], &Progress::new()).unwrap())
+        pool.install(|| {
+            CpuRenderer::new().depth_maps(&scene, &p, [300, 200], Stored::default(), &Progress::new()).unwrap()
+        })
     };
     let one = on(1);
     assert!(one.data.iter().any(|&z| z < 1.0));
@@ -270,7 +272,7 @@ fn threads_make_no_difference() {
 fn memory_of_earlier_calls_leaves_no_trace() {
     let renderer = CpuRenderer::new();
     let draw = |r: &CpuRenderer, scene: &Scene, n: u32| {
-        r.depth_maps(scene, &one_map(DMat4::IDENTITY), [n, n], &Progress::new()).unwrap().data
+        r.depth_maps(scene, &one_map(DMat4::IDENTITY), [n, n], Stored::default(), &Progress::new()).unwrap().data
     };
     let (large, small) = (triangles(&sheet(90)), triangles(&sheet(3)));
     let nothing = large.transformed(&DAffine3::from_translation(DVec3::X * 10.0)).unwrap();
@@ -369,7 +371,7 @@ fn degenerate_triangles_cover_nothing() {
 #[test]
 fn bad_input_is_named() {
     let scene = triangles(&sheet(2));
-    let draw = |p, size| CpuRenderer::new().depth_maps(&scene, &p, size, &Progress::new());
+    let draw = |p, size| CpuRenderer::new().depth_maps(&scene, &p, size, Stored::default(), &Progress::new());
     let is_about = |result: shadowlab::Result<_>, expected: &str| match result {
         Err(Error::InvalidArgument { name, .. }) => assert_eq!(name, expected),
         other => panic!("expected an invalid {expected}, got {other:?}"),
@@ -394,6 +396,12 @@ fn bad_input_is_named() {
 fn work_can_be_stopped() {
     let progress = Progress::new();
     progress.stop();
-    let result = CpuRenderer::new().depth_maps(&triangles(&sheet(9)), &one_map(DMat4::IDENTITY), [64, 64], &progress);
+    let result = CpuRenderer::new().depth_maps(
+        &triangles(&sheet(9)),
+        &one_map(DMat4::IDENTITY),
+        [64, 64],
+        Stored::default(),
+        &progress,
+    );
     assert_eq!(result.unwrap_err(), Error::Interrupted);
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4};
 use shadowlab::geometry::Rows;
 use shadowlab::parameterization::{Parameterization, PiecewiseLinear, PostWarp, Rectilinear};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::{Error, Mesh, Progress, Scene};
 
 use crate::support::cpu as cpu_support;
@@ -47,7 +47,7 @@ fn ascending(random: &mut Random, pieces: usize, ratio: f64) -> PiecewiseLinear 
 }
 
 fn draw(scene: &Scene, p: &Parameterization, size: [u32; 2]) -> Vec<f32> {
-    CpuRenderer::new().depth_maps(scene, p, size, &Progress::new()).expect("a map").data
+    CpuRenderer::new().depth_maps(scene, p, size, Stored::default(), &Progress::new()).expect("a map").data
 }
 
 /// The corners of all triangles as the scene stores them.
@@ -345,8 +345,13 @@ fn what_cannot_be_drawn_is_an_error() {
     let matrix = over_unit_square(3.0).partitions[0].shadow_clip_from_world;
     let cases = [(0.0, 0.0), (f64::NAN, 0.0), (1.0, f64::INFINITY), (1e-3, 0.0), (1.0, 1e4), (f64::INFINITY, 0.0)];
     for (scale, offset) in cases {
-        let result =
-            CpuRenderer::new().depth_maps(&scene, &logarithmic(matrix, scale, offset), [8, 8], &Progress::new());
+        let result = CpuRenderer::new().depth_maps(
+            &scene,
+            &logarithmic(matrix, scale, offset),
+            [8, 8],
+            Stored::default(),
+            &Progress::new(),
+        );
         match result {
             Err(Error::InvalidArgument { name, .. }) => assert_eq!(name, "post_warp"),
             other => panic!("scale {scale}, offset {offset}: {other:?}"),
@@ -357,6 +362,6 @@ fn what_cannot_be_drawn_is_an_error() {
     assert!(draw(&scene, &logarithmic(constant.matrix(), 1.0, 0.1), [8, 8]).iter().all(|z| *z == 1.0));
     let progress = Progress::new();
     progress.stop();
-    let stopped = CpuRenderer::new().depth_maps(&scene, &over_unit_square(3.0), [8, 8], &progress);
+    let stopped = CpuRenderer::new().depth_maps(&scene, &over_unit_square(3.0), [8, 8], Stored::default(), &progress);
     assert_eq!(stopped, Err(Error::Interrupted));
 }

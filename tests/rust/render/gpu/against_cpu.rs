@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
@@ -20,8 +20,8 @@ fn depth_maps_agree_on_every_library_scene() {
             let technique = by_body(technique);
             for n in [512, 2048] {
                 let p = technique.parameterize(&s.scene, &s.camera, &s.light, n).unwrap();
-                let a = gpu.depth_maps(&s.scene, &p, [n; 2], &progress).unwrap();
-                let b = cpu.depth_maps(&s.scene, &p, [n; 2], &progress).unwrap();
+                let a = gpu.depth_maps(&s.scene, &p, [n; 2], Stored::default(), &progress).unwrap();
+                let b = cpu.depth_maps(&s.scene, &p, [n; 2], Stored::default(), &progress).unwrap();
                 let clip = &p.partitions[0].shadow_clip_from_world;
                 let difference = compare(&s.scene, clip, [n; 2], &a.data, &b.data);
                 let covered = b.data.iter().filter(|&&z| z < 1.0).count();
@@ -110,8 +110,14 @@ fn a_view_of_nothing_is_empty() {
     let (scene, _, _) = small_map();
     let camera = Camera::look_at(DVec3::Z, 2.0 * DVec3::Z, DVec3::Y, 1.0, 1.0, 0.1, 10.0).unwrap();
     let light = Light::Directional(DirectionalLight::new(DVec3::NEG_Z).unwrap());
-    let settings =
-        MaskSettings { resolution: [16; 2], size: [8, 6], bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [16; 2],
+        size: [8, 6],
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let drawn = |r: &dyn Renderer| {
         let (p, progress) = (single_map(DMat4::IDENTITY), Progress::new());
         let gbuffer = r.gbuffer(&scene, &camera, [8, 6], &progress).unwrap();
@@ -136,7 +142,14 @@ fn masks_agree_on_every_library_scene() {
             for ((filter_name, filter), bias) in
                 [(nearest, Bias::default()), (pcf, Bias::default()), (nearest, parts), (pcf, parts)]
             {
-                let settings = MaskSettings { resolution: [1024; 2], size: [512, 384], bias, filter, blend: 0.0 };
+                let settings = MaskSettings {
+                    resolution: [1024; 2],
+                    size: [512, 384],
+                    bias,
+                    filter,
+                    blend: 0.0,
+                    stored: Stored::default(),
+                };
                 let a = gpu.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
                 let b = cpu.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
                 let differs = |(a, b): &(&f32, &f32)| a.is_nan() != b.is_nan() || (*a - *b).abs() > 1e-3;
@@ -158,7 +171,13 @@ fn masks_agree_on_every_library_scene() {
 fn small_map() -> (Scene, DMat4, Vec<f32>) {
     let vertices = [[-0.55, -0.55, 0.25], [0.55, -0.55, 0.25], [0.55, 0.55, 0.75], [-0.55, 0.55, 0.75]];
     let scene = Scene::from_mesh(Mesh::new(&vertices, &[[0, 1, 2], [0, 2, 3]]).unwrap()).unwrap();
-    let depths = CpuRenderer::new().depth_maps(&scene, &single_map(DMat4::IDENTITY), [16; 2], &Progress::new());
+    let depths = CpuRenderer::new().depth_maps(
+        &scene,
+        &single_map(DMat4::IDENTITY),
+        [16; 2],
+        Stored::default(),
+        &Progress::new(),
+    );
     (scene, DMat4::IDENTITY, depths.unwrap().data)
 }
 

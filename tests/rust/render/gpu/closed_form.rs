@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3};
 use shadowlab::render::gpu::{GpuRenderer, adapters};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, Instance, SpotLight};
 use shadowlab::{Camera, Error, Light, Mesh, Progress, Scene};
 
@@ -40,7 +40,9 @@ fn downwards(half: f64, top: f64, bottom: f64) -> DMat4 {
 fn a_tilted_plane_has_its_depth_at_every_texel() {
     let Some(renderer) = renderer() else { return };
     let (scene, n) = (tilted_quad(0.5), 100u32);
-    let maps = renderer.depth_maps(&scene, &single_map(downwards(1.25, 2.0, -2.0)), [n; 2], &Progress::new()).unwrap();
+    let maps = renderer
+        .depth_maps(&scene, &single_map(downwards(1.25, 2.0, -2.0)), [n; 2], Stored::default(), &Progress::new())
+        .unwrap();
     assert_eq!((maps.layers, maps.size, maps.data.len()), (1, [n; 2], (n * n) as usize));
     for j in 0..n {
         for i in 0..n {
@@ -58,12 +60,12 @@ fn a_tilted_plane_has_its_depth_at_every_texel() {
 fn every_scale_and_place_gives_the_same_map() {
     let Some(renderer) = renderer() else { return };
     let (scene, clip) = (tilted_quad(0.5), downwards(1.25, 2.0, -2.0));
-    let near = renderer.depth_maps(&scene, &single_map(clip), [64; 2], &Progress::new()).unwrap();
+    let near = renderer.depth_maps(&scene, &single_map(clip), [64; 2], Stored::default(), &Progress::new()).unwrap();
     for (scale, place) in [(2f64.powi(-20), DVec3::ZERO), (2f64.powi(30), DVec3::new(5e5, 4e6, 0.0) * 2f64.powi(30))] {
         let map = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), Default::default(), place);
         let moved = scene.transformed(&map).unwrap();
         let clip = clip * DMat4::from(map.inverse());
-        let far = renderer.depth_maps(&moved, &single_map(clip), [64; 2], &Progress::new()).unwrap();
+        let far = renderer.depth_maps(&moved, &single_map(clip), [64; 2], Stored::default(), &Progress::new()).unwrap();
         assert_eq!(far.data, near.data);
     }
 }
@@ -73,7 +75,7 @@ fn clipping_keeps_what_lies_between_near_and_far() {
     let Some(renderer) = renderer() else { return };
     // y from -1 to 1 over the quad; the map keeps 0.25 <= y <= 0.5: a quarter of the x range to the right of 0.25.
     let p = single_map(downwards(1.0, 0.5, 0.25));
-    let maps = renderer.depth_maps(&tilted_quad(1.0), &p, [64; 2], &Progress::new()).unwrap();
+    let maps = renderer.depth_maps(&tilted_quad(1.0), &p, [64; 2], Stored::default(), &Progress::new()).unwrap();
     let covered = maps.data.iter().filter(|&&z| z < 1.0).count();
     assert_eq!(covered, 64 * 8);
 }
@@ -165,7 +167,14 @@ fn a_mask_has_the_shadow_where_it_belongs() {
     let p = single_map(downwards(8.0, 4.0, -1.0) * shear);
     let camera = camera_above(20.0);
     for (filter, reach) in [(Filter::Nearest, 0.5), (Filter::Bilinear, 1.5)] {
-        let settings = MaskSettings { resolution: [512; 2], size: [256; 2], bias: Bias::default(), filter, blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: [512; 2],
+            size: [256; 2],
+            bias: Bias::default(),
+            filter,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         let mask = renderer.shadow_mask(&table(), &camera, &light, &p, &settings, &Progress::new()).unwrap();
         let g = renderer.gbuffer(&table(), &camera, [256; 2], &Progress::new()).unwrap();
         let (mut lit, mut dark) = (0, 0);
@@ -190,8 +199,14 @@ fn a_mask_has_the_shadow_where_it_belongs() {
     }
     // From below everything faces away.
     let below = Light::Directional(DirectionalLight::new(DVec3::Y).unwrap());
-    let settings =
-        MaskSettings { resolution: [64; 2], size: [64; 2], bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [64; 2],
+        size: [64; 2],
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let mask = renderer.shadow_mask(&table(), &camera, &below, &p, &settings, &Progress::new()).unwrap();
     assert!(mask.data.iter().all(|&x| x.is_nan() || x == 0.0));
 }
@@ -209,6 +224,7 @@ fn a_spot_lights_its_cone_alone() {
         bias: Bias::default(),
         filter: Filter::Nearest,
         blend: 0.0,
+        stored: Stored::default(),
     };
     let light = Light::Spot(spot);
     let mask = renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &Progress::new()).unwrap();
@@ -235,13 +251,19 @@ fn partitions_are_layers_and_serve_their_depths() {
     p.partitions[0].eye_depth = [0.0, 21.0];
     empty.eye_depth = [21.0, 100.0];
     p.partitions.push(empty);
-    let maps = renderer.depth_maps(&table(), &p, [33, 17], &Progress::new()).unwrap();
+    let maps = renderer.depth_maps(&table(), &p, [33, 17], Stored::default(), &Progress::new()).unwrap();
     assert_eq!((maps.layers, maps.data.len()), (2, 2 * 33 * 17));
     assert!(maps.data[..33 * 17].iter().all(|&z| z < 1.0) && maps.data[33 * 17..].iter().all(|&z| z == 1.0));
     // Ground right under the eye is nearer than 21, its middle is in the table's shadow.
     let down = Light::Directional(DirectionalLight::new(DVec3::NEG_Y).unwrap());
-    let settings =
-        MaskSettings { resolution: [64; 2], size: [65; 2], bias: Bias::NONE, filter: Filter::Nearest, blend: 0.0 };
+    let settings = MaskSettings {
+        resolution: [64; 2],
+        size: [65; 2],
+        bias: Bias::NONE,
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    };
     let ground = |end: f64| {
         let mut p = p.clone();
         p.partitions[0].eye_depth[1] = end;
@@ -260,31 +282,43 @@ fn awkward_sizes_and_names_have_typed_errors() {
     let Some(renderer) = renderer() else { return };
     let (scene, p, progress) = (tilted_quad(0.5), single_map(downwards(1.25, 2.0, -2.0)), Progress::new());
     for size in [[0, 5], [5, 0], [1 << 20, 5], [5, u32::MAX]] {
-        assert!(matches!(renderer.depth_maps(&scene, &p, size, &progress), Err(Error::InvalidArgument { .. })));
+        assert!(matches!(
+            renderer.depth_maps(&scene, &p, size, Stored::default(), &progress),
+            Err(Error::InvalidArgument { .. })
+        ));
         assert!(matches!(
             renderer.gbuffer(&scene, &camera_above(5.0), size, &progress),
             Err(Error::InvalidArgument { .. })
         ));
     }
-    let one = renderer.depth_maps(&scene, &p, [1; 2], &progress).unwrap();
+    let one = renderer.depth_maps(&scene, &p, [1; 2], Stored::default(), &progress).unwrap();
     assert!((f64::from(one.data[0]) - 0.5).abs() < DEPTH_TOLERANCE);
     let g = renderer.gbuffer(&scene, &camera_above(5.0), [1; 2], &progress).unwrap();
     assert_eq!(g.instance, [0]);
     let mut none = p.clone();
     none.partitions.clear();
-    assert!(matches!(renderer.depth_maps(&scene, &none, [4; 2], &progress), Err(Error::InvalidArgument { .. })));
+    assert!(matches!(
+        renderer.depth_maps(&scene, &none, [4; 2], Stored::default(), &progress),
+        Err(Error::InvalidArgument { .. })
+    ));
     // Positions are stored in single precision.
     let huge = scene.transformed(&DAffine3::from_scale(DVec3::splat(1e100))).unwrap();
     let far = Camera::look_at(DVec3::Y * 5e100, DVec3::ZERO, DVec3::Z, 1.0, 1.0, 1e98, 1e102).unwrap();
     assert!(matches!(renderer.gbuffer(&huge, &far, [4; 2], &progress), Err(Error::InvalidArgument { .. })));
     // A matrix with a NaN has no picture.
     let broken = single_map(DMat4::from_cols_array(&[f64::NAN; 16]));
-    assert!(matches!(renderer.depth_maps(&scene, &broken, [4; 2], &progress), Err(Error::InvalidArgument { .. })));
+    assert!(matches!(
+        renderer.depth_maps(&scene, &broken, [4; 2], Stored::default(), &progress),
+        Err(Error::InvalidArgument { .. })
+    ));
 
     let stopped = Progress::new();
     stopped.stop();
-    assert_eq!(renderer.depth_maps(&scene, &p, [4; 2], &stopped), Err(Error::Interrupted));
-    assert!(renderer.depth_maps(&scene, &p, [4; 2], &progress).is_ok(), "usable after an interruption");
+    assert_eq!(renderer.depth_maps(&scene, &p, [4; 2], Stored::default(), &stopped), Err(Error::Interrupted));
+    assert!(
+        renderer.depth_maps(&scene, &p, [4; 2], Stored::default(), &progress).is_ok(),
+        "usable after an interruption"
+    );
 }
 
 #[test]
@@ -315,7 +349,7 @@ fn ten_thousand_instances_are_drawn_where_they_stand() {
     let scene = Scene::new(vec![mesh], instances.collect()).unwrap();
     // Four texels an instance along each axis, so that the middle 2 x 2 are covered.
     let p = single_map(downwards(50.0, 2.0, -1.0));
-    let maps = renderer.depth_maps(&scene, &p, [400; 2], &Progress::new()).unwrap();
+    let maps = renderer.depth_maps(&scene, &p, [400; 2], Stored::default(), &Progress::new()).unwrap();
     for (k, &z) in maps.data.iter().enumerate() {
         let (x, y) = (k % 400, k / 400);
         let inside = (1..3).contains(&(x % 4)) && (1..3).contains(&(y % 4));
@@ -349,7 +383,7 @@ fn scenes_come_and_go_and_threads_take_turns() {
                     // Dropped at the end of each round, while its buffers are still on the device.
                     let slope = f64::from(thread * 100 + round) * 0.01;
                     let scene = tilted_quad(slope);
-                    let maps = renderer.depth_maps(&scene, p, [32; 2], &Progress::new()).unwrap();
+                    let maps = renderer.depth_maps(&scene, p, [32; 2], Stored::default(), &Progress::new()).unwrap();
                     let x = 1.25 * (2.0 * 20.5 / 32.0 - 1.0);
                     let expected = (4.0 - slope * x) / 8.0;
                     let depth = f64::from(maps.data[16 * 32 + 20]);

@@ -1,8 +1,8 @@
 //! Alpha tests on the device, held against the cpu renderer.
 
 use glam::{DAffine3, DMat4, DVec3};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::scene::{AlphaTexture, Wrap};
 use shadowlab::{Camera, Mesh, Progress, Scene};
 
@@ -68,8 +68,8 @@ fn maps_have_the_same_holes() {
         for (k, clip) in clips().into_iter().enumerate() {
             let p = single_map(clip);
             for n in [256, 1024] {
-                let a = cpu.depth_maps(&scene, &p, [n; 2], &progress).unwrap().data;
-                let b = gpu.depth_maps(&scene, &p, [n; 2], &progress).unwrap().data;
+                let a = cpu.depth_maps(&scene, &p, [n; 2], Stored::default(), &progress).unwrap().data;
+                let b = gpu.depth_maps(&scene, &p, [n; 2], Stored::default(), &progress).unwrap().data;
                 let differs = |(a, b): &(&f32, &f32)| (**a - **b).abs() > DEPTH_TOLERANCE;
                 let (differ, drawn) =
                     (a.iter().zip(&b).filter(differs).count(), a.iter().filter(|&&z| z < 1.0).count());
@@ -117,7 +117,9 @@ fn a_test_that_keeps_all_changes_no_bit() {
     let none = Scene::from_mesh(leaves(19, 60, Wrap::Repeat, texture([2, 2], |_, _| 127))).unwrap();
     let kept = Scene::from_mesh(kept).unwrap();
     for clip in clips() {
-        let map = |scene: &Scene| gpu.depth_maps(scene, &single_map(clip), [300; 2], &progress).unwrap().data;
+        let map = |scene: &Scene| {
+            gpu.depth_maps(scene, &single_map(clip), [300; 2], Stored::default(), &progress).unwrap().data
+        };
         assert!(map(&plain) == map(&kept));
         assert!(map(&none).iter().all(|&z| z == 1.0));
     }

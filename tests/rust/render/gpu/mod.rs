@@ -8,4 +8,5 @@ mod footprint;
 mod footprints;
 mod holes;
 mod selection;
+mod stored;
 mod strong_warps;

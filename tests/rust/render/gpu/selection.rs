@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, PiecewiseLinear, PostWarp, Rectilinear};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::library;
 use shadowlab::{Error, Progress};
 
@@ -23,7 +23,14 @@ const MASK_SHARE: f64 = 1e-3;
 const OTHER_MAP_SHARE: f64 = 2e-3;
 
 fn settings(resolution: u32) -> MaskSettings {
-    MaskSettings { resolution: [resolution; 2], size: SIZE, bias: Bias::default(), filter: Filter::Nearest, blend: 0.0 }
+    MaskSettings {
+        resolution: [resolution; 2],
+        size: SIZE,
+        bias: Bias::default(),
+        filter: Filter::Nearest,
+        blend: 0.0,
+        stored: Stored::default(),
+    }
 }
 
 /// Whether a receiver as near as rounding brings it asks map `k`.
@@ -97,8 +104,9 @@ fn more_maps_than_are_drawn_at_once_give_the_same_mask() {
         assert_eq!(*a < 0, *b < 0);
     }
     // And the depth maps of many are those of each.
-    let all = gpu.depth_maps(&s.scene, &repeated(&p, &s.camera, 24), [64; 2], &Progress::new()).unwrap();
-    let single = gpu.depth_maps(&s.scene, &alone(&p, 0), [64; 2], &Progress::new()).unwrap();
+    let all =
+        gpu.depth_maps(&s.scene, &repeated(&p, &s.camera, 24), [64; 2], Stored::default(), &Progress::new()).unwrap();
+    let single = gpu.depth_maps(&s.scene, &alone(&p, 0), [64; 2], Stored::default(), &Progress::new()).unwrap();
     assert!(all.layers == 24 && all.data.chunks(64 * 64).all(|layer| layer == single.data));
 }
 
@@ -116,7 +124,7 @@ fn a_post_warp_is_refused_with_a_way_out() {
     for (post_warp, name) in warps {
         p.partitions[0].post_warp = post_warp;
         let progress = Progress::new();
-        let depth = gpu.depth_maps(&s.scene, &p, [16; 2], &progress).map(|_| ());
+        let depth = gpu.depth_maps(&s.scene, &p, [16; 2], Stored::default(), &progress).map(|_| ());
         let mask = gpu.shadow_mask(&s.scene, &camera, &s.light, &p, &settings(16), &progress).map(|_| ());
         let footprint = gpu.footprint(&s.scene, &camera, &s.light, &p, [16; 2], [16; 2], &progress).map(|_| ());
         // The footprint of a logarithm is there.

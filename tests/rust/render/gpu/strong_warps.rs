@@ -1,9 +1,9 @@
 //! The gpu renderer where w varies by many orders of magnitude: maps held against rays in f64, views against the cpu renderer.
 
 use glam::{DMat4, DVec3};
-use shadowlab::render::Renderer;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::gpu::GpuRenderer;
+use shadowlab::render::{Renderer, Stored};
 use shadowlab::{Camera, Progress, Scene};
 
 use crate::render::strong::cases::{
@@ -13,7 +13,7 @@ use crate::support::cpu as cpu_support;
 use crate::support::gpu::{renderer, single_map};
 
 fn depth(gpu: &GpuRenderer, scene: &Scene, m: DMat4) -> Vec<f32> {
-    gpu.depth_maps(scene, &single_map(m), SIZE, &Progress::new()).unwrap().data
+    gpu.depth_maps(scene, &single_map(m), SIZE, Stored::default(), &Progress::new()).unwrap().data
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use shadowlab::Progress;
 use shadowlab::image::{ShadowMask, TruthMask};
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::trace::Tracer;
 
 use crate::render::selection::maps::{SAME, View, views};
@@ -55,6 +55,7 @@ impl Found {
             bias: Bias::default(),
             filter: Filter::Nearest,
             blend: 0.0,
+            stored: Stored::default(),
         };
         let mask = |p| renderer.shadow_mask(&v.scene, &v.camera, &v.light, p, &settings, &Progress::new()).unwrap();
         let m = mask(&v.p);

@@ -1,0 +1,7 @@
+//! What maps store, and lookups into it: surfaces, spacings, formats.
+
+mod closed;
+mod draws;
+pub mod oracle;
+mod planes;
+pub mod surfaces;

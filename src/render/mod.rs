@@ -12,6 +12,7 @@ mod stored;
 
 pub use bias::Bias;
 pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
+pub(crate) use filter::bilinear;
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
 pub(crate) use renderer::{check_count, check_extent};

@@ -43,34 +43,17 @@ impl Kernel {
     }
 
     /// The average of a function of texels (column, row) about a place; `disc` has the points of the unit disc.
-    #[inline(always)]
     pub fn average(&self, disc: &[DVec2], place: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
         // Casts saturate.
         match self {
             Self::Nearest => of(place.x.floor() as i64, place.y.floor() as i64),
-            Self::Bilinear => {
-                let corner = (place - 0.5).floor();
-                let f = place - 0.5 - corner;
-                let (i, j) = (corner.x as i64, corner.y as i64);
-                let top = (1.0 - f.x) * of(i, j) + f.x * of(i + 1, j);
-                let bottom = (1.0 - f.x) * of(i, j + 1) + f.x * of(i + 1, j + 1);
-                (1.0 - f.y) * top + f.y * bottom
-            }
-            _ => self.wide_average(disc, place, of),
-        }
-    }
-
-    /// That of kernels that compare many texels: by itself, so that the others stay small.
-    #[inline(never)]
-    fn wide_average(&self, disc: &[DVec2], place: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
-        match self {
+            Self::Bilinear => bilinear(place, of),
             Self::Box(size) => separable(&Weights::of_box(place.x, size.x), &Weights::of_box(place.y, size.y), of),
             Self::Tent(size) => separable(&Weights::of_tent(place.x, size.x), &Weights::of_tent(place.y, size.y), of),
             Self::Disc(axes) => {
                 let at = |q: &DVec2| (place + *axes * *q).floor();
                 disc.iter().map(at).map(|at| of(at.x as i64, at.y as i64)).sum::<f64>() / disc.len() as f64
             }
-            Self::Nearest | Self::Bilinear => self.average(disc, place, of),
         }
     }
 
@@ -103,6 +86,18 @@ impl Kernel {
             }
         }
     }
+}
+
+/// The average of a function of texels (column, row) with weights between the four texel centres around a place.
+#[inline(always)]
+pub(crate) fn bilinear(place: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
+    let corner = (place - 0.5).floor();
+    let f = place - 0.5 - corner;
+    // Casts saturate.
+    let (i, j) = (corner.x as i64, corner.y as i64);
+    let top = (1.0 - f.x) * of(i, j) + f.x * of(i + 1, j);
+    let bottom = (1.0 - f.x) * of(i, j + 1) + f.x * of(i + 1, j + 1);
+    (1.0 - f.y) * top + f.y * bottom
 }
 
 /// The average of a function of texels with weights that are products, row after row.

@@ -6,6 +6,7 @@ mod kernels;
 mod text;
 mod value;
 
+pub(crate) use kernel::bilinear;
 pub use kernel::{Kernel, Tap};
 pub use kernels::Kernels;
 pub use text::{FILTERS, FilterSpec};

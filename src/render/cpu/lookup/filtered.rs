@@ -5,23 +5,39 @@ use glam::{DVec2, DVec3};
 use super::comparison::{Comparison, Reference};
 use super::lookup::MapLookup;
 use super::projected::Projected;
-use crate::render::{Kernel, Tap};
+use crate::render::{Kernel, Tap, bilinear};
 
 impl MapLookup {
     /// The share of light, 0 to 1, that arrives at a receiver which faces the light and is within its reach; `map` has
     /// rows from the top.
     pub fn light(&self, map: &[f32], p: DVec3, normal: DVec3) -> f32 {
         let Comparison::At(reference) = self.compare_at(p, normal) else { return 1.0 };
-        let [width, height] = self.size;
-        // Clamp to edge.
-        let lit = |i: i64, j: i64| -> f64 {
-            // Of a texel beyond the edge, the plane where it would be.
-            let z = self.depth_at(&reference, DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
-            let i = i.clamp(0, i64::from(width) - 1) as usize;
-            let j = j.clamp(0, i64::from(height) - 1) as usize;
-            f64::from(u8::from(f64::from(map[j * width as usize + i]) >= z))
-        };
+        match reference.kernel {
+            Kernel::Nearest => {
+                let at = reference.p_texel.floor();
+                self.lit(map, &reference, at.x as i64, at.y as i64) as f32
+            }
+            Kernel::Bilinear => bilinear(reference.p_texel, |i, j| self.lit(map, &reference, i, j)) as f32,
+            _ => self.wide_light(map, reference),
+        }
+    }
+
+    /// That of kernels that compare many texels: by itself and by a copy, so that the reference of the others stays in registers.
+    #[inline(never)]
+    fn wide_light(&self, map: &[f32], reference: Reference) -> f32 {
+        let lit = |i: i64, j: i64| self.lit(map, &reference, i, j);
         reference.kernel.average(self.kernels.disc(), reference.p_texel, lit) as f32
+    }
+
+    /// 1 where the stored depth of a texel is at least that of the receiver there, else 0. Clamp to edge.
+    #[inline(always)]
+    fn lit(&self, map: &[f32], reference: &Reference, i: i64, j: i64) -> f64 {
+        let [width, height] = self.size;
+        // Of a texel beyond the edge, the plane where it would be.
+        let z = self.depth_at(reference, DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
+        let i = i.clamp(0, i64::from(width) - 1) as usize;
+        let j = j.clamp(0, i64::from(height) - 1) as usize;
+        f64::from(u8::from(f64::from(map[j * width as usize + i]) >= z))
     }
 
     /// The texels that a lookup about a place reads for a receiver without bias.

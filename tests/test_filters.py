@@ -12,6 +12,7 @@ from filter_support import disc, settings_of
 import shadowlab as sl
 from shadowlab import _core
 from shadowlab.errors import ArgumentError, UnknownNameError
+from shadowlab.reports.reproduce import python_snippet
 from shadowlab.text.checks import check_filter
 
 SIDE = 64
@@ -248,7 +249,7 @@ def test_maps_that_overlap_less_than_they_blend_warn():
         sl.Renderer("cpu").shadow_mask(*take, size=16, blend=0.1)
 
 
-def test_compare_blends_and_says_so(tmp_path):
+def test_compare_blends_and_says_so():
     view = view_of("robots")
     take = {
         "resolution": 128, "size": (320, 180), "renderer": "cpu", "progress": False, "truth": False,
@@ -263,5 +264,5 @@ def test_compare_blends_and_says_so(tmp_path):
     a, b = plain.masks[label], study.masks[label]
     assert not np.array_equal(a, b, equal_nan=True)
     assert np.array_equal(plain.chosen[label], study.chosen[label])
-    assert "blend=0.3" in study.reproduce()
+    assert "blend=0.3" in python_snippet(study, study.runs)
     assert np.count_nonzero(a[~np.isnan(a)] != b[~np.isnan(b)]) > 50

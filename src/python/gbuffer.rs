@@ -127,7 +127,7 @@ impl PyGBuffer {
             Ok((size, whole, origin, camera))
         })?;
         let fits = |n: u32, whole: u32| (1..=whole).contains(&n) && whole <= MAX_IMAGE_SIDE;
-        if !(fits(size[0], whole[0]) && fits(size[1], whole[1])) || !origin.is_finite() {
+        if !(fits(size[0], whole[0]) && fits(size[1], whole[1]) && origin.is_finite()) {
             return Err(parts.error(py, format!("it has {size:?} of {whole:?} pixels around {origin}")));
         }
         let [w, h] = size.map(|n: u32| Some(n as usize));

@@ -12,8 +12,8 @@ import numpy as np
 MOST_POINTS = 256
 
 _KERNEL = (
-    """
-#version 330
+    f"#version 330\n#define MOST {MOST_POINTS}\n"
+    + """
 uniform sampler2D depths;
 uniform bool is_upright;       // row 0 is NDC y = +1, else -1
 uniform mat4 clip_from_point;
@@ -22,7 +22,7 @@ uniform float bias;            // NDC
 uniform int kind;              // 0 nearest, 1 box, 2 points
 uniform float width;           // of the box, texels
 uniform int count;
-uniform vec2 points[%d];       // texels
+uniform vec2 points[MOST];     // texels
 
 float lit(ivec2 texel, float z) {
     ivec2 held = clamp(texel, ivec2(0), textureSize(depths, 0) - 1);
@@ -56,7 +56,6 @@ float light(vec3 p, vec3 normal) {
     return sum;
 }
 """
-    % MOST_POINTS
 )
 
 _QUAD = """

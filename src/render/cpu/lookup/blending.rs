@@ -30,7 +30,7 @@ impl Lookups<'_> {
                 let zone = self.blend * (end - begin);
                 (eye_depth - (end - zone)) / zone
             }
-            Selection::Containment => (self.map(k).from_middle(p) - (1.0 - self.blend)) / self.blend,
+            Selection::Containment => (self.map(k).way_from_middle(p) - (1.0 - self.blend)) / self.blend,
         };
         // Written so that a NaN, of a range without an end, is none.
         if !(share > 0.0) {

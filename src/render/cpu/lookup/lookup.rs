@@ -108,7 +108,7 @@ impl MapLookup {
     }
 
     /// How far a receiver lies from the map's middle towards its nearest edge: 1 at the edge.
-    pub(super) fn from_middle(&self, p: DVec3) -> f64 {
+    pub(super) fn way_from_middle(&self, p: DVec3) -> f64 {
         let [x, y, _, w] = self.rows.map(|row| row.dot(p.extend(1.0)));
         let ndc = self.post_warp.apply(DVec3::new(x, y, 0.0) / w, w);
         ndc.x.abs().max(ndc.y.abs())

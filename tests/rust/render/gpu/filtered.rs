@@ -4,7 +4,6 @@ use glam::DVec3;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
 use shadowlab::scene::{DirectionalLight, library};
-use shadowlab::techniques::technique_of;
 use shadowlab::{Camera, Light, Progress};
 
 use crate::support::by_body::by_body;
@@ -83,9 +82,7 @@ fn maps_blend_as_on_the_processor() {
     let Some(gpu) = renderer() else { return };
     let (cpu, progress) = (CpuRenderer::new(), Progress::new());
     let s = library::build("robots", 1, &[]).unwrap();
-    let technique =
-        technique_of("z_partition:distances=(7,10,14),overlap=0.4,inner=(lispsm:range=body,fit=exact),range=body")
-            .unwrap();
+    let technique = by_body("z_partition:distances=(7,10,14),overlap=0.4,inner=lispsm,range=body");
     let p = technique.parameterize(&s.scene, &s.camera, &s.light, 512).unwrap();
     let mut by_containment = p.clone();
     by_containment.selection = shadowlab::parameterization::Selection::Containment;

@@ -3,13 +3,13 @@
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
+use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{image, run_watched, size2};
 use super::filter::filter_of;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::bias;
 use super::stored::stored;
 use crate::render::cpu::lookup::bias_distance as distance;
 use crate::render::{Bias, MaskSettings, Stored};

@@ -3,6 +3,7 @@
 use numpy::{PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
+use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched};
 use super::exceptions::refusable;
@@ -10,7 +11,6 @@ use super::filter::{blend_of, filter_of};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::bias;
 use super::scene::{PyScene, scene};
 use super::stored::stored;
 use crate::diagnose_pixels::{Wrong, causes as core_causes};

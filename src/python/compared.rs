@@ -4,13 +4,13 @@ use glam::{DVec2, DVec3};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
+use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched, size2};
 use super::filter::filter_of;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
-use super::render::bias;
 use super::stored::stored;
 use crate::image::Footprint;
 use crate::render::cpu::lookup::{Comparison, Lookups};

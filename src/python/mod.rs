@@ -5,6 +5,7 @@ mod alpha_states;
 mod alpha_test;
 mod arguments;
 mod arrays;
+mod bias;
 mod bias_distance;
 mod blur;
 mod camera;
@@ -46,6 +47,8 @@ mod _core {
     #[pymodule_export]
     use super::aliasing::{PyMisclassified, misclassified};
     #[pymodule_export]
+    use super::bias::PyBias;
+    #[pymodule_export]
     use super::bias_distance::bias_distance;
     #[pymodule_export]
     use super::blur::blur;
@@ -74,7 +77,7 @@ mod _core {
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
     #[pymodule_export]
-    use super::render::{PyBias, PyRenderer};
+    use super::render::PyRenderer;
     #[pymodule_export]
     use super::samples::PySamples;
     #[pymodule_export]

@@ -6,13 +6,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::aliasing::PyMisclassified;
+use super::bias::PyBias;
 use super::camera::PyCamera;
 use super::gbuffer::PyGBuffer;
 use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
 use super::mesh::PyMesh;
 use super::note::PyNote;
 use super::parameterization::{PyParameterization, PyPartition};
-use super::render::PyBias;
 use super::sample_states;
 use super::samples::PySamples;
 use super::scene::PyScene;

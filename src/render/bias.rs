@@ -2,7 +2,7 @@
 //!
 //! Source: theory.md 13: the constant world bias (13.1), the receiver-plane bias of a nearest lookup (13.2), tight at
 //! `slope = 1`; the depth of the receiver's plane at each compared texel (`plane`), Isidoro 2006 `[isidoro2006]`; the offset along
-//! the normal, Holbert 2011 `[holbert2011]`.
+//! the normal, Holbert 2011 `[holbert2011]`; the polygon offset of graphics APIs (13.4).
 
 use crate::error::{Error, Result};
 
@@ -26,6 +26,11 @@ pub struct Bias {
     pub plane: f64,
     /// World sizes of a shadow texel (as `texels`) by which the receiver is moved along its normal before anything else.
     pub normal: f64,
+    /// As graphics APIs define `factor` of their polygon offset: times the larger change of the depth of the receiver's plane by a
+    /// texel, along x or y. `slope_limit` limits it, too.
+    pub factor: f64,
+    /// As they define `units`: steps of the format of what is stored, at the receiver's depth.
+    pub units: f64,
 }
 
 impl Default for Bias {
@@ -38,14 +43,30 @@ impl Default for Bias {
     /// `ndc` covers a few units in the last place of depth near 1. Slope and plane grow as 1/cos of the angle between normal and
     /// light, without end: a wall that the light grazes would be carried through its roof. Hence the limit of 16 texels.
     fn default() -> Self {
-        Self { world: 0.0, texels: 0.5, ndc: 1e-6, slope: 0.4, slope_limit: 16.0, plane: 0.65, normal: 0.0 }
+        Self { texels: 0.5, ndc: 1e-6, slope: 0.4, slope_limit: 16.0, plane: 0.65, ..Self::NONE }
     }
 }
 
 impl Bias {
     /// No bias at all: acne everywhere.
-    pub const NONE: Self =
-        Self { world: 0.0, texels: 0.0, ndc: 0.0, slope: 0.0, slope_limit: f64::INFINITY, plane: 0.0, normal: 0.0 };
+    pub const NONE: Self = Self {
+        world: 0.0,
+        texels: 0.0,
+        ndc: 0.0,
+        slope: 0.0,
+        slope_limit: f64::INFINITY,
+        plane: 0.0,
+        normal: 0.0,
+        factor: 0.0,
+        units: 0.0,
+    };
+
+    /// What `glPolygonOffset(factor, units)`, `D3D11_RASTERIZER_DESC` and `depthBiasSlopeScale, depthBias` of Vulkan and WebGPU take
+    /// off, and nothing else: `factor` max(|dz/dX|, |dz/dY|) + `units` r, r the step of the format. They add it to casters when a map
+    /// is drawn; here the receiver's own plane has it, which is the same where that is what the map holds.
+    pub const fn polygon_offset(factor: f64, units: f64) -> Self {
+        Self { factor, units, ..Self::NONE }
+    }
 
     /// This bias if every part is usable.
     ///
@@ -57,6 +78,8 @@ impl Bias {
             ("bias.texels", self.texels),
             ("bias.ndc", self.ndc),
             ("bias.normal", self.normal),
+            ("bias.factor", self.factor),
+            ("bias.units", self.units),
         ];
         for (name, x) in constants {
             if !x.is_finite() {

@@ -71,7 +71,12 @@ pub(super) struct Lookup {
     blend: f32,
     first_map: u32,
     end_map: u32,
-    unused: [u32; 2],
+    factor: f32,
+    /// Of a normalised format steps times their size, else steps.
+    units: f32,
+    /// Binary digits of a float's step, 0 of a normalised format.
+    digits: i32,
+    unused: [u32; 3],
 }
 
 impl Lookup {
@@ -109,7 +114,7 @@ impl EyeSpace {
     /// # Errors
     /// [`crate::Error::InvalidArgument`] for an unusable bias or blend.
     pub fn lookup(&self, settings: &MaskSettings) -> Result<Lookup> {
-        let bias = settings.bias.checked()?;
+        let (bias, format) = (settings.bias.checked()?, settings.stored.format);
         Ok(Lookup {
             bias_world: self.length(bias.world).clamp(f32::MIN, f32::MAX),
             bias_texels: bias.texels as f32,
@@ -121,7 +126,16 @@ impl EyeSpace {
             blend: settings.checked_blend()? as f32,
             first_map: 0,
             end_map: 0,
-            unused: [0; 2],
+            factor: bias.factor as f32,
+            units: match format.levels() {
+                Some(_) => (bias.units * format.step(1.0)) as f32,
+                None => bias.units as f32,
+            },
+            digits: match format.levels() {
+                Some(_) => 0,
+                None => -format.step(1.0).log2() as i32,
+            },
+            unused: [0; 3],
         })
     }
 
@@ -330,7 +344,7 @@ mod tests {
         // WGSL aligns structs to 16 bytes, and a vec3f to as much.
         assert_eq!(
             (size_of::<Choice>(), size_of::<Map>(), size_of::<Gradient>(), size_of::<Lookup>()),
-            (48, 352, 32, 48)
+            (48, 352, 32, 64)
         );
         assert_eq!((std::mem::offset_of!(Map, texel), std::mem::offset_of!(Map, log_offset)), (272, 300));
     }

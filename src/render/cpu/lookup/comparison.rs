@@ -80,7 +80,7 @@ impl MapLookup {
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
         let (mut plane, mut limit) = (PlaneDepth::default(), f64::INFINITY);
-        if self.bias.slope > 0.0 || self.bias.plane > 0.0 {
+        if self.bias.slope > 0.0 || self.bias.plane > 0.0 || self.bias.factor != 0.0 {
             let facing = at.cross.dot(normal);
             let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
             // On the plane, depth changes by these per texel, times det; Y grows down.
@@ -110,6 +110,13 @@ impl MapLookup {
                 };
                 z -= due.min(limit);
             }
+            if self.bias.factor != 0.0 {
+                let steepest = if is_edge_on { f64::INFINITY } else { plane.per_texel.abs().max_element() };
+                z -= (self.bias.factor * steepest).clamp(-limit, limit);
+            }
+        }
+        if self.bias.units != 0.0 {
+            z -= self.bias.units * self.stored.format.step(at.depth.clamp(0.0, 1.0));
         }
         let (p_texel, unbiased) = (at.p_texel, at.depth);
         Comparison::At(Reference { p_texel, kernel, z, p, normal, unbiased, plane, limit })

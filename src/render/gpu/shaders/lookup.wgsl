@@ -20,8 +20,13 @@ struct Lookup {
     // The maps of this batch.
     first_map: u32,
     end_map: u32,
+    // Polygon offset: of a normalised format units times its step, else units and the binary digits of a float's step.
+    factor: f32,
+    units: f32,
+    digits: i32,
     unused_0: u32,
     unused_1: u32,
+    unused_2: u32,
 }
 
 @group(1) @binding(2) var<uniform> lookup: Lookup;
@@ -133,7 +138,7 @@ fn compare_at(m: Map, p_eye: vec3f, normal: vec3f) -> Comparison {
     var per_texel = vec2f();
     var divisor = vec2f();
     var limit = BOUNDLESS;
-    if lookup.slope > 0.0 || lookup.plane > 0.0 {
+    if lookup.slope > 0.0 || lookup.plane > 0.0 || lookup.factor != 0.0 {
         let facing = dot(at.across, normal);
         let change = vec2f(dot(at.grad_z, cross(at.grad_y, normal)), -dot(at.grad_z, cross(at.grad_x, normal)));
         let reach = lookup.slope * shape.reach;
@@ -154,6 +159,15 @@ fn compare_at(m: Map, p_eye: vec3f, normal: vec3f) -> Comparison {
             let due = lookup.slope * fall(per_texel, divisor, shape.reach);
             z -= min(select(BOUNDLESS, due, facing != 0.0), limit);
         }
+        if lookup.factor != 0.0 {
+            let steepest = select(BOUNDLESS, max(abs(per_texel.x), abs(per_texel.y)), facing != 0.0);
+            z -= clamp(lookup.factor * steepest, -limit, limit);
+        }
+    }
+    if lookup.units != 0.0 {
+        // A float in [2^(e - 1), 2^e) has the step 2^(e - 1 - digits).
+        let exponent = select(0, frexp(clamp(at.depth, 1e-30, 1.0)).exp - 1 - lookup.digits, lookup.digits > 0);
+        z -= ldexp(lookup.units, exponent);
     }
     return Comparison(at.place, shape, z, per_texel, divisor, limit, false);
 }

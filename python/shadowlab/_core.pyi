@@ -17,6 +17,7 @@ from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
+from ._core_stored import Bias as Bias
 from ._core_stored import Stored as Stored
 from ._core_types import FootprintLike, Matrices
 
@@ -71,67 +72,6 @@ _Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Filter: TypeAlias = Literal["nearest", "pcf2x2"]
 _Maps: TypeAlias = "Parameterization | Matrices"
 _Stored: TypeAlias = "Stored | str | None"
-
-@final
-class Bias:
-    """How much nearer to the light a receiver is moved before it is compared. The parts add up.
-
-    Parameters
-    ----------
-    world : float
-        World units along the light ray.
-    texels : float
-        World size of a shadow texel at the receiver, across the light ray.
-    ndc : float
-        NDC depth.
-    slope : float
-        Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
-    slope_limit : float
-        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none. It limits the
-        plane part, too.
-    plane : float
-        1: a texel is compared with the depth of the receiver's own plane at its centre, which is exact for planes; 0: with
-        the depth of the receiver; a part of the way between.
-    normal : float
-        World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
-    """
-    def __new__(
-        cls,
-        *,
-        world: float | None = None,
-        texels: float | None = None,
-        ndc: float | None = None,
-        slope: float | None = None,
-        slope_limit: float | None = None,
-        plane: float | None = None,
-        normal: float | None = None,
-    ) -> Bias: ...
-    @staticmethod
-    def none() -> Bias:
-        """No bias at all: acne everywhere."""
-    @property
-    def world(self) -> float:
-        """World units along the light ray."""
-    @property
-    def texels(self) -> float:
-        """World sizes of a shadow texel at the receiver, across the light ray."""
-    @property
-    def ndc(self) -> float:
-        """NDC depth."""
-    @property
-    def slope(self) -> float:
-        """Times the depth that the receiver's own plane gains over the filter's reach."""
-    @property
-    def slope_limit(self) -> float:
-        """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
-    @property
-    def plane(self) -> float:
-        """How much of the way to its own plane at the texel's centre the receiver is moved."""
-    @property
-    def normal(self) -> float:
-        """World sizes of a shadow texel along the normal."""
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
 
 @final
 class Renderer:

@@ -1,4 +1,4 @@
-"""What a map stores, of `_core`, which exports it."""
+"""Bias and what a map stores, of `_core`, which exports them."""
 
 from typing import Literal, final
 
@@ -7,6 +7,67 @@ import numpy.typing as npt
 
 from ._core_maps import Parameterization
 from ._core_types import Matrices
+
+@final
+class Bias:
+    """How much nearer to the light a receiver is moved before it is compared. The parts add up.
+
+    Parameters
+    ----------
+    world : float
+        World units along the light ray.
+    texels : float
+        World size of a shadow texel at the receiver, across the light ray.
+    ndc : float
+        NDC depth.
+    slope : float
+        Times the depth that the receiver's own plane gains over the filter's reach: 1 removes all acne of a plane.
+    slope_limit : float
+        Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none. It limits the
+        plane part, too.
+    plane : float
+        1: a texel is compared with the depth of the receiver's own plane at its centre, which is exact for planes; 0: with
+        the depth of the receiver; a part of the way between.
+    normal : float
+        World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
+    """
+    def __new__(
+        cls,
+        *,
+        world: float | None = None,
+        texels: float | None = None,
+        ndc: float | None = None,
+        slope: float | None = None,
+        slope_limit: float | None = None,
+        plane: float | None = None,
+        normal: float | None = None,
+    ) -> Bias: ...
+    @staticmethod
+    def none() -> Bias:
+        """No bias at all: acne everywhere."""
+    @property
+    def world(self) -> float:
+        """World units along the light ray."""
+    @property
+    def texels(self) -> float:
+        """World sizes of a shadow texel at the receiver, across the light ray."""
+    @property
+    def ndc(self) -> float:
+        """NDC depth."""
+    @property
+    def slope(self) -> float:
+        """Times the depth that the receiver's own plane gains over the filter's reach."""
+    @property
+    def slope_limit(self) -> float:
+        """Upper limit of the slope part, world sizes of a shadow texel along the light ray; infinity for none."""
+    @property
+    def plane(self) -> float:
+        """How much of the way to its own plane at the texel's centre the receiver is moved."""
+    @property
+    def normal(self) -> float:
+        """World sizes of a shadow texel along the normal."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Stored:
@@ -44,7 +105,7 @@ class Stored:
     --------
     >>> import shadowlab as sl
     >>> sl.Stored("back", format="unorm16")
-    Stored('back', spacing='projective', format='unorm16', limit=4.0)
+    Stored('back', spacing='projective', format='unorm16', limit=8.0)
     >>> str(sl.Stored("back:spacing=linear"))
     'back:spacing=linear'
     """
@@ -54,7 +115,7 @@ class Stored:
         *,
         spacing: Literal["projective", "linear"] = "projective",
         format: Literal["f32", "f16", "unorm16", "unorm24"] = "f32",
-        limit: float = 4.0,
+        limit: float = 8.0,
     ) -> Stored: ...
     @property
     def surface(self) -> Literal["front", "back", "second", "midpoint", "dual"]:
@@ -85,7 +146,7 @@ class Stored:
         Raises
         ------
         ArgumentError
-            A point that no map holds, or a map without linear depth.
+            A point that no map holds, or a map that has no points before its projection centre, where depth is linear.
 
         References
         ----------

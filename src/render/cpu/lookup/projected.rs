@@ -1,4 +1,4 @@
-//! A receiver in a map, and how what it is there changes about it: theory.md 0, E.5.
+//! A receiver in a map, and how what it is there changes about it: theory.md 0, (E.5).
 
 use glam::{DVec2, DVec3, DVec4};
 

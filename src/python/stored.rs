@@ -167,7 +167,7 @@ impl PyStored {
             })
         };
         if let Some(i) = points.iter().position(|p| map_of(p).is_none()) {
-            let expected = "points that a map holds";
+            let expected = "points that a map of the parameterization holds";
             let fix = "give points between the near and the far plane of a map";
             return Err(argument_error(py, &format!("points[{i}]"), expected, format!("{:?}", points[i]), fix));
         }

@@ -71,6 +71,12 @@ fn render(c: &mut Criterion) {
         });
     }
     let size = [1024, 1024];
+    for text in ["front:format=unorm16", "front:spacing=linear", "back", "second", "midpoint", "dual"] {
+        let stored: Stored = text.parse().expect("a surface");
+        c.bench_function(&format!("depth/1024/{text}"), |b| {
+            b.iter(|| black_box(renderer.depth_maps(&scene, &p, size, stored, &progress)))
+        });
+    }
     c.bench_function("gbuffer/1024", |b| b.iter(|| black_box(renderer.gbuffer(&scene, &camera, size, &progress))));
     for (name, filter) in Filter::PLAIN {
         let settings = MaskSettings {

@@ -10,7 +10,7 @@ import shadowlab as sl
 from shadowlab.reports.reproduce import bias_python
 
 DOCS = Path(__file__).parents[1] / "docs" / "bias.md"
-PARTS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
+PARTS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal", "factor", "units")
 
 
 def documented() -> dict[str, float]:

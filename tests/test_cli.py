@@ -287,7 +287,7 @@ BAD = {
     "fov is nan": (["compare", "MESH", "--fov-deg", "nan"], "degrees"),
     "bias without value": (["compare", "MESH", "--bias", "world"], "bias", "world"),
     "bias empty": (["compare", "MESH", "--bias", ""], "bias"),
-    "bias unknown": (["compare", "MESH", "--bias", "wrold=1"], "wrold", "slope_limit, plane, normal"),
+    "bias unknown": (["compare", "MESH", "--bias", "wrold=1"], "wrold", "slope_limit, plane, normal, factor, units"),
     "bias a word": (["compare", "MESH", "--bias", "world=much"], "expected a number for world", "much"),
     "bias twice": (["compare", "MESH", "--bias", "world=1,world=2"], "twice"),
     "out empty": (["compare", "MESH", "--out", ""], "out: expected the name of a directory"),

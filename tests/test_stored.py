@@ -46,7 +46,7 @@ def test_texts_are_shortest_and_read_back() -> None:
     for surface in SURFACES:
         for spacing in SPACINGS:
             for name in FORMATS:
-                for limit in (4.0, 0.25, float("inf")):
+                for limit in (8.0, 0.25, float("inf")):
                     stored = sl.Stored(surface, spacing=spacing, format=name, limit=limit)
                     assert (stored.surface, stored.spacing, stored.format, stored.limit) == (
                         surface,

@@ -41,6 +41,11 @@ class Bias:
         the depth of the receiver; a part of the way between.
     normal : float
         World sizes of a shadow texel by which the receiver is moved along its normal before anything else.
+    factor : float
+        As graphics APIs define it for their polygon offset: times the larger change of the depth of the receiver's plane by a
+        texel, along x or y. The slope limit holds it, too.
+    units : float
+        As they define it: steps of the format of what is stored, at the receiver's depth.
     """
     def __new__(
         cls,
@@ -52,10 +57,34 @@ class Bias:
         slope_limit: float | None = None,
         plane: float | None = None,
         normal: float | None = None,
+        factor: float | None = None,
+        units: float | None = None,
     ) -> Bias: ...
     @staticmethod
     def none() -> Bias:
         """No bias at all: acne everywhere."""
+    @staticmethod
+    def polygon_offset(factor: float, units: float) -> Bias:
+        """The polygon offset of graphics APIs: factor max(|dz/dX|, |dz/dY|) + units r is taken off the depth, and nothing else.
+
+        X and Y are texels, z the depth that is stored, and r is a step of its format: 2^-16 and 2^-24 of `unorm16` and `unorm24`
+        (to a part in their number), 2^(e - 23) of `f32` and 2^(e - 10) of `f16` with the exponent e of the receiver's depth. APIs add
+        it to casters when a map is drawn; here the receiver's own plane has it, which is the same where that is what the map holds.
+
+        Parameters
+        ----------
+        factor, units : float
+            As in ``glPolygonOffset(factor, units)``; ``depthBiasSlopeScale`` and ``depthBias`` of WebGPU, Vulkan and Direct3D.
+
+        Raises
+        ------
+        ArgumentError
+            For what is no finite number.
+
+        References
+        ----------
+        theory.md (13.11); OpenGL 4.6, section 14.6.5.
+        """
     @property
     def world(self) -> float:
         """World units along the light ray."""
@@ -77,6 +106,12 @@ class Bias:
     @property
     def normal(self) -> float:
         """World sizes of a shadow texel along the normal."""
+    @property
+    def factor(self) -> float:
+        """Times the larger change of the depth of the receiver's plane by a texel."""
+    @property
+    def units(self) -> float:
+        """Steps of the format of what is stored."""
     def at(
         self,
         view: ViewLike,

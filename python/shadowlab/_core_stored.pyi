@@ -1,4 +1,4 @@
-"""What a map stores, of `_core`, which exports it."""
+"""Bias and what a map stores, of `_core`, which exports them."""
 
 from typing import Literal, final
 
@@ -44,7 +44,7 @@ class Stored:
     --------
     >>> import shadowlab as sl
     >>> sl.Stored("back", format="unorm16")
-    Stored('back', spacing='projective', format='unorm16', limit=4.0)
+    Stored('back', spacing='projective', format='unorm16', limit=8.0)
     >>> str(sl.Stored("back:spacing=linear"))
     'back:spacing=linear'
     """
@@ -54,7 +54,7 @@ class Stored:
         *,
         spacing: Literal["projective", "linear"] = "projective",
         format: Literal["f32", "f16", "unorm16", "unorm24"] = "f32",
-        limit: float = 4.0,
+        limit: float = 8.0,
     ) -> Stored: ...
     @property
     def surface(self) -> Literal["front", "back", "second", "midpoint", "dual"]:
@@ -85,7 +85,7 @@ class Stored:
         Raises
         ------
         ArgumentError
-            A point that no map holds, or a map without linear depth.
+            A point that no map holds, or a map that has no points before its projection centre, where depth is linear.
 
         References
         ----------

@@ -108,7 +108,7 @@ impl PyBias {
     ///
     /// References
     /// ----------
-    /// theory.md (13.4); OpenGL 4.6, section 14.6.5.
+    /// theory.md (13.11); OpenGL 4.6, section 14.6.5.
     #[staticmethod]
     fn polygon_offset(py: Python<'_>, factor: &Bound<'_, PyAny>, units: &Bound<'_, PyAny>) -> PyResult<Self> {
         let fix = "0 switches it off";

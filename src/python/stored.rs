@@ -49,7 +49,7 @@ use glam::DVec3;
 /// --------
 /// >>> import shadowlab as sl
 /// >>> sl.Stored("back", format="unorm16")
-/// Stored('back', spacing='projective', format='unorm16', limit=4.0)
+/// Stored('back', spacing='projective', format='unorm16', limit=8.0)
 /// >>> str(sl.Stored("back:spacing=linear"))
 /// 'back:spacing=linear'
 #[pyclass(name = "Stored", frozen, eq, hash, module = "shadowlab")]
@@ -83,7 +83,7 @@ impl State for PyStored {
 impl PyStored {
     #[new]
     #[pyo3(signature = (surface=None, *, spacing=None, format=None, limit=None),
-        text_signature = "(surface='front', *, spacing='projective', format='f32', limit=4.0)")]
+        text_signature = "(surface='front', *, spacing='projective', format='f32', limit=8.0)")]
     fn new(
         py: Python<'_>,
         surface: Option<&Bound<'_, PyAny>>,
@@ -144,7 +144,7 @@ impl PyStored {
     /// Raises
     /// ------
     /// ArgumentError
-    ///     A point that no map holds, or a map without linear depth.
+    ///     A point that no map holds, or a map that has no points before its projection centre, where depth is linear.
     ///
     /// References
     /// ----------
@@ -167,7 +167,7 @@ impl PyStored {
             })
         };
         if let Some(i) = points.iter().position(|p| map_of(p).is_none()) {
-            let expected = "points that a map holds";
+            let expected = "points that a map of the parameterization holds";
             let fix = "give points between the near and the far plane of a map";
             return Err(argument_error(py, &format!("points[{i}]"), expected, format!("{:?}", points[i]), fix));
         }

@@ -18,6 +18,7 @@ use super::samples::PySamples;
 use super::scene::PyScene;
 use super::scene_states::{restored_mesh, restored_scene};
 use super::state::{Parts, State};
+use super::stored::PyStored;
 use super::technique::PyTechnique;
 
 /// The value that was pickled: what `__reduce__` of every class names, with its state as arguments.
@@ -45,6 +46,7 @@ pub fn restore<'py>(parts: &Bound<'py, PyTuple>) -> PyResult<Bound<'py, PyAny>> 
         PyPartition::NAME => object!(parts.value::<PyPartition>(py)?),
         PyPointLight::NAME => object!(parts.value::<PyPointLight>(py)?),
         PySpotLight::NAME => object!(parts.value::<PySpotLight>(py)?),
+        PyStored::NAME => object!(parts.value::<PyStored>(py)?),
         PyTechnique::NAME => object!(parts.value::<PyTechnique>(py)?),
         "GBuffer" => object!(PyGBuffer::restored(py, &parts)?),
         "Mesh" => object!(PyMesh { mesh: Arc::clone(&restored_mesh(py, &parts)?) }),

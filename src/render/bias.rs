@@ -2,7 +2,7 @@
 //!
 //! Source: theory.md 13: the constant world bias (13.1), the receiver-plane bias of a nearest lookup (13.2), tight at
 //! `slope = 1`; the depth of the receiver's plane at each compared texel (`plane`), Isidoro 2006 `[isidoro2006]`; the offset along
-//! the normal, Holbert 2011 `[holbert2011]`; the polygon offset of graphics APIs (13.4).
+//! the normal, Holbert 2011 `[holbert2011]`; the polygon offset of graphics APIs (13.11).
 
 use crate::error::{Error, Result};
 

@@ -247,7 +247,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Convention.of": {"value": lambda: "opengl"},
     "Convention.changed": {"changes": lambda: {"y": "down"}},
     "Convention.in_atlas": {"columns": lambda: 2, "rows": lambda: 2},
-    "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")},
+    "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal", "factor", "units")},
     "Stored": {
         "surface": lambda: "front", "spacing": lambda: "linear", "format": lambda: "f16", "limit": lambda: 1.0,
     },

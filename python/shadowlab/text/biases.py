@@ -8,7 +8,7 @@ from .specs import format_value, parse_spec
 from .words import shown
 
 # The parts of a bias, in the order in which they are told.
-BIAS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal")
+BIAS = ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal", "factor", "units")
 # Words for whole biases.
 NO_BIAS, OWN_BIAS = "none", "default"
 

@@ -88,7 +88,7 @@ impl Spacing {
 
 impl Stored {
     /// The default of [`Stored::limit`]: docs/bias.md has the table that it was chosen by.
-    pub const LIMIT: f64 = 4.0;
+    pub const LIMIT: f64 = 8.0;
     /// The default.
     pub const FRONT: Self =
         Self { surface: StoredSurface::Front, spacing: Spacing::Projective, format: Format::F32, limit: Self::LIMIT };

@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 use crate::geometry::Rows;
 use crate::parameterization::PostWarp;
 
+/// Largest clip w of what linear depth is fitted to, in units of the least: beyond, a texel is a million times as large.
+const DEEPEST: f64 = 1024.0;
+
 /// The rays of the texels of a map.
 #[derive(Debug, Clone)]
 pub(crate) struct TexelRays {
@@ -77,28 +80,41 @@ impl TexelRays {
         let away = self.inverse.z_axis;
         (away.truncate() - away.w * self.middle()).normalize_or_zero()
     }
-    /// The row that is 0 at the map's nearest and 1 at its farthest point along the light (13.5).
+    /// The row that is 0 at the map's nearest and 1 at its farthest point along the light (13.5), of its part whose clip w is at
+    /// most [`DEEPEST`] times the least: a border may reach to the horizon of a warp.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a map that reaches to infinity.
+    /// [`Error::InvalidArgument`] for a map that has no such part.
     pub fn linear_row(&self) -> Result<DVec4> {
         let along = self.along();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| self.place(x, y));
+        let at = |place: DVec2, z: f64| self.inverse * DVec4::new(place.x, place.y, z, 1.0);
+        let largest = corners.iter().flat_map(|c| [at(*c, 0.0).w, at(*c, 1.0).w]).fold(0.0, f64::max);
+        let least = largest / DEEPEST;
         let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut is_finite = along != DVec3::ZERO;
-        for corner in 0..8 {
-            let side = |bit: u32| f64::from(corner >> bit & 1) * 2.0 - 1.0;
-            let place = self.place(side(0), side(1));
-            let point = self.inverse * DVec4::new(place.x, place.y, 0.5 + 0.5 * side(2), 1.0);
+        let mut count = |point: DVec4| {
             let depth = along.dot(point.truncate()) / point.w;
-            is_finite &= point.w > 0.0 && depth.is_finite();
             (near, far) = (near.min(depth), far.max(depth));
+        };
+        // A quotient of affine functions is least and largest at corners of the part.
+        for z in [0.0, 1.0] {
+            for k in 0..4 {
+                let [a, b] = [corners[k], corners[(k + 1) % 4]].map(|corner| at(corner, z));
+                if a.w >= least {
+                    count(a);
+                }
+                if (a.w >= least) != (b.w >= least) {
+                    count(a + (b - a) * ((least - a.w) / (b.w - a.w)));
+                }
+            }
         }
         let row = (along / (far - near)).extend(-near / (far - near));
-        if is_finite && row.is_finite() && far > near {
+        if largest > 0.0 && along != DVec3::ZERO && row.is_finite() && far > near {
             return Ok(row);
         }
-        let (expected, fix) = ("maps whose corners are finite points for spacing=linear", "use spacing=projective");
-        Err(Error::argument("stored", expected, "a map that reaches to or beyond infinity", fix))
+        let (expected, fix) =
+            ("maps of points before the projection centre for spacing=linear", "use spacing=projective");
+        Err(Error::argument("stored", expected, "a map without any", fix))
     }
     /// World size of a texel across the ray at a depth, its longer side.
     #[inline]

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, Selection};
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::techniques::technique_of;
 use shadowlab::{Camera, Error, Light, Progress, Scene};
@@ -16,7 +16,14 @@ const SIZE: [u32; 2] = [160, 120];
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 fn settings(blend: f64) -> MaskSettings {
-    MaskSettings { resolution: [256; 2], size: SIZE, bias: Bias::default(), filter: Filter::Bilinear, blend }
+    MaskSettings {
+        resolution: [256; 2],
+        size: SIZE,
+        bias: Bias::default(),
+        filter: Filter::Bilinear,
+        blend,
+        stored: Stored::default(),
+    }
 }
 
 /// A floor with a roof over half of it, two maps of all: one that holds the roof and one that begins below it.

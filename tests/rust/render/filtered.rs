@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3};
 use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Camera, Light, Progress, Scene};
 
@@ -49,7 +49,8 @@ fn mask_of(
     bias: Bias,
     filter: Filter,
 ) -> Vec<f32> {
-    let settings = MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0 };
+    let settings =
+        MaskSettings { resolution: [resolution; 2], size: SIZE, bias, filter, blend: 0.0, stored: Stored::default() };
     CpuRenderer::new().shadow_mask(scene, camera, light, p, &settings, &Progress::new()).unwrap().data
 }
 

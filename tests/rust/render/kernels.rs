@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec2, DVec3};
 use shadowlab::render::cpu::lookup::MapLookup;
-use shadowlab::render::{Bias, Filter, Kernel, Kernels, Tap};
+use shadowlab::render::{Bias, Filter, Kernel, Kernels, Stored, Tap};
 use shadowlab::scene::DirectionalLight;
 use shadowlab::{Error, Light};
 
@@ -129,7 +129,8 @@ fn a_straight_edge_gives_the_integral_of_the_kernel() {
     let map: Vec<f32> = (0..side * side).map(|i| if f64::from(i % side) < edge { 0.9 } else { 0.1 }).collect();
     let light_at = |filter, x: f64| {
         let size = [side as u32; 2];
-        let lookup = MapLookup::new(&partition, &light, DVec3::ZERO, size, Bias::NONE, filter).unwrap();
+        let lookup =
+            MapLookup::new(&partition, &light, DVec3::ZERO, size, Bias::NONE, filter, Stored::default()).unwrap();
         lookup.light(&map, DVec3::new(2.0 * x / f64::from(side) - 1.0, 0.03, 0.5), DVec3::NEG_Z)
     };
     let mut last = [1.0f32; 4];

@@ -131,6 +131,7 @@ impl MapLookup {
         if self.bias.plane == 0.0 {
             return reference.z.clamp(0.0, 1.0);
         }
+        // (13.3), (13.9)
         let change = match &self.post_warp {
             PostWarp::None => reference.plane.change(centre - reference.p_texel),
             _ => self.change_on_plane(reference.p, reference.normal, reference.unbiased, centre),

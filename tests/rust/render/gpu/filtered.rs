@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use shadowlab::render::cpu::CpuRenderer;
-use shadowlab::render::{Bias, Filter, MaskSettings, Renderer};
+use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::{DirectionalLight, library};
 use shadowlab::{Camera, Light, Progress};
 
@@ -21,8 +21,14 @@ fn every_filter_gives_the_light_of_the_processor() {
         let p = by_body("lispsm").parameterize(&s.scene, &s.camera, &s.light, 1024).unwrap();
         for text in FILTERS {
             for bias in [Bias::default(), Bias { plane: 1.0, slope: 0.2, normal: 0.1, ..Bias::default() }] {
-                let settings =
-                    MaskSettings { resolution: [1024; 2], size: SIZE, bias, filter: filter(text), blend: 0.0 };
+                let settings = MaskSettings {
+                    resolution: [1024; 2],
+                    size: SIZE,
+                    bias,
+                    filter: filter(text),
+                    blend: 0.0,
+                    stored: Stored::default(),
+                };
                 let draw =
                     |r: &dyn Renderer| r.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
                 let (a, b) = (draw(&gpu), draw(&cpu));
@@ -63,7 +69,14 @@ fn weights_are_those_of_the_processor_where_comparisons_agree() {
     let light = Light::Directional(DirectionalLight::new(direction).unwrap());
     for text in FILTERS {
         let filter: Filter = filter(text);
-        let settings = MaskSettings { resolution: [64; 2], size: SIZE, bias: Bias::default(), filter, blend: 0.0 };
+        let settings = MaskSettings {
+            resolution: [64; 2],
+            size: SIZE,
+            bias: Bias::default(),
+            filter,
+            blend: 0.0,
+            stored: Stored::default(),
+        };
         let draw = |r: &dyn Renderer| r.shadow_mask(&scene, &camera, &light, &p, &settings, &progress).unwrap();
         let (a, b) = (draw(&gpu), draw(&cpu));
         let mut apart: Vec<f32> = a.data.iter().zip(&b.data).map(|(a, b)| (a - b).abs()).collect();
@@ -89,8 +102,14 @@ fn maps_blend_as_on_the_processor() {
     for (what, p) in [("depth", p), ("containment", by_containment)] {
         for (resolution, blend) in [(512, 0.4), (512, 1.0), (4096, 0.4)] {
             let filter = filter("pcf:size=3");
-            let settings =
-                MaskSettings { resolution: [resolution; 2], size: SIZE, bias: Bias::default(), filter, blend };
+            let settings = MaskSettings {
+                resolution: [resolution; 2],
+                size: SIZE,
+                bias: Bias::default(),
+                filter,
+                blend,
+                stored: Stored::default(),
+            };
             let draw =
                 |r: &dyn Renderer| r.shadow_mask(&s.scene, &s.camera, &s.light, &p, &settings, &progress).unwrap();
             let (a, b) = (draw(&gpu), draw(&cpu));

@@ -52,7 +52,7 @@ fn closed_casters_have_no_acne_without_bias() {
         let mask = |surface, spacing| {
             let stored = Stored { surface, spacing, ..Stored::default() };
             let (bias, filter) = (Bias::NONE, Filter::Nearest);
-            let settings = MaskSettings { resolution: RESOLUTION, size: SIZE, bias, filter, stored };
+            let settings = MaskSettings { resolution: RESOLUTION, size: SIZE, bias, filter, blend: 0.0, stored };
             CpuRenderer::new()
                 .shadow_mask(&scene, &camera, &case.light, &case.p, &settings, &Progress::new())
                 .unwrap()

@@ -169,9 +169,27 @@ fn maps_without_linear_depth_are_refused() {
     let singular = DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0));
     refused(singular, linear, "shadow_clip_from_world");
     refused(singular, midpoint, "shadow_clip_from_world");
-    // Its far corners lie beyond the horizon: w is 0.25 + 0.75 y of the light's plane.
-    let horizon = DMat4::from_cols_array(&[1., 0., 0., 0., 0., 1., 0., -2., 0., 0., 1., 0., 0., 0., 0., 1.]);
-    refused(horizon * ortho(DVec3::NEG_Y, 4.0), linear, "stored");
+    // All of it lies behind the projection centre.
+    refused(ortho(DVec3::NEG_Y, 4.0) * -1.0, linear, "stored");
     refused(DMat4::IDENTITY, Stored { limit: f64::NAN, ..Stored::default() }, "stored.limit");
     refused(DMat4::IDENTITY, Stored { limit: -1.0, ..Stored::default() }, "stored.limit");
+}
+
+#[test]
+fn a_map_that_reaches_beyond_its_horizon_has_linear_depth_before_it() {
+    // w is 1 + 2 y of a map from above whose lower half lies behind; its horizon is in the upper half of the square.
+    let warp = DMat4::from_cols_array(&[1., 0., 0., 0., 0., 1., 0., 0.9, 0., 0., 0.25, 0., 0., 0., 0., 1.]);
+    let shift = DMat4::from_translation(DVec3::new(0.0, -0.06, 0.0)) * DMat4::from_scale(DVec3::new(1.0, 1.9, 1.0));
+    let p = one_map(shift * warp * ortho(DVec3::NEG_Y, 3.0));
+    let (scene, map) = (triangles(&world()), &p.partitions[0]);
+    let linear = draw(&scene, &p, Stored { spacing: Spacing::Linear, ..Stored::default() });
+    let projective = draw(&scene, &p, Stored::default());
+    let mut seen = 0;
+    for (i, (a, b)) in linear.iter().zip(&projective).enumerate() {
+        assert!((0.0..=1.0).contains(a) && (*a < 1.0 || *b == 1.0), "texel {i}: {a} {b}");
+        seen += usize::from(*b < 1.0);
+    }
+    assert!(seen > 500, "{seen}");
+    let (ndc, w) = map.project(DVec3::ZERO);
+    assert!(w > 0.0 && ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0);
 }

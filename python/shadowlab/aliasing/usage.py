@@ -155,6 +155,7 @@ def look_up(
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
     blend: float = 0.0,
+    stored: _core.Stored | str | None = None,
 ) -> NDArray[np.float32]:
     """The shadow mask of an image through maps that are there: of a renderer of ours, or of somebody's engine.
 
@@ -172,6 +173,8 @@ def look_up(
         of, seen by `camera`.
     blend : float
         As of `Renderer.shadow_mask`.
+    stored : Stored or str, optional
+        What the maps store; the nearest depth as it is where none is given.
 
     Returns
     -------
@@ -186,4 +189,5 @@ def look_up(
         For a filter that does not exist.
     """
     check_filter(filter)
-    return _core.look_up(maps, gbuffer, camera, light, parameterization, bias=bias, filter=filter, blend=blend)[0]
+    looks = (maps, gbuffer, camera, light, parameterization)
+    return _core.look_up(*looks, bias=bias, filter=filter, blend=blend, stored=stored)[0]

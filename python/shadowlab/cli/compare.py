@@ -18,6 +18,7 @@ from .options import (
     resolution_option,
     resolutions_given,
     size_given,
+    stored_option,
     technique_option,
     view_options,
     writable_directory,
@@ -51,6 +52,7 @@ def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     resolution_option(compare, "texels along each side of the maps", metavar="N[,N...]")
     lookup_options(compare)
     blend_option(compare)
+    stored_option(compare)
     directory_option(compare, "report", "report.html and the rest")
     compare.add_argument(
         "--save-arrays",
@@ -93,6 +95,7 @@ def compare_command(options: Namespace) -> int:
         bias=bias,
         filter=options.filter,
         blend=options.blend,
+        stored=options.stored,
         source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):

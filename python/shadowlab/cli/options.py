@@ -88,6 +88,15 @@ def lookup_options(options: argparse.ArgumentParser) -> None:
     )
 
 
+def stored_option(options: argparse.ArgumentParser) -> None:
+    """Adds what maps store."""
+    options.add_argument(
+        "--stored",
+        metavar="SURFACE:NAME=VALUE,...",
+        help="what maps store, such as back:spacing=linear,format=unorm16 (default: front)",
+    )
+
+
 def blend_option(options: argparse.ArgumentParser) -> None:
     """Adds the share over which maps blend."""
     options.add_argument(

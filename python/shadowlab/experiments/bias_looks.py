@@ -58,23 +58,27 @@ class BiasLooks:
     bias : Bias
         The other parts; its own `part` is 0.
     filter : str
+    stored : Stored, optional
+        With projective depth.
     """
 
     def __init__(
         self, view: View, item: Item, resolution: int, renderer: RendererLike, part: BiasPart, bias: _core.Bias,
-        filter: Filter,
+        filter: Filter, stored: _core.Stored | None = None,
     ):  # fmt: skip
         self.view, self.part, self.bias, self.filter = view, part, bias, filter
+        self.stored = stored or _core.Stored()
         light = light_of(view)
         self.parameterization = fitted(item, view, resolution, renderer)
         self.gbuffer, self.truth = view.gbuffer(renderer), view.truth()
-        self.maps = renderer.shadow_map(view.scene, self.parameterization, resolution=resolution)
+        drawn = {} if self.stored == _core.Stored() else {"stored": self.stored}
+        self.maps = renderer.shadow_map(view.scene, self.parameterization, resolution=resolution, **drawn)
         self._looks = (self.gbuffer, view.camera, light, self.parameterization)
-        mask, self.chosen = _core.look_up(self.maps, *self._looks, bias=bias, filter=filter)
+        mask, self.chosen = _core.look_up(self.maps, *self._looks, bias=bias, filter=filter, stored=self.stored)
         errors = _core.misclassified(mask, self.truth)
         causes, _ = _core.causes(
             view.scene, view.camera, light, self.parameterization, errors.image,
-            gbuffer=self.gbuffer, maps=self.maps, bias=bias, filter=filter,
+            gbuffer=self.gbuffer, maps=self.maps, bias=bias, filter=filter, stored=self.stored,
         )  # fmt: skip
         self._can_be_acne = causes == Cause.ACNE
         #: Pixels that are compared and lit in truth, (H, W).
@@ -82,9 +86,8 @@ class BiasLooks:
 
     def counts(self, value: float) -> BiasCounts:
         """The wrong pixels with a value of the part."""
-        mask, _ = _core.look_up(
-            self.maps, *self._looks, bias=with_part(self.bias, self.part, value), filter=self.filter
-        )
+        bias = with_part(self.bias, self.part, value)
+        mask, _ = _core.look_up(self.maps, *self._looks, bias=bias, filter=self.filter, stored=self.stored)
         errors = _core.misclassified(mask, self.truth)
         dark = errors.image == Difference.FALSE_SHADOW
         return BiasCounts(

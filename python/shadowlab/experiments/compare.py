@@ -19,7 +19,7 @@ from ..scene.view import View
 from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checked import a_flag
-from ..text.checks import checked_blend, renderer_of
+from ..text.checks import checked_blend, checked_stored, renderer_of
 from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
@@ -44,6 +44,7 @@ def compare(
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
     blend: float = 0.0,
+    stored: _core.Stored | str | None = None,
     truth: bool = True,
     metrics: Sequence[Metric] = METRICS,
     timing: bool = False,
@@ -76,6 +77,8 @@ def compare(
         One of `sl.filters()`, with its settings.
     blend : float
         As of `evaluate`.
+    stored : Stored or str, optional
+        As of `evaluate`; a technique's text can say its own.
     truth : bool
         Whether to trace the truth; without it no errors are counted.
     metrics, timing
@@ -102,7 +105,7 @@ def compare(
         light is the `failure` of its row.
     """
     check_types(scene, camera, light, bias, filter)
-    blend = checked_blend(blend)
+    blend, kept = checked_blend(blend), checked_stored(stored)
     a_flag("timing", timing), a_flag("progress", progress), checked_source(source)
     checked_phases(phases)
     resolutions = resolutions_of(resolution)
@@ -116,7 +119,9 @@ def compare(
     entries = labelled(techniques, light)
     draw = renderer_of(renderer)
     view = View(scene, camera, light, (width, height))
-    measure = partial(evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, blend=blend, timing=timing)
+    measure = partial(
+        evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, blend=blend, stored=kept, timing=timing
+    )
     with Steps(2 + len(entries) * len(resolutions), progress) as step:
         step("eye view")
         view.gbuffer(draw)
@@ -131,5 +136,5 @@ def compare(
     runs = with_noise(runs, phases, progress)
     return Study(
         tuple(runs), view, _core.Bias() if bias is None else bias, filter, draw.backend, draw.adapter,
-        source or Source.of_scene(scene), bool(truth), draw, blend,
+        source or Source.of_scene(scene), bool(truth), draw, blend, kept,
     )  # fmt: skip

@@ -44,14 +44,18 @@ class Drawing:
     bias : Bias
     filter : str
     blend : float
+    stored : Stored, optional
     """
 
     def __init__(
         self, view: View, renderer: RendererLike, parameterization: _core.Parameterization, resolution: int,
-        bias: _core.Bias, filter: Filter, blend: float = 0.0,
+        bias: _core.Bias, filter: Filter, blend: float = 0.0, stored: _core.Stored | None = None,
     ):  # fmt: skip
         self.view, self.renderer, self.parameterization = view, renderer, parameterization
         self.resolution, self.bias, self.filter, self.blend = resolution, bias, filter, blend
+        self.stored = None if stored == _core.Stored() else stored
+        # Renderers of others need not know of it where maps store what they always do.
+        self._drawn = {} if self.stored is None else {"stored": self.stored}
         self._number = number = next(_numbers)
         weakref.finalize(self, KEPT.forget_soon, number)
 
@@ -70,7 +74,9 @@ class Drawing:
         """Shadow maps (H, W) or (K, H, W) float32."""
         return self._kept(
             "maps",
-            lambda: self.renderer.shadow_map(self.view.scene, self.parameterization, resolution=self.resolution),
+            lambda: self.renderer.shadow_map(
+                self.view.scene, self.parameterization, resolution=self.resolution, **self._drawn
+            ),
             lambda maps: maps.nbytes,
         )
 
@@ -113,9 +119,9 @@ class Drawing:
         if dx == dy == 0:
             return int(self.errors.count)
         moved = shifted(self.parameterization, dx, dy, self.resolution)
-        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution)
+        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution, **self._drawn)
         looks = (self.gbuffer, self.view.camera, light_of(self.view), moved)
-        mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter, blend=self.blend)
+        mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter, blend=self.blend, stored=self.stored)
         return int(_core.misclassified(mask, self.view.truth()).count)
 
     def wrong_pixels(self) -> dict[str, float | None]:
@@ -161,7 +167,9 @@ class Drawing:
     def _looked_up(self) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         return self._kept(
             "mask",
-            lambda: _core.look_up(self.maps, *self._looks, bias=self.bias, filter=self.filter, blend=self.blend),
+            lambda: _core.look_up(
+                self.maps, *self._looks, bias=self.bias, filter=self.filter, blend=self.blend, stored=self.stored
+            ),
             lambda found: found[0].nbytes + found[1].nbytes,
         )
 
@@ -170,7 +178,7 @@ class Drawing:
             view = self.view
             return _core.causes(
                 view.scene, view.camera, light_of(view), self.parameterization, self.errors.image,
-                gbuffer=self.gbuffer, maps=self.maps, bias=self.bias, filter=self.filter,
+                gbuffer=self.gbuffer, maps=self.maps, bias=self.bias, filter=self.filter, stored=self.stored,
             )  # fmt: skip
 
         return self._kept("causes", make, lambda found: found[0].nbytes + found[1].nbytes)

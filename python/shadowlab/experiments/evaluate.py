@@ -23,7 +23,7 @@ from ..techniques.kinds import is_parameterization
 from ..techniques.labels import name_of, resolved
 from ..techniques.variant import reading
 from ..text.checked import a_flag, a_text, has_all
-from ..text.checks import check_bias, check_filter, checked_blend, renderer_of, whole
+from ..text.checks import check_bias, check_filter, checked_blend, checked_stored, renderer_of, whole
 from .columns import COLUMNS
 from .drawing import Drawing
 from .timing import best_of, median_us
@@ -46,6 +46,7 @@ def evaluate(
     filter: Filter = "nearest",
     bias: _core.Bias | None = None,
     blend: float = 0.0,
+    stored: _core.Stored | str | None = None,
     timing: bool = False,
     label: str | None = None,
     phases: int = 1,
@@ -72,6 +73,8 @@ def evaluate(
     blend : float
         The last share of each map's range over which the next map's light is mixed in, as of `Renderer.shadow_mask`.
         Causes of wrong pixels are those of the map that a pixel asks.
+    stored : Stored or str, optional
+        What the maps store; the nearest depth as it is where none is given.
     timing : bool
         Whether to repeat what is timed: the median of many fits, the shortest of several draws and look-ups. Without
         it the times are those of one call each, which scatter.
@@ -112,7 +115,7 @@ def evaluate(
     check_bias(bias)
     made_label = label if label is not None else technique if isinstance(technique, str) else name_of(item)
     how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
-    lookup = reading(item, bias, filter, checked_blend(blend))
+    lookup = reading(item, bias, filter, checked_blend(blend), checked_stored(stored))
     checked_phases(phases)
     runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
     run = runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
@@ -143,11 +146,11 @@ def _fitted(item: Item, view: View, resolution: int, samples: _core.Samples | No
 
 def _measured(
     view: View, label: str, item: Item, resolution: int, metrics: tuple[Metric, ...], renderer: RendererLike,
-    bias: _core.Bias, filter: Filter, blend: float, timing: bool,
+    bias: _core.Bias, filter: Filter, blend: float, stored: _core.Stored, timing: bool,
 ) -> Run:  # fmt: skip
     """The run of a view with one light; an error of ours becomes its `failure`."""
     head = (view, label, item, resolution, metrics, bias, filter, renderer.backend, renderer.adapter)
-    known: dict[str, Any] = {"blend": blend}
+    known: dict[str, Any] = {"blend": blend, "stored": None if stored == _core.Stored() else stored}
     try:
         numbers: dict[str, float | None] = {}
         samples = samples_for(item, view, renderer)
@@ -161,7 +164,7 @@ def _measured(
             known["doubt"] = doubt_about(p.matrices, light_of(view), view.gbuffer(renderer), p.partitions)
         else:
             numbers["fit_us"] = fit_us
-        drawing = Drawing(view, renderer, p, resolution, bias, filter, blend)
+        drawing = Drawing(view, renderer, p, resolution, bias, filter, blend, stored)
         if DRAWN & set(metrics):
             view.gbuffer(renderer)  # likewise
             numbers["map_ms"] = best_of(drawing.draw, timing)
@@ -198,4 +201,13 @@ def _together(view: View, runs: Sequence[Run]) -> Run:
         numbers["share"] = (numbers["misclassified"] or 0) / compared
     head = (first.item, first.resolution, first.metrics, first.bias, first.filter, first.backend, first.adapter)
     found = () if failure else tuple(numbers.items())
-    return Run(view, first.label, *head, values=found, failure=failure, parts=tuple(runs), blend=first.blend)
+    return Run(
+        view,
+        first.label,
+        *head,
+        values=found,
+        failure=failure,
+        parts=tuple(runs),
+        blend=first.blend,
+        stored=first.stored,
+    )

@@ -24,7 +24,7 @@ from ..aliasing.map_rays import MapRays
 from ..aliasing.pixel_comparison import Compared, PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map
 from ..aliasing.pixel_surface import Met, PixelSurface, met_on_the_way, pixel_surface
 from ..aliasing.pixel_texel import Held, held_by, map_chain, pixel_texel
-from ..errors import UnsupportedError
+from ..errors import ArgumentError, UnsupportedError
 from ..scene.kept import Kept
 from ..scene.view import View, checked_view, identity_of, light_of
 from ..techniques.labels import name_of, resolved, spec_of
@@ -127,6 +127,10 @@ def explain_pixel(
     a_flag("trials", trials), a_flag("progress", progress)
     draw = renderer_of(renderer)
     run = _run(view, technique, resolution, draw, _core.Bias() if bias is None else bias, filter)
+    if run.stored is not None:
+        raise ArgumentError(
+            f"technique: expected maps that store the nearest depth as it is, got stored={run.stored}; leave it out"
+        )
     found = _explained(run, draw, light, (x, y))
     if not (trials and found["verdict"] in ("false shadow", "false light")):
         return PixelExplanation(**found)

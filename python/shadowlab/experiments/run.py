@@ -71,6 +71,8 @@ class Run(Value):
         Of a view with several lights, the run of each.
     blend : float
         As the pixels were looked up.
+    stored : Stored or None
+        What the maps store; None for the nearest depth as it is.
     """
 
     view: View
@@ -90,6 +92,7 @@ class Run(Value):
     refusal: str = ""
     parts: tuple[Run, ...] = ()
     blend: float = 0.0
+    stored: _core.Stored | None = None
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
     @property
@@ -256,7 +259,7 @@ class Run(Value):
                     "along; evaluate again with that renderer"
                 )
             p = cast("_core.Parameterization", self.parameterization)
-            looked_up = self.resolution, self.bias, self.filter, self.blend
+            looked_up = self.resolution, self.bias, self.filter, self.blend, self.stored
             drawing = Drawing(self.view, renderer_of(self.backend), p, *looked_up)
             object.__setattr__(self, "_drawing", drawing)
         return cast("Drawing", self._drawing)

@@ -19,6 +19,7 @@ from ..aliasing.pixel_comparison import with_part
 from ..errors import ArgumentError
 from ..scene.view import checked_view
 from ..techniques.labels import name_of, resolved
+from ..techniques.variant import reading
 from ..text.checked import a_flag, a_number, a_word
 from ..text.checks import check_bias, check_filter, renderer_of, whole
 from ..travel import Value
@@ -216,14 +217,19 @@ def smallest_bias(
         raise ArgumentError(f"acne: expected a share of the lit pixels from 0 to 1, got {share:g}; try 0.001")
     check_bias(bias)
     check_filter(filter)
-    rest = with_part(_core.Bias.none() if bias is None else bias, part, 0.0)
+    read = reading(item, _core.Bias.none() if bias is None else bias, filter, 0.0, _core.Stored())
+    if read.stored.spacing != "projective":
+        raise ArgumentError(
+            f"technique: expected maps with projective depth, got stored={read.stored}; leave its spacing out"
+        )
+    rest = with_part(read.bias, part, 0.0)
     side, draw = whole("resolution", resolution), renderer_of(renderer)
     views = view.views
     with Steps(len(views) + 3, progress) as step:
         looks = []
         for one in views:
             step(one.label or "map and truth")
-            looks.append(BiasLooks(one, item, side, draw, part, rest, filter))
+            looks.append(BiasLooks(one, item, side, draw, part, rest, read.filter, read.stored))
         lit = sum(int(np.count_nonzero(one.lit)) for one in looks)
         allowed = int(share * lit)
         plane = _closed_form(looks, allowed)
@@ -242,7 +248,7 @@ def smallest_bias(
     label = technique if isinstance(technique, str) else name_of(item)
     return SmallestBias(
         part, value, at.acne, at.leaks, at.wrong, best, search.at(best).wrong, search.bound, plane,
-        _curve(search), lit, allowed, share, label, side, rest, filter,
+        _curve(search), lit, allowed, share, label, side, rest, read.filter,
     )  # fmt: skip
 
 

@@ -67,11 +67,13 @@ class Study(Value):
     traced: bool = True
     renderer: RendererLike | None = field(default=None, repr=False, compare=False)
     blend: float = 0.0
+    stored: _core.Stored = field(default_factory=_core.Stored)
 
     @property
     def lookup(self) -> str:
-        """How the maps were read: the filter, and over which share of their ranges maps blend."""
-        return f"{self.filter}, blend {self.blend:g}" if self.blend else self.filter
+        """How the maps were read: the filter, over which share of their ranges maps blend, and what they store."""
+        stored = "" if self.stored == _core.Stored() else f", stored {self.stored}"
+        return f"{self.filter}, blend {self.blend:g}{stored}" if self.blend else f"{self.filter}{stored}"
 
     @property
     def scene(self) -> _core.Scene:

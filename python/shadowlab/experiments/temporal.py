@@ -248,7 +248,8 @@ class FramePair:
         for view, run in zip(self.frames, runs, strict=True):
             looks = (self.gbuffer, view.camera, light_of(view), cast("Parameterization", run.parameterization))
             texel, chosen = texel_coordinates(*looks, resolution=run.resolution)
-            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, bias=run.bias, filter=run.filter))
+            read = {"bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored}
+            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, **read))  # type: ignore[arg-type]
             texels.append(texel)
             which.append(chosen)
         facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._core import Bias
+from .._core import Bias, Stored
 from ..errors import ShadowlabError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
 from ..techniques.kinds import is_parameterization
 from ..techniques.registry import technique_of
-from ..text import format_bias, format_spec, format_value
+from ..text import BIAS, format_bias, format_spec, format_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -148,8 +148,8 @@ def own_numbers(vector: npt.ArrayLike, up: str) -> str:
 def bias_python(bias: Bias) -> str:
     """An expression that makes the bias."""
     limit = "float('inf')" if np.isinf(bias.slope_limit) else repr(bias.slope_limit)
-    parts = f"world={bias.world!r}, texels={bias.texels!r}, ndc={bias.ndc!r}, slope={bias.slope!r}"
-    return f"sl.Bias({parts}, slope_limit={limit}, plane={bias.plane!r}, normal={bias.normal!r})"
+    parts = (f"{name}={limit if name == 'slope_limit' else repr(getattr(bias, name))}" for name in BIAS)
+    return f"sl.Bias({', '.join(parts)})"
 
 
 def python_snippet(study: Study, runs: Sequence[Run]) -> str:
@@ -159,13 +159,15 @@ def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     resolutions = sorted({run.resolution for run in runs})
     resolution = resolutions[0] if len(resolutions) == 1 else resolutions
     blend = f", blend={study.blend!r}" if study.blend else ""
+    stored = "" if study.stored == Stored() else f", stored={str(study.stored)!r}"
     numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
     return (
         f"{numpy_line}import shadowlab as sl\n\n"
         f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
         f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
         f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
-        f"    bias={bias_python(study.bias)}, filter={study.filter!r}{blend}, truth={study.truth is not None})\n"
+        f"    bias={bias_python(study.bias)}, filter={study.filter!r}{blend}{stored},\n"
+        f"    truth={study.truth is not None})\n"
         "print(study)"
     )
 
@@ -191,6 +193,8 @@ def command_line(study: Study, runs: Sequence[Run]) -> str | None:
         words += ["--filter", study.filter]
     if study.blend:
         words += ["--blend", repr(study.blend)]
+    if study.stored != Stored():
+        words += ["--stored", str(study.stored)]
     if study.bias != Bias():
         words += ["--bias", format_bias(study.bias)]
     if source.out:

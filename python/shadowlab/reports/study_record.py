@@ -120,6 +120,7 @@ def study_data(study: Study, pictures: Sequence[str] = ()) -> dict[str, Any]:
         "bias": {name: getattr(bias, name) for name in BIAS},
         "filter": study.filter,
         "blend": study.blend,
+        "stored": str(study.stored),
         "truth_ms": study.truth_ms,
         "runs": [run_record(run) for run in study.runs],
         "verdict": study.verdict,

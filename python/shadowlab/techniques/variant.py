@@ -14,7 +14,7 @@ from .. import _core
 from ..errors import ArgumentError
 from ..text import bias_of, bias_text
 from ..text.checked import has_all
-from ..text.checks import check_bias, check_filter
+from ..text.checks import check_bias, check_filter, checked_stored
 from ..travel import Value
 
 if TYPE_CHECKING:
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 
 class MapReading(NamedTuple):
-    """How maps are read: the bias, the filter, and the share over which cascades blend."""
+    """How maps are read: the bias, the filter, the share over which cascades blend, and what maps store."""
 
     bias: _core.Bias
     filter: Filter
     blend: float
+    stored: _core.Stored
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +41,13 @@ class Variant(Value):
     bias : Bias or None
         None leaves it to the experiment, as for `filter`.
     filter : str or None
+    stored : Stored or None
     """
 
     technique: TechniqueLike
     bias: _core.Bias | None = None
     filter: Filter | None = None
+    stored: _core.Stored | None = None
 
     @property
     def name(self) -> str:
@@ -55,7 +58,8 @@ class Variant(Value):
     def settings(self) -> Mapping[str, Any]:
         """All parameters of the technique, and what is said here of reading its maps, as texts."""
         bias = None if self.bias is None else bias_text(self.bias)
-        own = {"bias": bias, "filter": self.filter}
+        stored = None if self.stored is None else str(self.stored)
+        own = {"bias": bias, "filter": self.filter, "stored": stored}
         return {**self.technique.settings, **{name: value for name, value in own.items() if value is not None}}
 
     @property
@@ -100,7 +104,7 @@ READ_SETTINGS = tuple(one.name for one in fields(Variant) if one.name != "techni
 
 
 def variant(technique: Item, given: Mapping[str, object]) -> Item:
-    """The technique, read as given: a bias or its text, a filter.
+    """The technique, read as given: a bias or its text, a filter, what maps store.
 
     Raises
     ------
@@ -121,13 +125,15 @@ def variant(technique: Item, given: Mapping[str, object]) -> Item:
     check_bias(bias)
     if kernel is not None:
         check_filter(kernel)
-    return Variant(technique, cast("_core.Bias | None", bias), cast("Filter | None", kernel))
+    stored = None if given.get("stored") is None else checked_stored(given["stored"])
+    return Variant(technique, cast("_core.Bias | None", bias), cast("Filter | None", kernel), stored)
 
 
-def reading(item: Item, bias: _core.Bias | None, filter: Filter, blend: float) -> MapReading:
+def reading(item: Item, bias: _core.Bias | None, filter: Filter, blend: float, stored: _core.Stored) -> MapReading:
     """How the maps of an item are read where an experiment says this for all."""
     own = item if isinstance(item, Variant) else None
     if own is not None and own.bias is not None:
         bias = own.bias
     kernel = filter if own is None or own.filter is None else own.filter
-    return MapReading(_core.Bias() if bias is None else bias, kernel, blend)
+    kept = stored if own is None or own.stored is None else own.stored
+    return MapReading(_core.Bias() if bias is None else bias, kernel, blend, kept)

@@ -65,6 +65,27 @@ def check_filter(filter: object) -> None:
     _core.filter_text(filter)
 
 
+def checked_stored(stored: object) -> _core.Stored:
+    """What a map stores: a `Stored`, the one that a text says, or the plain one for None.
+
+    Raises
+    ------
+    ArgumentError
+        For another type, and a text that does not read.
+    UnknownNameError
+        For a surface, spacing or format that does not exist.
+    """
+    if stored is None:
+        return _core.Stored()
+    if isinstance(stored, str):
+        return _core.Stored(stored)
+    if isinstance(stored, _core.Stored):
+        return stored
+    raise ArgumentError(
+        f'stored: expected a Stored or its text, got {type(stored).__name__}; try "back:spacing=linear,format=unorm16"'
+    )
+
+
 def checked_blend(blend: object) -> float:
     """The share over which maps blend, as a number.
 

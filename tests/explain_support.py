@@ -147,6 +147,8 @@ def reference_depth(matrix, light, origin, resolution, bias, filter, point, norm
     place = (0.5 + 0.5 * np.array([ndc[0], -ndc[1]])) * resolution
     change = gain(normal, np.asarray) @ (np.floor(place) + 0.5 - place)
     z += bias.plane * min(max(change, -limit), limit)
+    z -= min(max(bias.factor * gain(normal).max(), -limit), limit)
+    z -= bias.units * 2.0 ** (np.floor(np.log2(min(ndc[2], 1.0))) - 23)
     return min(max(z, 0.0), 1.0)
 
 

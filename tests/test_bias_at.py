@@ -9,7 +9,7 @@ from explain_support import explained, run_of, some, view_of
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnknownNameError
 
-ONLY = {"world": 0.0, "texels": 0.0, "ndc": 0.0, "slope": 0.0, "slope_limit": float("inf")}
+ONLY = {"world": 0.0, "texels": 0.0, "ndc": 0.0, "slope": 0.0, "slope_limit": float("inf"), "plane": 0.0}
 WHOLE = sl.Bias(world=0.003, texels=0.2, ndc=1e-5, slope=0.6, slope_limit=8.0, plane=0.7, normal=0.3)
 
 
@@ -45,6 +45,10 @@ def test_each_part_is_what_it_says(angle):
     assert at(slope=1) == pytest.approx(0.5 * sum(gain), rel=1e-4, abs=1e-6)
     # A step along the normal is nearer to the light by its part along the ray.
     assert at(normal=1) == pytest.approx(texel * (normal @ to_light), rel=1e-4)
+    # A texel's gain along either axis, and of depth in single precision a step at 0.5 to 1.
+    assert at(factor=1) == pytest.approx(max(gain), rel=1e-4, abs=1e-6)
+    steps = at(units=8) * abs(rows[2, :3] @ to_light) / 8 * 2**24
+    assert np.isin(np.round(steps, 2), [0.5, 1.0, 2.0]).all()
     # On either side of the centre, by no more than the plane gains within the texel.
     plane = at(plane=1)
     assert np.abs(plane).max() <= 0.5 * sum(gain) * (1 + 1e-3) + 1e-6

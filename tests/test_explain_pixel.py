@@ -76,7 +76,9 @@ def test_the_comparison_gives_the_mask(scene, technique, resolution, filter):
 def test_the_reference_is_that_of_the_definitions(scene, technique, resolution, filter):
     """With all of the bias, without it, and each part alone, by (13.1) to (13.3) in numpy."""
     run, view = run_of(scene, technique, resolution, filter), view_of(scene)
-    bias = _core.Bias(world=0.003, texels=0.2, ndc=1e-5, slope=1.1, slope_limit=8.0, plane=0.7, normal=0.3)
+    bias = _core.Bias(
+        world=0.003, texels=0.2, ndc=1e-5, slope=1.1, slope_limit=8.0, plane=0.7, normal=0.3, factor=0.2, units=3
+    )
     origin = np.asarray(view.gbuffer("cpu").origin)
     for x, y in some(run.errors.image >= 0, 40, 3):
         found = explained(view, technique, x, y, resolution, filter=filter, bias=bias)

@@ -201,7 +201,7 @@ def test_lookups_of_arrays_take_what_is_stored() -> None:
             np.testing.assert_array_equal(found, mask)
             masks.append(mask)
             pixels = np.argwhere(~np.isnan(mask))[::50, ::-1]
-            chosen, places, depths = _core.compared(g, camera, light, p, pixels, stored=stored)
+            chosen, places, depths, *_ = _core.compared(g, camera, light, p, pixels, stored=stored)
             held = chosen >= 0
             texels = np.floor(places[held]).astype(int).clip(0, 255)
             lit = maps[texels[:, 1], texels[:, 0]] >= depths[held]

@@ -187,7 +187,7 @@ impl PyBias {
     /// >>> import numpy as np, shadowlab as sl
     /// >>> scene = sl.library.scene("robots")
     /// >>> view = sl.View(scene, scene.camera, scene.light, size=(160, 90))
-    /// >>> distance = sl.Bias(world=0.01, texels=0, ndc=0, slope=0).at(view, "uniform", 512, renderer="cpu")
+    /// >>> distance = sl.Bias(world=0.01, texels=0, ndc=0, slope=0, plane=0).at(view, "uniform", 512, renderer="cpu")
     /// >>> bool(np.allclose(distance[~np.isnan(distance)], 0.01, rtol=1e-4))
     /// True
     #[pyo3(signature = (view, technique, resolution=None, *, filter=None, renderer=None),

@@ -94,8 +94,8 @@ const CONDITION_SEEN: f64 = 128.0;
 /// Of the error of a map that is searched for: where a walk over its creases stops.
 const SEARCHED: f64 = 1e-3;
 
-/// The same of widths in pieces: a sample at a knot lies in either of two. Measured, where few samples are: 0.04.
-const BINNED: f64 = 0.1;
+/// The same of widths in pieces: a sample at a knot lies in either of two. Measured, where few samples are: 0.11.
+const BINNED: f64 = 0.2;
 
 /// The same of a part of a division, which has few samples, of which a grazing one weighs much; and of flips, which are counted.
 /// Measured: 0.03.

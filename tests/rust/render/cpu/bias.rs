@@ -93,6 +93,8 @@ fn a_caster_near_a_plane_shades_it_all() {
         let angle = f64::from(degrees).to_radians();
         // Along the ray a texel of up to 6 / 128 x 2 (the warp stretches less) gains its size times the tangent, along both axes.
         let gain = 2.0 * (6.0 / 128.0) * 2.0_f64.sqrt() * angle.tan();
+        // And by the change of w alone: of 24 world units of depth, w being 0.5 to 2 and changing by 0.75 over half the map.
+        let gain = gain + 24.0 * 2.0 * (0.75 / 128.0) / 0.5;
         let rounding = 24.0 * 4.0 * ROUNDING + 1e-5;
         for (bias, reach) in [(PLANE, SNAP), (Bias { slope: 1.0 + SNAP, ndc: ROUNDING, ..Bias::NONE }, 1.0 + SNAP)] {
             let gap = (reach * gain + rounding) * angle.cos();

@@ -19,6 +19,7 @@ import travel_support
 
 import shadowlab as sl
 from shadowlab import _core
+from shadowlab.text import BIAS
 
 from .found import Callee
 
@@ -247,7 +248,8 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Convention.of": {"value": lambda: "opengl"},
     "Convention.changed": {"changes": lambda: {"y": "down"}},
     "Convention.in_atlas": {"columns": lambda: 2, "rows": lambda: 2},
-    "Bias": {name: lambda: 0.1 for name in ("world", "texels", "ndc", "slope", "slope_limit", "plane", "normal", "factor", "units")},
+    "Bias": dict.fromkeys(BIAS, lambda: 0.1),
+    "Bias.polygon_offset": {"factor": lambda: 1.0, "units": lambda: 2.0},
     "Stored": {
         "surface": lambda: "front", "spacing": lambda: "linear", "format": lambda: "f16", "limit": lambda: 1.0,
     },

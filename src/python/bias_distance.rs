@@ -39,7 +39,7 @@ pub fn bias_distance<'py>(
     let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let size = surfaces.size;
         let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend: 0.0, stored };
-        let work = |progress: &_| distance(&surfaces, camera, &light, p, &settings, progress);
+        let work = |progress: &_| distance(surfaces, camera, &light, p, &settings, progress);
         Ok((run_watched(py, None, work)?, size))
     })?;
     let [w, h] = size.map(|n| n as usize);

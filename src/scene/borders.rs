@@ -15,7 +15,7 @@ const AT_ONCE: usize = 1 << 14;
 /// corners are one have no edge that counts.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::Error::Interrupted`].
 pub fn border_edges(positions: &[Vec3], triangles: &[[u32; 3]], progress: &Progress) -> Result<usize> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let mut corner = Vec::with_capacity(positions.len());

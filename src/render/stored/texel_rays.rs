@@ -65,6 +65,7 @@ impl TexelRays {
         if centre.is_finite() { centre } else { DVec3::ZERO }
     }
     /// How far the finite corners of the map reach from the origin; 1 where none does.
+    #[cfg(feature = "gpu")]
     pub fn reach(&self) -> f64 {
         let corner = |k: u32| {
             let side = |bit: u32| f64::from(k >> bit & 1) * 2.0 - 1.0;

@@ -15,7 +15,7 @@ import trimesh
 
 import shadowlab as sl
 from shadowlab import cli
-from shadowlab.text import format_spec, parse_size, parse_spec, parse_value, parse_vector
+from shadowlab.text import BIAS, format_spec, parse_size, parse_spec, parse_value, parse_vector
 
 SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
 
@@ -111,11 +111,7 @@ def test_a_bias_reaches_the_maps_and_the_command_in_the_report(run, tmp_path):
     words = ("compare", "@skylight", *SMALL, "--bias", "world=0.5,slope-limit=3")
     assert run(*words, "--out", tmp_path / "a")[0] == 0
     first = json.loads((tmp_path / "a" / "results.json").read_text(encoding="utf-8"))
-    default = sl.Bias()
-    assert first["bias"] == {
-        "world": 0.5, "texels": default.texels, "ndc": default.ndc, "slope": default.slope, "slope_limit": 3.0,
-        "plane": default.plane, "normal": default.normal,
-    }  # fmt: skip
+    assert first["bias"] == {name: getattr(sl.Bias(world=0.5, slope_limit=3), name) for name in BIAS}
     again = shlex.split(first["reproduce"]["command"])
     assert again[again.index("--out") + 1] == str(tmp_path / "a")
     run(*again[1:], "--out", tmp_path / "b")

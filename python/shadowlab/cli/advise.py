@@ -86,7 +86,7 @@ def advise_command(options: Namespace) -> int:
     from ..experiments.memory import DEFAULT_MEMORY, budgets_of
     from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
-    from ..text.checks import picture_size
+    from ..text.checks import check_filter, picture_size
 
     budgets = budgets_of([text for words in options.memory or [DEFAULT_MEMORY] for text in words.split(",")])
     measure_of(options.error), over_of(options.over)
@@ -97,6 +97,7 @@ def advise_command(options: Namespace) -> int:
     elevations = None if options.lights is None else parse_elevations(options.lights)
     size = size_given(options)
     bias = bias_given(options)
+    check_filter(options.filter)
     scene, camera, lights, source = load_views(options, size, elevations)
     size = size or picture_size(camera.aspect)
     renderer = Renderer(options.backend)

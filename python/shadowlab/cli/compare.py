@@ -68,7 +68,7 @@ def compare_command(options: Namespace) -> int:
     from ..experiments.compare import compare
     from ..reports.terminal import study_table
     from ..techniques.registry import technique_of, with_all
-    from ..text.checks import picture_size
+    from ..text.checks import check_filter, checked_blend, checked_stored, picture_size
 
     resolutions = resolutions_given(options)
     asked: list[str] = options.technique or list(DEFAULT_TECHNIQUES)
@@ -80,7 +80,9 @@ def compare_command(options: Namespace) -> int:
     size = size_given(options)
     scene, camera, light, source = load_view(options, size)
     size = size or picture_size(camera.aspect)
-    bias = bias_given(options)
+    bias, stored = bias_given(options), checked_stored(options.stored)
+    check_filter(options.filter)
+    checked_blend(options.blend)
     renderer = Renderer(options.backend)
     arrays = None if options.save_arrays is None else writable_file("save-arrays", options.save_arrays)
     directory = writable_directory(options.out)
@@ -95,7 +97,7 @@ def compare_command(options: Namespace) -> int:
         bias=bias,
         filter=options.filter,
         blend=options.blend,
-        stored=options.stored,
+        stored=stored,
         source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):

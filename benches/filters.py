@@ -82,7 +82,7 @@ def main() -> None:
     )
     light = sl.DirectionalLight((-0.5, -0.8, -0.35))
     p = sl.technique("lispsm").parameterize(scene, camera, light, resolution=RESOLUTION)
-    cpu, gl, bias = sl.Renderer("cpu"), ModernGL(), sl.Bias(ndc=BIAS, texels=0, slope=0)
+    cpu, gl, bias = sl.Renderer("cpu"), ModernGL(), sl.Bias(ndc=BIAS, texels=0, slope=0, plane=0)
     g, depths = cpu.gbuffer(scene, camera, size=SIZE), cpu.shadow_map(scene, p)
     origin = np.asarray(g.origin)
     moved = np.eye(4)

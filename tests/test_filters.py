@@ -224,7 +224,7 @@ def test_planes_need_what_the_reach_of_the_kernel_needs():
     scene = sl.Scene.from_arrays([[-9, 0, -9], [9, 0, -9], [9, 0, 9], [-9, 0, 9]], [[0, 2, 1], [0, 3, 2]])
     camera = sl.Camera.look_at((0.4, 3.0, 4.0), (0, 0, 0.3), aspect=4 / 3, fov_y=0.7, near=0.1, far=60.0)
     view = sl.View(scene, camera, sl.DirectionalLight((0.4, -1.0, 0.3)), size=(60, 45))
-    bias = sl.Bias(texels=0, ndc=0, slope=0)
+    bias = sl.Bias(texels=0, ndc=0, slope=0, plane=0)
 
     def closed_form(text):
         return sl.smallest_bias(

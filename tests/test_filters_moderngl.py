@@ -50,7 +50,7 @@ def test_masks_are_those_of_the_same_kernel_in_glsl(text, seen, filtered, render
     scene, p, g, depths, _, _ = seen
     filtered.kernel(*KERNELS[text])
     theirs = filtered.mask()
-    bias = sl.Bias(ndc=BIAS, texels=0, slope=0)
+    bias = sl.Bias(ndc=BIAS, texels=0, slope=0, plane=0)
     if renderer.backend == "cpu":
         ours = sl.aliasing.look_up(depths, g, scene.camera, scene.light, p, bias=bias, filter=text)
     else:

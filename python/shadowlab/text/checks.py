@@ -78,7 +78,10 @@ def checked_stored(stored: object) -> _core.Stored:
     if stored is None:
         return _core.Stored()
     if isinstance(stored, str):
-        return _core.Stored(stored)
+        try:
+            return _core.Stored(stored)
+        except (ArgumentError, UnknownNameError) as error:
+            raise type(error)(f"stored: {error}") from None
     if isinstance(stored, _core.Stored):
         return stored
     raise ArgumentError(

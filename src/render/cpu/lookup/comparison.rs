@@ -70,10 +70,15 @@ impl MapLookup {
         let shift = self.bias.world + self.bias.texels * at.texel;
         let p4_moved = (p + shift * at.to_light).extend(1.0);
         // Moved past the light, or past the plane through it: nothing can be in between.
-        if !(self.rows[3].dot(p4_moved) > 0.0) {
+        let w_moved = self.rows[3].dot(p4_moved);
+        if !(w_moved > 0.0) {
             return Comparison::Lit;
         }
-        let mut z = self.depth.at(p4_moved) - self.bias.ndc;
+        let moved = match self.stored.spacing {
+            Spacing::Projective => self.rows[2].dot(p4_moved) / w_moved,
+            Spacing::Linear => self.depth.at(p4_moved),
+        };
+        let mut z = moved - self.bias.ndc;
 
         let (kernel, reach) = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
 

@@ -68,13 +68,16 @@ impl MapLookup {
         let det_ray = cross.dot(to_light).abs();
         // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
         let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
-        let (p_texel, depth) = (DVec2::new(u, v) * size, self.depth.at(p4));
-        let grad_z = self.depth.gradient(p4, depth);
-        // A point of the plane is an affine function of its place over 1 / w (theory.md (13.9)).
-        let divisor = self.depth.denominator;
-        let grad_divisor = match self.stored.spacing {
-            Spacing::Projective => DVec3::ZERO,
-            Spacing::Linear => divisor.truncate() / divisor.dot(p4) - row_w.truncate() / w,
+        let p_texel = DVec2::new(u, v) * size;
+        let (depth, grad_z, grad_divisor) = match self.stored.spacing {
+            // What `self.depth` says, of numbers that are there.
+            Spacing::Projective => (ndc.z, gradient(row_z, ndc.z), DVec3::ZERO),
+            Spacing::Linear => {
+                let (depth, divisor) = (self.depth.at(p4), self.depth.denominator);
+                // A point of the plane is an affine function of its place over 1 / w (theory.md (13.9)).
+                let grad_divisor = divisor.truncate() / divisor.dot(p4) - row_w.truncate() / w;
+                (depth, self.depth.gradient(p4, depth), grad_divisor)
+            }
         };
         Some(Projected { p_texel, plain, depth, grad_x, grad_y, grad_z, grad_divisor, cross, det_ray, to_light, texel })
     }

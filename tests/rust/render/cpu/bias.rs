@@ -87,7 +87,8 @@ fn a_plane_under_any_light_has_no_acne_by_its_own_plane() {
 fn a_caster_near_a_plane_shades_it_all() {
     // Sheets over one another: the gap that the plane's bias may light is what is left of the slope, that of the slope a texel.
     let mut random = Random(12);
-    for degrees in (1..90).step_by(4) {
+    // Nearer to 90 degrees the upper sheet ends before the gap does.
+    for degrees in (1..88).step_by(4) {
         let tilt = random.number(-0.6, 0.6);
         let (light, p) = lit_sheet(&mut random, f64::from(degrees), tilt);
         let angle = f64::from(degrees).to_radians();

@@ -45,7 +45,7 @@ def study(cascades):
     scene, p, _ = cascades
     return sl.compare(
         scene, scene.camera, scene.light, {"uniform": "uniform", "two": p},
-        resolution=[128, 256], size=SIZE, renderer="cpu", progress=False,
+        resolution=[128, 256], size=SIZE, renderer="cpu", phases=1, progress=False,
     )  # fmt: skip
 
 

@@ -134,7 +134,7 @@ def test_the_counts_are_those_of_an_evaluation(robots, technique, part):
     assert found.acne <= found.allowed
 
     def again(value: float) -> sl.Run:
-        parts = {"world": 0, "texels": 0, "ndc": 0, "slope": 0, "slope_limit": float("inf"), part: value}
+        parts = {"world": 0, "texels": 0, "ndc": 0, "slope": 0, "slope_limit": float("inf"), "plane": 0, part: value}
         return sl.evaluate(
             robots, technique, 512, metrics=["causes"], renderer="cpu", bias=sl.Bias(**parts)
         )  # fmt: skip

@@ -68,7 +68,7 @@ def test_a_camera_that_stands_still_gets_the_same_bits(robots, technique):
 def test_a_small_step_keeps_the_maps_and_a_large_one_does_not(robots):
     fit = sl.TemporalFit()
     first, _ = step(fit, robots, robots.camera, robots.light)
-    near, samples = step(fit, robots, moved(robots.camera, turn=0.002), robots.light)
+    near, samples = step(fit, robots, moved(robots.camera, turn=0.0005), robots.light)
     assert near == first
     assert fit.kept
     assert samples.missed(near) == 0

@@ -221,7 +221,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
     "Ends": lambda: [closed_form.Ends(1.0, 2.0), closed_form.Ends(1.0, 3.0)],
     "Finding": lambda: list(sl.report().findings[:2]),
     "Footprint": footprints,
-    "GBuffer": lambda: [gbuffer(), judged()[3]],
+    "GBuffer": lambda: [gbuffer(), judged()[3], judged()[3].crop(1, 2, 3, 4)],
     "Least": lambda: [closed_form.Least(1.0, 2.0), closed_form.Least(1.0, 3.0)],
     "LibraryScene": lambda: [sl.library.scene("robots"), sl.library.scene("robots", seed=2)],
     "LightAngles": lambda: [

@@ -19,6 +19,7 @@ pub mod focus;
 pub mod geometry;
 pub mod image;
 mod memory;
+mod names;
 pub mod note;
 pub mod parameterization;
 pub mod progress;

@@ -30,8 +30,12 @@ def robots(views):
     return views[SCENES.index("robots")]
 
 
-def wrong(view, technique):
-    run = sl.evaluate(view, technique, RESOLUTION, metrics=["misclassified"], renderer="cpu")
+# What the bias does is in no prediction: with the default the courtyard's splits leak less than other maps do.
+SLOPE = sl.Bias(texels=0.1, slope=1.02, plane=0)
+
+
+def wrong(view, technique, bias=None):
+    run = sl.evaluate(view, technique, RESOLUTION, metrics=["misclassified"], renderer="cpu", bias=bias)
     assert not run.failure, run.failure
     return run.row()["misclassified"]
 
@@ -149,10 +153,9 @@ def test_the_near_plane_does_not_move_the_map(robots):
 def test_foretold_counts_put_techniques_in_order(views):
     names = ("uniform", "uniform:fit=shadow", BODY, "lispsm", "gmnpr", "z_partition:count=2")
     for view in views:
-        drawn = [wrong(view, name) for name in names]
+        drawn = [wrong(view, name, SLOPE) for name in names]
         foretold = [sl.predict(view, name, RESOLUTION, renderer="cpu") for name in names]
-        # Measured: 1.41 in the courtyard. Predictions were fitted with another bias, under which its splits leak more.
-        assert drawn[int(np.argmin(foretold))] <= 1.45 * min(drawn), view.label
+        assert drawn[int(np.argmin(foretold))] <= 1.25 * min(drawn), view.label
         # Counts that are apart by more than predictions are off.
         for a, b in itertools.permutations(range(len(names)), 2):
             if drawn[a] > 1.6 * drawn[b]:

@@ -100,7 +100,9 @@ def test_placed_lights(kind, part):
     view = plane_view(3, light)
     found = found_in(view, "uniform", part, acne=0.0)
     # Depth in single precision: of this plane, which comes near to the light, up to some per cent of what it gains.
-    looks = BiasLooks(view, sl.technique("uniform"), 512, sl.Renderer("cpu"), "ndc", sl.Bias.none(), "nearest")
+    looks = BiasLooks(
+        view, sl.technique("uniform"), 512, sl.Renderer("cpu"), "ndc", sl.Bias.none(), "nearest", sl.Stored()
+    )
     rounding = 2.0**-24 / looks.of_planes().min()
     assert 0 < rounding < 0.05
     assert 0.5 * found.closed_form < found.value < found.closed_form * (SNAPPED + rounding) * (1 + TOLERANCE)
@@ -150,7 +152,9 @@ def test_the_counts_are_those_of_an_evaluation(robots, technique, part):
 
 
 def found_in_curve(view: sl.View, technique: str, part: str, value: float) -> tuple[int, int, int]:
-    looks = BiasLooks(view, sl.technique(technique), 512, sl.Renderer("cpu"), part, sl.Bias.none(), "nearest")
+    looks = BiasLooks(
+        view, sl.technique(technique), 512, sl.Renderer("cpu"), part, sl.Bias.none(), "nearest", sl.Stored()
+    )
     return tuple(looks.counts(value))
 
 

@@ -36,11 +36,11 @@ pub fn bias_distance<'py>(
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
     let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
+    let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
+    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
-        let size = surfaces.size;
-        let settings = MaskSettings { resolution, size, bias: bias.unwrap_or_default(), filter, blend: 0.0, stored };
         let work = |progress: &_| distance(surfaces, camera, &light, p, &settings, progress);
-        Ok((run_watched(py, None, work)?, size))
+        Ok((run_watched(py, None, work)?, surfaces.size))
     })?;
     let [w, h] = size.map(|n| n as usize);
     image(py, found, [h, w])

@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 
 use super::arguments::{callable, number, whole, word_or};
 use super::camera::{PyCamera, camera};
-use super::convert::{array, image, run_watched, to_exception};
+use super::convert::{OrRaise, array, image, run_watched};
 use super::gbuffer::{PyGBuffer, gbuffer};
-use crate::error::Error;
+use crate::names::named;
 use crate::render::{BlurSettings, BlurStrength, MAX_STEPS, blur as core_blur};
 
 /// The mask after the blur: (H, W) float32; see `shadowlab.blur`.
@@ -26,11 +26,9 @@ pub fn blur<'py>(
     let py = mask.py();
     let progress = progress.map(|report| callable(report, "progress")).transpose()?;
     let steps = whole(iterations, "iterations", [0, i64::from(MAX_STEPS)], "8 blur by two pixels")? as u32;
-    let valid: Vec<String> = BlurStrength::NAMES.iter().map(|s| s.0.to_string()).collect();
-    let name = word_or(strength, "strength", "depth", &format!("one of {}", valid.join(", ")))?;
-    let found = BlurStrength::NAMES.iter().find(|s| s.0 == name).map(|s| s.1);
-    let strength =
-        found.ok_or_else(|| to_exception(py, Error::UnknownName { kind: "strength".into(), name, valid }))?;
+    let name =
+        word_or(strength, "strength", "depth", &format!("one of {}", BlurStrength::NAMES.map(|s| s.0).join(", ")))?;
+    let strength = named("strength", &name, &BlurStrength::NAMES).or_raise(py)?;
     let depth = depth.map(|depth| number(depth, "depth", "leave it out for the nearest surface's")).transpose()?;
     let settings = BlurSettings { steps, strength, depth };
     let camera = &camera.get().camera;

@@ -6,7 +6,7 @@ use super::arguments::{number_or, word_or};
 use super::convert::{OrRaise, to_exception};
 use super::exceptions::warn;
 use crate::parameterization::{Parameterization, Value};
-use crate::render::{Bias, FILTERS, Filter, MaskSettings, Stored};
+use crate::render::{FILTERS, Filter, check_blend};
 
 /// The filter of a text; the nearest texel where none is given.
 pub fn filter_of(py: Python<'_>, text: Option<&Bound<'_, PyAny>>) -> PyResult<Filter> {
@@ -29,10 +29,7 @@ pub fn filter_text(filter: &Bound<'_, PyAny>) -> PyResult<String> {
 
 /// The share over which maps blend; 0 where none is given. A warning where the maps of a scheme do not overlap as far.
 pub fn blend_of(py: Python<'_>, blend: Option<&Bound<'_, PyAny>>, p: &Parameterization) -> PyResult<f64> {
-    let (blend, resolution, size) = (number_or(blend, "blend", 0.0)?, [1; 2], [1; 2]);
-    let settings =
-        MaskSettings { resolution, size, bias: Bias::NONE, filter: Filter::Nearest, blend, stored: Stored::default() };
-    let blend = settings.checked_blend().or_raise(py)?;
+    let blend = check_blend(number_or(blend, "blend", 0.0)?).or_raise(py)?;
     let overlap = p.settings.iter().find_map(|(name, value)| match value {
         Value::Number(overlap) if *name == "overlap" => Some(*overlap),
         _ => None,

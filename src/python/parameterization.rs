@@ -6,15 +6,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments::word_or;
-use super::convert::{
-    argument_error, array, image, in_parts, mat4_from_rows, mat4_to_array, rows3, texels, to_exception,
-};
+use super::convert::{OrRaise, argument_error, array, image, in_parts, mat4_from_rows, mat4_to_array, rows3, texels};
 use super::exceptions::refusable;
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
 use super::state::{Reduced, by_state, reduce};
-use crate::error::Error;
+use crate::names::named;
 use crate::parameterization::{Factors, Parameterization, Partition, PiecewiseLinear, PostWarp, Selection};
 
 /// The maps of a technique for one scene, camera and light: plain data.
@@ -142,10 +140,7 @@ impl PyParameterization {
             return Err(argument_error(py, "matrix", "matrices of full rank", "a singular one", fix));
         }
         let name = word_or(selection, "selection", "depth", "depth or containment")?;
-        let selection = SELECTIONS.iter().find(|s| s.0 == name).map(|s| s.1).ok_or_else(|| {
-            let valid = SELECTIONS.iter().map(|s| s.0.to_string()).collect();
-            to_exception(py, Error::UnknownName { kind: "selection".into(), name, valid })
-        })?;
+        let selection = named("selection", &name, &SELECTIONS).or_raise(py)?;
         let ours = match convention {
             None => stack,
             Some(c) => array::<f64>(&self::convention(c)?.call_method1("to_ours", (stack.as_any(),))?, "matrix", &[])?,

@@ -13,7 +13,7 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use crate::aliasing::usage;
 use crate::render::cpu::lookup::Lookups;
-use crate::render::{Bias, MaskSettings, Stored};
+use crate::render::{Bias, Filter, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16.
@@ -56,21 +56,12 @@ pub fn reads<'py>(
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-    let filter = filter_of(py, filter)?;
-    let picture = gbuffer.get().whole_picture();
+    let settings = unbiased(resolution, &gbuffer, filter_of(py, filter)?);
     let camera = &camera.get().camera;
     let layers = p.partitions.len();
     let (counts, pixels) = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| {
             let located = usage::locate(surfaces, camera, &light, p, resolution, progress)?;
-            let settings = MaskSettings {
-                resolution,
-                size: picture,
-                bias: Bias::NONE,
-                filter,
-                blend: 0.0,
-                stored: Stored::default(),
-            };
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
             let read = |pixel: usize, map: usize, count: &mut dyn FnMut([i64; 2])| {
                 let Some((point, normal)) = surfaces.receiver(pixel) else { return };
@@ -102,19 +93,11 @@ pub fn filter_reach<'py>(
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-    let (filter, picture) = (filter_of(py, filter)?, gbuffer.get().whole_picture());
+    let settings = unbiased(resolution, &gbuffer, filter_of(py, filter)?);
     let camera = &camera.get().camera;
     let (reach, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let reach = run_watched(py, None, |progress| {
             let located = usage::locate(surfaces, camera, &light, p, resolution, progress)?;
-            let settings = MaskSettings {
-                resolution,
-                size: picture,
-                bias: Bias::NONE,
-                filter,
-                blend: 0.0,
-                stored: Stored::default(),
-            };
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
             let of = |(pixel, &map): (usize, &i16)| {
                 let at = usize::try_from(map).ok().zip(surfaces.receiver(pixel));
@@ -126,4 +109,10 @@ pub fn filter_reach<'py>(
     })?;
     let [w, h] = size.map(|n| n as usize);
     image(py, reach.into_flattened(), [h, w, 2])
+}
+
+/// How a filter reads maps of a resolution without bias, seen in the whole picture of a G-buffer.
+fn unbiased(resolution: [u32; 2], gbuffer: &Bound<'_, PyGBuffer>, filter: Filter) -> MaskSettings {
+    let (size, stored) = (gbuffer.get().whole_picture(), Stored::default());
+    MaskSettings { resolution, size, bias: Bias::NONE, filter, blend: 0.0, stored }
 }

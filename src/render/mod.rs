@@ -15,5 +15,5 @@ pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
 pub(crate) use filter::bilinear;
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
-pub(crate) use renderer::{check_count, check_extent};
+pub(crate) use renderer::{check_blend, check_count, check_extent};
 pub use stored::{Format, Spacing, Stored, StoredSurface, step_along_ray};

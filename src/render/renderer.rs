@@ -27,20 +27,6 @@ pub struct MaskSettings {
     pub stored: Stored,
 }
 
-impl MaskSettings {
-    /// The share over which maps blend.
-    ///
-    /// # Errors
-    /// [`Error::InvalidArgument`] for one outside [0, 1].
-    pub fn checked_blend(&self) -> Result<f64> {
-        if (0.0..=1.0).contains(&self.blend) {
-            return Ok(self.blend);
-        }
-        let fix = "0 switches blending off, 0.1 blends over the last tenth of each map's range";
-        Err(Error::argument("blend", "a number from 0 to 1", self.blend, fix))
-    }
-}
-
 /// A renderer. Implementations agree: see tests.
 ///
 /// Pixel and texel centres at half integers; top-left fill rule on a grid of 1/256; everything with clip `0 <= z <= w`,
@@ -97,6 +83,15 @@ pub fn check_size(name: &'static str, size: [u32; 2]) -> Result<[u32; 2]> {
     }
     let expected = format!("sides between 1 and {MAX_IMAGE_SIDE}");
     Err(Error::argument(name, expected, format!("{} x {}", size[0], size[1]), "choose another size"))
+}
+
+/// The share over which maps blend, if it is between 0 and 1.
+pub(crate) fn check_blend(blend: f64) -> Result<f64> {
+    if (0.0..=1.0).contains(&blend) {
+        return Ok(blend);
+    }
+    let fix = "0 switches blending off, 0.1 blends over the last tenth of each map's range";
+    Err(Error::argument("blend", "a number from 0 to 1", blend, fix))
 }
 
 /// Refuses scenes whose positions would not survive in f32.

@@ -19,6 +19,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("digest", &[]),
     ("progress", &["error"]),
     ("memory", &["error"]),
+    ("names", &["error"]),
     ("simd", &[]),
     ("threads", &["error"]),
     ("geometry", &["error"]),
@@ -33,7 +34,19 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // A renderer on a device has a pass that is the twin of aliasing's footprint; the one on the processor calls it.
     (
         "render",
-        &["aliasing", "error", "geometry", "image", "memory", "parameterization", "progress", "rays", "scene", "simd"],
+        &[
+            "aliasing",
+            "error",
+            "geometry",
+            "image",
+            "memory",
+            "names",
+            "parameterization",
+            "progress",
+            "rays",
+            "scene",
+            "simd",
+        ],
     ),
     (
         "diagnose_pixels",
@@ -72,6 +85,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "geometry",
             "image",
             "memory",
+            "names",
             "note",
             "parameterization",
             "progress",

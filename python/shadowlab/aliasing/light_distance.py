@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import _core
 from ..types import Floats, Vector
-from .map_rays import along_knots
+from .map_geometry import along_knots, rows_about, slopes_along_knots, ways_to_light
 
 if TYPE_CHECKING:
     from ..types import Light
@@ -45,9 +45,7 @@ class LightDistance:
     @cached_property
     def rows(self) -> Vector:
         """(4, 4): shadow clip from points."""
-        shift = np.eye(4)
-        shift[:3, 3] = self.origin
-        return np.asarray(self.partition.matrix, np.float64) @ shift
+        return rows_about(self.partition, self.origin)
 
     def of_points(self, points: Vector) -> Vector:
         """(...,): distances of points (..., 3), world units."""
@@ -59,12 +57,7 @@ class LightDistance:
 
     def directions(self, points: Vector) -> Vector:
         """(N, 3): the way that light travels at points (N, 3), of length 1; zero at the light."""
-        if isinstance(self.light, _core.DirectionalLight):
-            return np.broadcast_to(np.asarray(self.light.direction, np.float64), points.shape)
-        way = points - self._lamp
-        length = np.linalg.norm(way, axis=1, keepdims=True)
-        unit: Vector = np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
-        return unit
+        return -ways_to_light(self.light, points + self.origin)
 
     def of_texels(self, depths: Floats, first_row: int) -> Vector:
         """(R, W): distances of stored NDC depths (R, W) in rows of the map from one on; infinite where nothing is.
@@ -76,9 +69,7 @@ class LightDistance:
         y = 1.0 - (2.0 * (first_row + np.arange(len(depths))) + 1.0) / height
         knots = self.partition.post_warp_knots
         if knots is not None:
-            x, y = (
-                np.array([along_knots(pair[:, ::-1], at) for at in v]) for pair, v in zip(knots, (x, y), strict=True)
-            )
+            x, y = (along_knots(pair[:, ::-1], v) for pair, v in zip(knots, (x, y), strict=True))
         # Empty texels are taken at the near plane, which is finite, and hold nothing.
         is_held = depths < 1.0
         points = self._points(x[None, :], y[:, None], np.where(is_held, depths, 0.0).astype(np.float64))
@@ -117,7 +108,7 @@ class LightDistance:
         if self.partition.post_warp == "log":
             along = -along * t / self.partition.post_warp_terms["scale"]  # y = -scale ln t + offset
         elif (knots := self.partition.post_warp_knots) is not None:
-            across, along = across / _slope(knots[0], x), along / _slope(knots[1], t)
+            across, along = across / slopes_along_knots(knots[0], x), along / slopes_along_knots(knots[1], t)
         # A step u has grad_x . u = across, grad_t . u = 0, n . u = 0, and the other way round.
         volume = np.einsum("ij,ij->i", np.cross(grad_x, grad_t), normals)
         steps = np.stack(
@@ -131,10 +122,3 @@ class LightDistance:
     def _lamp(self) -> Vector:
         """(3,): the position of a placed light, relative to the origin."""
         return np.asarray(self.light.point, np.float64)[:3] - self.origin
-
-
-def _slope(knots: Vector, at: Vector) -> Vector:
-    """The derivative of a piecewise linear function at places before it."""
-    slopes = np.diff(knots[:, 1]) / np.diff(knots[:, 0])
-    found: Vector = slopes[np.clip(np.searchsorted(knots[1:-1, 0], at, side="right"), 0, len(slopes) - 1)]
-    return found

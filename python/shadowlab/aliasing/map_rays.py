@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .map_geometry import along_knots, rows_about, ways_to_light
+
 if TYPE_CHECKING:
     from .._core import Partition
     from ..types import Light, Vector
@@ -46,9 +48,7 @@ class MapRays:
     @cached_property
     def rows(self) -> Vector:
         """(4, 4): shadow clip from points."""
-        shift = np.eye(4)
-        shift[:3, 3] = self.origin
-        return np.asarray(self.partition.matrix, np.float64) @ shift
+        return rows_about(self.partition, self.origin)
 
     def clip(self, point: Vector) -> Vector:
         """(4,): homogeneous clip coordinates of a point."""
@@ -100,10 +100,7 @@ class MapRays:
 
     def to_light(self, point: Vector) -> Vector:
         """(3,): the unit vector from a point to the light; zero at the light."""
-        of_light = np.asarray(self.light.point, np.float64)
-        way: Vector = of_light[:3] - of_light[3] * (point + self.origin)
-        length = float(np.linalg.norm(way))
-        return way / length if length > 0 else np.zeros(3)
+        return ways_to_light(self.light, point + self.origin)
 
     def height(self, point: Vector, depth: float) -> float:
         """How far from a point towards the light NDC depth has a value, world units; 0 where it never changes."""
@@ -125,10 +122,3 @@ class MapRays:
         ends = [self.on_plane(place + step, point, across) for step in np.eye(2)]
         x, y = (0.0 if end is None else float(np.linalg.norm(end - point)) for end in ends)
         return x, y
-
-
-def along_knots(knots: Vector, at: float) -> float:
-    """The function through knots (N, 2), linear between and beyond them, at a place."""
-    piece = int(np.searchsorted(knots[1:-1, 0], at, side="right"))
-    (x, y), (next_x, next_y) = knots[piece], knots[piece + 1]
-    return float(y + (at - x) * (next_y - y) / (next_x - x))

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .map_geometry import along_knots, slopes_along_knots, ways_to_light
 
 if TYPE_CHECKING:
     from ..types import BiasPart, Filter, Light
@@ -49,7 +50,7 @@ def plane_bias(
     where = where & (chosen >= 0)
     found = np.zeros(np.count_nonzero(where))
     position, normal, map_of = gbuffer.position[where], gbuffer.normal[where].astype(np.float64), chosen[where]
-    to_light = _ways_to(light, position)
+    to_light = ways_to_light(light, position)
     reach = _core.filter_reach(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter)[where]
     for k, partition in enumerate(parameterization.partitions):
         of = map_of == k
@@ -123,17 +124,6 @@ def _triple(a: Reals, b: Reals, c: Reals) -> Reals:
     return product
 
 
-def _ways_to(light: Light, position: Reals) -> Reals:
-    """Unit vectors to a light, (N, 3)."""
-    if isinstance(light, _core.DirectionalLight):
-        towards: Reals = np.broadcast_to(-np.asarray(light.direction, np.float64), position.shape)
-        return towards
-    way: Reals = np.asarray(light.position, np.float64) - position
-    length = np.linalg.norm(way, axis=1, keepdims=True)
-    unit: Reals = np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
-    return unit
-
-
 def _largest_fall(slope: Reals, steps: tuple[Reals, Reals]) -> Reals:
     """The most that something with a slope falls over either of two steps."""
     fall: Reals = np.maximum(-slope * steps[0], -slope * steps[1])
@@ -161,20 +151,8 @@ def _even(half: Reals) -> tuple[Reals, Reals]:
 
 def _uneven(knots: Reals, at: Reals, half: Reals) -> tuple[Reals, Reals]:
     """Steps before an ascending piecewise linear function that lead a step of `half` down and up after it."""
-    before, after = knots.T
-    place = _linear(at, before, after)
-    return _linear(place - half, after, before) - at, _linear(place + half, after, before) - at
-
-
-def _linear(at: Reals, known: Reals, values: Reals) -> Reals:
-    """The function through the knots, beyond the outer ones as next to them."""
-    i = _piece(at, known)
-    value: Reals = values[i] + (at - known[i]) * ((values[i + 1] - values[i]) / (known[i + 1] - known[i]))
-    return value
-
-
-def _piece(at: Reals, known: Reals) -> NDArray[np.intp]:
-    return np.clip(np.searchsorted(known, at, side="right") - 1, 0, len(known) - 2)
+    place, back = along_knots(knots, at), knots[:, ::-1]
+    return along_knots(back, place - half) - at, along_knots(back, place + half) - at
 
 
 def _texel_size(
@@ -186,10 +164,7 @@ def _texel_size(
     if partition.post_warp == "log":
         of_t = of_t * np.abs(partition.post_warp_terms["scale"]) / t  # dy / dt
     elif (knots := partition.post_warp_knots) is not None:
-        of_x, of_t = (
-            of * (np.diff(pair[:, 1]) / np.diff(pair[:, 0]))[_piece(at, pair[:, 0])]
-            for of, pair, at in ((of_x, knots[0], x), (of_t, knots[1], t))
-        )
+        of_x, of_t = (of * slopes_along_knots(pair, at) for of, pair, at in ((of_x, knots[0], x), (of_t, knots[1], t)))
     grad_x, grad_t = grad_x * of_x[:, None], grad_t * of_t[:, None]
     longer = np.maximum(
         np.linalg.norm(np.cross(grad_x, to_light), axis=1), np.linalg.norm(np.cross(grad_t, to_light), axis=1)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from ..scene.view import checked_view, light_of
 from ..techniques.labels import resolved
+from ..techniques.variant import reading
 from ..text.checks import check_filter, renderer_of, whole
 from .evaluate import fitted
 
@@ -31,7 +32,9 @@ def bias_at(
     check_filter(filter)
     light = light_of(view)
     side, draw = whole("resolution", resolution), renderer_of(renderer)
-    maps = fitted(resolved(technique, "technique"), view, side, draw)
+    item = resolved(technique, "technique")
+    read = reading(item, bias, filter, 0.0, _core.Stored())
     return _core.bias_distance(
-        view.gbuffer(draw), view.camera, light, maps, resolution=side, bias=bias, filter=filter
+        view.gbuffer(draw), view.camera, light, fitted(item, view, side, draw), resolution=side, bias=bias,
+        filter=read.filter, stored=read.stored,
     )  # fmt: skip

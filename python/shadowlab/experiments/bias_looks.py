@@ -16,6 +16,7 @@ from ..aliasing.codes import Cause, Difference
 from ..aliasing.pixel_comparison import with_part
 from ..aliasing.plane_bias import plane_bias
 from ..scene.view import light_of
+from .drawing import drawn_as
 from .evaluate import fitted
 
 if TYPE_CHECKING:
@@ -58,21 +59,20 @@ class BiasLooks:
     bias : Bias
         The other parts; its own `part` is 0.
     filter : str
-    stored : Stored, optional
+    stored : Stored
         With projective depth.
     """
 
     def __init__(
         self, view: View, item: Item, resolution: int, renderer: RendererLike, part: BiasPart, bias: _core.Bias,
-        filter: Filter, stored: _core.Stored | None = None,
+        filter: Filter, stored: _core.Stored,
     ):  # fmt: skip
         self.view, self.part, self.bias, self.filter = view, part, bias, filter
-        self.stored = stored or _core.Stored()
+        self.stored = stored
         light = light_of(view)
         self.parameterization = fitted(item, view, resolution, renderer)
         self.gbuffer, self.truth = view.gbuffer(renderer), view.truth()
-        drawn = {} if self.stored == _core.Stored() else {"stored": self.stored}
-        self.maps = renderer.shadow_map(view.scene, self.parameterization, resolution=resolution, **drawn)
+        self.maps = renderer.shadow_map(view.scene, self.parameterization, resolution=resolution, **drawn_as(stored))
         self._looks = (self.gbuffer, view.camera, light, self.parameterization)
         mask, self.chosen = _core.look_up(self.maps, *self._looks, bias=bias, filter=filter, stored=self.stored)
         errors = _core.misclassified(mask, self.truth)

@@ -30,6 +30,11 @@ KEPT = Kept(1 << 30)
 _numbers = itertools.count()
 
 
+def drawn_as(stored: _core.Stored) -> dict[str, _core.Stored]:
+    """What `shadow_map` is given for maps that store this: nothing of the plain depth, which any renderer draws."""
+    return {} if stored == _core.Stored() else {"stored": stored}
+
+
 class Drawing:
     """The maps that a renderer draws for a view, and everything that is measured from them.
 
@@ -44,18 +49,16 @@ class Drawing:
     bias : Bias
     filter : str
     blend : float
-    stored : Stored, optional
+    stored : Stored
     """
 
     def __init__(
         self, view: View, renderer: RendererLike, parameterization: _core.Parameterization, resolution: int,
-        bias: _core.Bias, filter: Filter, blend: float = 0.0, stored: _core.Stored | None = None,
+        bias: _core.Bias, filter: Filter, blend: float, stored: _core.Stored,
     ):  # fmt: skip
         self.view, self.renderer, self.parameterization = view, renderer, parameterization
         self.resolution, self.bias, self.filter, self.blend = resolution, bias, filter, blend
-        self.stored = None if stored == _core.Stored() else stored
-        # Renderers of others need not know of it where maps store what they always do.
-        self._drawn = {} if self.stored is None else {"stored": self.stored}
+        self.stored = stored
         self._number = number = next(_numbers)
         weakref.finalize(self, KEPT.forget_soon, number)
 
@@ -75,7 +78,7 @@ class Drawing:
         return self._kept(
             "maps",
             lambda: self.renderer.shadow_map(
-                self.view.scene, self.parameterization, resolution=self.resolution, **self._drawn
+                self.view.scene, self.parameterization, resolution=self.resolution, **drawn_as(self.stored)
             ),
             lambda maps: maps.nbytes,
         )
@@ -119,7 +122,7 @@ class Drawing:
         if dx == dy == 0:
             return int(self.errors.count)
         moved = shifted(self.parameterization, dx, dy, self.resolution)
-        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution, **self._drawn)
+        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution, **drawn_as(self.stored))
         looks = (self.gbuffer, self.view.camera, light_of(self.view), moved)
         mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter, blend=self.blend, stored=self.stored)
         return int(_core.misclassified(mask, self.view.truth()).count)

@@ -150,7 +150,7 @@ def _measured(
 ) -> Run:  # fmt: skip
     """The run of a view with one light; an error of ours becomes its `failure`."""
     head = (view, label, item, resolution, metrics, bias, filter, renderer.backend, renderer.adapter)
-    known: dict[str, Any] = {"blend": blend, "stored": None if stored == _core.Stored() else stored}
+    known: dict[str, Any] = {"blend": blend, "stored": stored}
     try:
         numbers: dict[str, float | None] = {}
         samples = samples_for(item, view, renderer)

@@ -127,7 +127,7 @@ def explain_pixel(
     a_flag("trials", trials), a_flag("progress", progress)
     draw = renderer_of(renderer)
     run = _run(view, technique, resolution, draw, _core.Bias() if bias is None else bias, filter)
-    if run.stored is not None:
+    if run.stored != _core.Stored():
         raise ArgumentError(
             f"technique: expected maps that store the nearest depth as it is, got stored={run.stored}; leave it out"
         )

@@ -71,8 +71,8 @@ class Run(Value):
         Of a view with several lights, the run of each.
     blend : float
         As the pixels were looked up.
-    stored : Stored or None
-        What the maps store; None for the nearest depth as it is.
+    stored : Stored
+        What the maps store.
     """
 
     view: View
@@ -92,7 +92,7 @@ class Run(Value):
     refusal: str = ""
     parts: tuple[Run, ...] = ()
     blend: float = 0.0
-    stored: _core.Stored | None = None
+    stored: _core.Stored = field(default_factory=_core.Stored)
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
 
     @property

@@ -46,11 +46,10 @@ impl StoredMap<'_> {
                 None => pass.depth(map)?,
                 Some(lattice) => lattice.depth(scene, faces, map, progress)?,
             }
-            return self.in_rows(map, progress, |_, row| {
-                if format != Format::F32 {
-                    row.iter_mut().for_each(|z| *z = format.quantise(*z));
-                }
-            });
+            if format == Format::F32 {
+                return Ok(());
+            }
+            return self.in_rows(map, progress, |_, row| row.iter_mut().for_each(|z| *z = format.quantise(*z)));
         }
         // Relative to the scene's origin: depths along the light keep their digits wherever the scene is.
         let clip_from_relative = clip_from_world * glam::DMat4::from_translation(scene.origin());
@@ -90,9 +89,6 @@ impl StoredMap<'_> {
         progress: &Progress,
         work: impl Fn(usize, &mut [f32]) + Sync,
     ) -> Result<()> {
-        if self.stored.is_plain() && self.stored.format == Format::F32 {
-            return Ok(());
-        }
         // SAFETY: as the callers, which are all in this file, see to.
         let map = unsafe { written_part(map) };
         map.par_chunks_mut(self.size[0] as usize).enumerate().try_for_each(|(y, row)| {

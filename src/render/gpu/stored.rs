@@ -120,12 +120,11 @@ impl Session<'_> {
         let settings = partitions.iter().map(|p| Settings::new(p, scene, size, stored)).collect::<Result<Vec<_>>>()?;
         let is_reversed = !stored.is_plain();
         let fragments = if stored.surface == StoredSurface::Back { Fragments::Averted } else { Fragments::All };
-        let list = if is_reversed {
-            let clips: Vec<DMat4> = forward.iter().map(reversed).collect();
-            self.list(in_use, scene, &clips, size, Depths::Reversed, fragments == Fragments::Averted)?
-        } else {
-            self.list(in_use, scene, &forward, size, Depths::Forward, fragments == Fragments::Averted)?
+        let (clips, depths) = match is_reversed {
+            true => (forward.iter().map(reversed).collect(), Depths::Reversed),
+            false => (forward, Depths::Forward),
         };
+        let list = self.list(in_use, scene, &clips, size, depths, fragments == Fragments::Averted)?;
         let pipelines = self.layer_pipelines(&list, fragments, is_reversed)?;
         let behind = match stored.surface.takes_two() {
             true => Some(self.layer_pipelines(&list, Fragments::Behind, is_reversed)?),

@@ -11,7 +11,7 @@ use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
 use crate::render::stored::DepthMeasure;
-use crate::render::{MaskSettings, Spacing, Stored};
+use crate::render::{MaskSettings, Spacing, Stored, check_blend};
 use crate::scene::Light;
 
 /// `Choice` of choose.wgsl.
@@ -123,7 +123,7 @@ impl EyeSpace {
             slope_limit: finite(bias.slope_limit as f32),
             plane: bias.plane as f32,
             bias_normal: bias.normal as f32,
-            blend: settings.checked_blend()? as f32,
+            blend: check_blend(settings.blend)? as f32,
             first_map: 0,
             end_map: 0,
             factor: bias.factor as f32,

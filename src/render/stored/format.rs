@@ -5,7 +5,7 @@
 
 use half::f16;
 
-use super::names::name_of;
+use crate::names::name_of;
 
 /// The numbers that a map can hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -4,8 +4,8 @@
 //! depth layers, Weiskopf and Ertl 2003 `[weiskopf2003]`; spacing linear along the light, `[scherzer2005]`.
 
 use super::format::Format;
-use super::names::name_of;
 use crate::error::{Error, Result};
+use crate::names::name_of;
 
 /// Which depth of a light ray is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

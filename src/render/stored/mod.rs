@@ -4,7 +4,6 @@ mod encoder;
 mod format;
 mod kind;
 mod measure;
-mod names;
 mod step;
 mod texel_rays;
 mod text;

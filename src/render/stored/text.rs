@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use super::format::Format;
 use super::kind::{Spacing, Stored, StoredSurface};
-use super::names::named;
 use crate::error::{Error, Result};
+use crate::names::named;
 
 impl StoredSurface {
     /// The surface of a name.

@@ -57,6 +57,7 @@ impl MapLookup {
     ///
     /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
     /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
+    #[inline(always)]
     pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
         let Some(mut at) = self.projected(p) else { return Comparison::Lit };
         let mut p = p;

@@ -14,7 +14,7 @@ use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
 use crate::render::stored::DepthMeasure;
-use crate::render::{Bias, Filter, Kernels, MaskSettings, Stored};
+use crate::render::{Bias, Filter, Kernels, MaskSettings, Stored, check_blend};
 use crate::scene::{Camera, Light};
 
 /// What a lookup needs to know of one map, its light and its settings.
@@ -32,8 +32,8 @@ pub struct MapLookup {
     pub(super) bias: Bias,
     pub(super) kernels: Kernels,
     pub(super) post_warp: PostWarp,
-    /// Of a logarithm and a kernel in texels, how much depth falls over its reach along y, in units of what its slope there says: where it
-    /// rises with w, and where it falls.
+    /// Of a logarithm and a kernel in texels, how much depth falls over its reach along y, in units of what its slope there says:
+    /// where it rises with w, and where it falls.
     pub(super) bend: [f64; 2],
     /// In relative space.
     region: Region,
@@ -127,12 +127,11 @@ impl<'a> Lookups<'a> {
         origin: DVec3,
         settings: &MaskSettings,
     ) -> Result<Self> {
-        let MaskSettings { resolution, size, bias, filter, stored, .. } = *settings;
-        let blend = settings.checked_blend()?;
+        let MaskSettings { resolution, size, bias, filter, stored, blend } = *settings;
         let kernels = Kernels::new(filter, Some(Eye::new(camera, origin, size)))?;
         let one =
             |partition| MapLookup::with_kernels(partition, light, origin, resolution, bias, kernels.clone(), stored);
-        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()?, blend })
+        Ok(Self { p, maps: p.partitions.iter().map(one).collect::<Result<_>>()?, blend: check_blend(blend)? })
     }
     /// How many maps there are.
     pub fn count(&self) -> usize {

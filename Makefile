@@ -4,7 +4,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo setup test test-rust test-python lint docs bench bench-rust clean
+.PHONY: help demo setup test test-rust test-python lint docs bench bench-peers bench-rust clean
 
 # The interpreter that the environments are made with: 3.10 or newer.
 PYTHON ?= python3
@@ -87,16 +87,28 @@ lint: setup ## format, clippy, rustdoc, ruff, mypy, the stub against the extensi
 docs: setup ## write the generated tables of README.md anew
 	$(BIN)/python docs/generate.py
 
-bench: setup ## a row of compare beside its parts; the same work here and in moderngl and embreex, with ratios
+bench: setup ## a row of compare beside its parts, samples, memory, filters beside OpenGL
 	$(BIN)/python benches/row_cost.py
 	$(BIN)/python benches/samples_cost.py
-	$(BIN)/python benches/peers.py
+	$(BIN)/python benches/beside/memory.py
 	$(BIN)/python benches/filters.py
+
+# Programs that only the benches run beside this one, in an environment of their own. OGRE and OpenSceneGraph are compiled
+# against Debian's packages libogre-1.12-dev and libopenscenegraph-dev; Open3D needs libusb-1.0-0.
+PEERS_VENV := .venv-peers
+$(PEERS_VENV)/.installed:
+	$(NEEDS)
+	"$(PYTHON)" -m venv $(PEERS_VENV)
+	$(PEERS_VENV)/bin/python $(PIP) install --quiet 'mitsuba>=3.5' 'open3d>=0.18'
+	@touch $@
+
+bench-peers: setup $(PEERS_VENV)/.installed ## the same work here and in seven other programs, side by side
+	$(BIN)/python benches/beside
 
 bench-rust: ## the kernels, with criterion
 	cargo bench
 
 clean: ## remove the environments and everything built
-	rm -rf target $(VENV) $(DEMO_VENV) report dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	rm -rf target $(VENV) $(DEMO_VENV) $(PEERS_VENV) report dist .pytest_cache .hypothesis .mypy_cache .ruff_cache
 	rm -f python/shadowlab/_core*.so python/shadowlab/_core*.pyd
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

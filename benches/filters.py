@@ -1,6 +1,6 @@
 """Filters here and in OpenGL through moderngl, the same kernels side by side: `python benches/filters.py`.
 
-Two tables, times interleaved as in peers.py, ratios theirs / ours of the least times:
+Two tables, times interleaved, ratios theirs / ours of the least times:
 
 - look-up: the light at the points of a G-buffer through a map that is there, `sl.aliasing.look_up` of the cpu renderer
   against a GLSL program over the same points and map, result read back by both;
@@ -12,15 +12,13 @@ OpenGL runs on the adapter that EGL finds, as wgpu's: a software one on machines
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "tests"))
+sys.path[:0] = [str(HERE.parent / "tests"), str(HERE / "beside")]
 
 RESOLUTION = 2048
 SIZE = (1024, 768)
@@ -42,16 +40,6 @@ def kernel_of(text: str) -> tuple[int, float, np.ndarray | None]:
     return (0, 1.0, None) if name == "nearest" else (1, float(settings.get("size", 1)), None)
 
 
-def bench_peers() -> ModuleType:
-    """benches/peers.py, whose name is also that of the folder with the other programs."""
-    spec = importlib.util.spec_from_file_location("bench_peers", HERE / "peers.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def row(text: str, times: dict[str, dict[str, float]], base: dict[str, float]) -> str:
     """One line of a table: times, their ratio, and how many times a nearest lookup each takes."""
     ours, theirs = times["ours"]["min_ms"], times.get("OpenGL", {}).get("min_ms")
@@ -69,13 +57,14 @@ def main() -> None:
     options.add_argument("--seconds", type=float, default=3.0, help="of each kernel and table (default: 3)")
     seconds = options.parse_args().seconds
 
+    from inputs import bench_scene
+    from interleaved import interleaved
     from peers.filter_peer import Filtered
     from peers.moderngl_peer import ModernGL
 
     import shadowlab as sl
 
-    bench = bench_peers()
-    vertices, faces = bench.bench_scene()
+    vertices, faces = bench_scene()
     scene = sl.Scene.from_arrays(vertices, faces)
     camera = sl.Camera.look_at(
         (0.5, 2.2, 7.5), (0, 0.7, 0), fov_y=np.radians(50), aspect=SIZE[0] / SIZE[1], near=0.5, far=30.0
@@ -97,7 +86,7 @@ def main() -> None:
         if text in TEXTS:
             theirs.kernel(*kernel_of(text))
             work["OpenGL"] = theirs.mask
-        print(row(text, bench.interleaved(work, seconds), base), flush=True)
+        print(row(text, interleaved(work, seconds), base), flush=True)
 
     try:
         gpu = sl.Renderer("gpu")
@@ -116,7 +105,7 @@ def main() -> None:
         if text in TEXTS:
             theirs.kernel(*kernel_of(text))
             work["OpenGL"] = theirs.drawn
-        print(row(text, bench.interleaved(work, seconds), base), flush=True)
+        print(row(text, interleaved(work, seconds), base), flush=True)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from .obj_faces import ObjFaces, faces_of
 from .obj_lines import ObjLines
 from .obj_words import BARE, FACE, FREE_FORM, LIBRARY, MATERIAL, STROKE, UNKNOWN, VERTEX, VERTEX_TEXTURE
 from .polygons import Indices, Points, triangulated
+from .split_corners import split_corners
 from .words import readable
 
 
@@ -128,21 +129,16 @@ def _add_group(
     if not even:
         vertex, texture, normal = vertex[at].reshape(-1), texture[at].reshape(-1), normal[at].reshape(-1)
         at = np.arange(len(vertex)).reshape(-1, 3)
-        size = 3
     uv = np.zeros(0, np.int64)
     if not len(at):
         return
     has_texture, has_normal = bool((texture >= 0).all()), bool((normal >= 0).all())
-    split = [index.reshape(-1, size) for index, has in ((texture, has_texture), (normal, has_normal)) if has]
+    split = [index for index, has in ((texture, has_texture), (normal, has_normal)) if has]
     if split:
         # A vertex for each combination of indices.
-        from trimesh.visual.texture import unmerge_faces
-
-        corner, rows, *others = unmerge_faces(  # type: ignore[no-untyped-call]
-            vertex.reshape(-1, size), *split
-        )
+        corner, (rows, *others) = split_corners([vertex, *split])
         uv = others[0] if has_texture else uv
-        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner.reshape(-1), at), alpha=alpha(uv))
+        found.add(key, label, gathered_rows(points, rows), gathered_rows(corner, at), alpha=alpha(uv))
     else:
         rows, corner = _used(vertex, len(points))
         found.add(key, label, gathered_rows(points, rows), gathered_rows(corner, at), alpha=alpha(uv))

@@ -34,6 +34,12 @@ READERS: dict[str, Callable[[Given], Gathered]] = {
     "gltf": read_gltf,
 }
 
+#: Endings of what lies beside meshes in archives (materials, textures, buffers, texts); trimesh reads no mesh from it.
+BESIDE_MESHES = frozenset({
+    "bin", "bmp", "csv", "dds", "exr", "gif", "hdr", "html", "jpeg", "jpg", "ktx2", "md", "mtl", "pdf", "png", "tga",
+    "tif", "tiff", "txt", "webp",
+})  # fmt: skip
+
 
 def kinds() -> list[str]:
     """The endings that can be loaded."""
@@ -93,9 +99,8 @@ def _through_trimesh(given: Given) -> Gathered:
 def _of_archive(given: Given) -> Gathered:
     """All meshes of an archive; files that cannot be read are left out while there are others."""
     archive = Archive.of(given, ARCHIVES[given.kind])
-    known = {*READERS, *trimesh_formats()}
     names = [name for name in archive.names if not _is_of_macos(name)]
-    models = [name for name in names if ending_of(name) in known]
+    models = [name for name in names if _is_mesh(ending_of(name))]
     packed = [name for name in names if ending_of(name) in (*ARCHIVES, *PACKED)]
     if not models:
         what = f"{packed[0]!r}, an archive in an archive" if packed else f"{len(archive.names):,} other files"
@@ -115,6 +120,11 @@ def _of_archive(given: Given) -> Gathered:
     if not count:
         raise failures[0]
     return joined
+
+
+def _is_mesh(ending: str) -> bool:
+    """Whether files with that ending are read as meshes; trimesh is asked where it is not known here."""
+    return ending in READERS or (bool(ending) and ending not in BESIDE_MESHES and ending in trimesh_formats())
 
 
 def _is_of_macos(name: str) -> bool:

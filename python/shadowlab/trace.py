@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from . import _core
 from .errors import ArgumentError
-from .text.checked import A_CAMERA, A_LIGHT, A_SCENE, a_count, a_flag, checked
+from .text.checked import A_CAMERA, A_LIGHT, A_SCENE, a_count, a_flag, checked, optional
 from .text.checks import picture_of
+from .text.progress import steps_of_call
 
 __all__ = ["Truth", "first_hit", "occluded", "shadow_mask", "soft_shadow_mask"]
 
@@ -33,7 +34,7 @@ def shadow_mask(
     light: _core.DirectionalLight | _core.SpotLight | _core.PointLight,
     *,
     size: int | tuple[int, int],
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> npt.NDArray[np.int8]:
     """The exact shadows of a view.
 
@@ -50,8 +51,9 @@ def shadow_mask(
     light : DirectionalLight, SpotLight or PointLight
     size : int or (int, int)
         Pixels: a side, or width and height.
-    progress : bool
-        Show a progress bar.
+    progress : bool, optional
+        Whether to show a progress bar once it takes longer than a second. On terminals and in notebooks where nothing
+        is given; True shows it wherever standard error goes.
 
     Returns
     -------
@@ -59,20 +61,12 @@ def shadow_mask(
         1 lit; 0 in shadow (also what faces away from the light, edge-on included); -1 undecided: the answer changes
         when rays move by what single precision resolves; -2 nothing there. `Truth` names them.
     """
-    if not a_flag("progress", progress):
+    with steps_of_call(1, progress) as step:
+        step("truth")
         return _core.trace_shadow_mask(scene, camera, light, size=size)
-    from tqdm.auto import tqdm
-
-    with tqdm(desc="truth", unit="step", leave=False) as bar:
-
-        def report(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        return _core.trace_shadow_mask(scene, camera, light, size=size, progress=report)
 
 
-@checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT, samples=a_count(1, MOST_RAYS), progress=a_flag)
+@checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT, samples=a_count(1, MOST_RAYS), progress=optional(a_flag))
 def soft_shadow_mask(
     scene: _core.Scene,
     camera: _core.Camera,
@@ -80,7 +74,7 @@ def soft_shadow_mask(
     *,
     size: int | tuple[int, int],
     samples: int = 4,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> npt.NDArray[np.float32]:
     """The exact shadows of a view averaged over the area of each pixel: what a filtered mask aims at.
 
@@ -99,8 +93,9 @@ def soft_shadow_mask(
     samples : int
         Rays along each side of a pixel, 1 to 64. A straight edge along the pixel's sides is off by at most half of
         ``1 / samples``; 1 is `shadow_mask`.
-    progress : bool
-        Show a progress bar.
+    progress : bool, optional
+        Whether to show a progress bar once it takes longer than a second. On terminals and in notebooks where nothing
+        is given; True shows it wherever standard error goes.
 
     Returns
     -------
@@ -126,20 +121,18 @@ def soft_shadow_mask(
     width, height = picture_of(size, camera)
     lit: npt.NDArray[np.int32] | int = 0
     decided: npt.NDArray[np.int32] | int = 0
-    from tqdm.auto import tqdm
-
     # One picture per place within the pixel, from a camera that is shifted by it: memory does not grow with the rays.
     offsets = ((np.arange(samples) + 0.5) / samples - 0.5) * 2.0
     right, up = camera.shift
-    with tqdm(desc="soft truth", unit="ray", total=samples**2, leave=False, disable=not progress) as bar:
+    with steps_of_call(samples**2, progress) as step:
         for down in offsets:
             for along in offsets:
+                step("soft truth")
                 moved = camera.replace(shift=(right + along / width, up - down / height))
                 truth = _core.trace_shadow_mask(scene, moved, light, size=(width, height))
                 # Pixels come from here, so that a size that the renderer refuses allocates nothing.
                 lit = lit + (truth == Truth.LIT).astype(np.int32)
                 decided = decided + (truth >= Truth.SHADOW).astype(np.int32)
-                bar.update()
     share: npt.NDArray[np.float32] = np.full((height, width), np.nan, np.float32)
     np.divide(lit, decided, out=share, where=np.asarray(decided) > 0, casting="same_kind")
     return share

@@ -58,12 +58,14 @@ pub fn causes(of: &Wrong, progress: &Progress) -> Result<(Vec<i8>, Vec<f32>)> {
     // Pixels of a texel after one another: what is seen for one of them tells of the next.
     wrong.par_sort_unstable();
     let mut found = vec![(cause::NONE, f64::NAN); wrong.len()];
+    progress.set_total(wrong.len() as u64);
     found.par_chunks_mut(AT_ONCE).zip(wrong.par_chunks(AT_ONCE)).try_for_each(|(found, pixels)| {
         progress.check()?;
         let mut looker = Looker::new(&rays, of.tracer);
         for (found, place) in found.iter_mut().zip(pixels) {
             *found = of.explain(place, &mut looker, &eye);
         }
+        progress.advance(pixels.len() as u64);
         Ok::<_, Error>(())
     })?;
     let mut causes: Vec<i8> = of.differences.iter().map(|&d| d.min(cause::NONE)).collect();

@@ -17,10 +17,13 @@ use crate::threads;
 
 /// Between two looks at pending signals: a twentieth of what a person notices as a wait, and it costs nothing.
 const SIGNAL_POLL: Duration = Duration::from_millis(10);
+/// Where Python keeps what shows progress.
+const PROGRESS: &str = "shadowlab.text.progress";
 /// Looks at signals to a report.
 const POLLS_PER_REPORT: u32 = 5;
 
 /// Runs long work without the GIL on the pool's threads, while this one watches for Ctrl-C and calls `report(done, total)`.
+/// Where there is no `report`, `shadowlab.text.progress.waiting` gives one for work that is not over at once.
 ///
 /// The work must not wait for a lock that is held while other work runs: a thread of the pool that waits for the rest of its
 /// work begins what else there is to do, and may so come to wait for itself. Callers take such locks before.
@@ -31,7 +34,8 @@ pub fn run_watched<T: Send>(
 ) -> PyResult<T> {
     let progress = Progress::new();
     let pool = threads::pool().or_raise(py)?;
-    let outcome = py.detach(|| {
+    let mut shown = report.as_ref().map(|report| report.clone_ref(py));
+    let (done, raised, shown) = py.detach(|| {
         pool.in_place_scope(|scope| {
             let (sender, receiver) = channel();
             let progress = &progress;
@@ -43,15 +47,17 @@ pub fn run_watched<T: Send>(
             let mut polls = 0_u32;
             loop {
                 match receiver.recv_timeout(SIGNAL_POLL) {
-                    Ok(done) => return (done, raised),
+                    Ok(done) => return (done, raised, shown),
                     Err(RecvTimeoutError::Timeout) => (),
                     Err(RecvTimeoutError::Disconnected) => unreachable!("the work sends, whatever becomes of it"),
                 }
                 polls = polls.wrapping_add(1);
                 let watched = Python::attach(|py| {
                     py.check_signals()?;
-                    if let (Some(report), 0) = (&report, polls % POLLS_PER_REPORT) {
-                        report.call1(py, progress.state())?;
+                    if polls.is_multiple_of(POLLS_PER_REPORT) {
+                        let waiting = || PyResult::Ok(py.import(PROGRESS)?.call_method0("waiting")?.unbind());
+                        let report = shown.take().map_or_else(waiting, Ok)?;
+                        shown.insert(report).call1(py, progress.state())?;
                     }
                     Ok::<_, PyErr>(())
                 });
@@ -62,7 +68,10 @@ pub fn run_watched<T: Send>(
             }
         })
     });
-    match outcome {
+    if let (Some(shown), None) = (shown, &report) {
+        shown.call_method0(py, "close")?;
+    }
+    match (done, raised) {
         (_, Some(raised)) => Err(raised),
         (Ok(result), None) => {
             if let (Some(report), true) = (report, result.is_ok()) {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..text.checked import a_flag
+from ..text.progress import steps_of_call
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -24,7 +24,7 @@ def blur(
     iterations: int = 8,
     strength: BlurStrength = "depth",
     depth: float | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> NDArray[np.float32]:
     """A shadow mask blurred in the picture, over surfaces but not from one to another.
 
@@ -49,8 +49,9 @@ def blur(
     depth : float, optional
         Of "depth": up to this depth along the view, world units, all iterations are made; that of the nearest visible
         surface where none is given, which changes as the camera moves.
-    progress : bool
-        Show a progress bar.
+    progress : bool, optional
+        Whether to show a progress bar once it takes longer than a second. On terminals and in notebooks where nothing
+        is given; True shows it wherever standard error goes.
 
     Returns
     -------
@@ -80,14 +81,6 @@ def blur(
     True
     """
     settings: dict[str, Any] = {"iterations": iterations, "strength": strength, "depth": depth}
-    if not a_flag("progress", progress):
+    with steps_of_call(1, progress) as step:
+        step("blur")
         return _core.blur(mask, gbuffer, camera, **settings)
-    from tqdm.auto import tqdm
-
-    with tqdm(desc="blur", unit="step", leave=False) as bar:
-
-        def report(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        return _core.blur(mask, gbuffer, camera, **settings, progress=report)

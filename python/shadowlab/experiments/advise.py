@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 from ..scene.source import Source
 from ..text.checked import a_flag
 from ..text.checks import renderer_of
+from ..text.progress import Steps
 from .advice import Advice
 from .arguments import check_types, checked_source, size_of
 from .candidates import Draw, candidates_of, outcomes_of, planned
@@ -20,7 +21,6 @@ from .measures import ErrorName, Over, measure_of, over_of
 from .memory import DEFAULT_MEMORY, budgets_of
 from .noise import outcomes_with_noise
 from .phases import PHASES, checked_phases
-from .progress import Steps
 from .screening import MOST_DRAWN, Predict, checked_predict, chosen_predict, shortlisted
 from .tried import untried_of
 from .views import views_of

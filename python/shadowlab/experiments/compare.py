@@ -20,12 +20,12 @@ from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checked import a_flag
 from ..text.checks import checked_blend, checked_stored, renderer_of
+from ..text.progress import Steps
 from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
 from .noise import with_noise
 from .phases import PHASES, checked_phases
-from .progress import Steps
 from .study import Study
 
 if TYPE_CHECKING:

@@ -30,11 +30,11 @@ from ..scene.view import View, checked_view, identity_of, light_of
 from ..techniques.labels import name_of, resolved, spec_of
 from ..text.checked import a_count, a_flag
 from ..text.checks import check_bias, check_filter, renderer_of, whole
+from ..text.progress import Steps
 from ..trace import Truth
 from .evaluate import evaluate
 from .pixel_explanation import MapReason, PixelExplanation, PixelVerdict, TruthName
 from .pixel_trials import Trials
-from .progress import Steps
 from .run import done
 
 if TYPE_CHECKING:

@@ -32,12 +32,12 @@ from ..text import shown
 from ..text.arrays import checked_items, checked_number
 from ..text.checked import a_flag, a_text
 from ..text.checks import renderer_of, whole
+from ..text.progress import Steps
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import current, table
 from .evaluate import evaluate, fitted
 from .metrics import Metric
-from .progress import Steps
 
 if TYPE_CHECKING:
     import numpy.typing as npt

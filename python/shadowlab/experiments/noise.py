@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..text.progress import Steps
 from .candidates import Outcome
 from .counts import WrongPixels, to_decide
-from .progress import Steps
 from .ranking import standings
 from .thresholds import BASELINE, close, hardly_wrong
 

@@ -20,6 +20,7 @@ from ..scene.view import checked_view, light_of
 from ..techniques.labels import name_of, resolved
 from ..text.checked import a_flag, a_word
 from ..text.checks import renderer_of
+from ..text.progress import Steps
 from ..trace import Truth, soft_shadow_mask
 from ..travel import Value
 from .evaluate import fitted
@@ -34,7 +35,6 @@ from .prefiltered_arguments import (
     texel_bytes,
 )
 from .prefiltered_looks import PrefilteredLooks
-from .progress import Steps
 
 if TYPE_CHECKING:
     import pandas as pd

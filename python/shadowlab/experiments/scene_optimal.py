@@ -28,13 +28,13 @@ from ..text import format_spec, reason_of, shown
 from ..text.arrays import checked_items
 from ..text.checked import a_count, a_flag, a_path
 from ..text.checks import check_bias, renderer_of, whole
+from ..text.progress import Steps
 from ..text.specs import LONGEST_PICTURE
 from ..trace import Truth
 from .columns import TABLES
 from .evaluate import evaluate, fitted
 from .kept_rows import KeptRows, key_of_row
 from .memory import BYTES_PER_TEXEL, side_of
-from .progress import Steps
 from .scene_optimal_table import NORMAL, SceneOptimalTable
 from .scene_optimal_views import configurations
 from .views import LabelledView

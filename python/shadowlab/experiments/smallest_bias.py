@@ -22,11 +22,11 @@ from ..techniques.labels import name_of, resolved
 from ..techniques.variant import reading
 from ..text.checked import a_flag, a_number, a_word
 from ..text.checks import check_bias, check_filter, renderer_of, whole
+from ..text.progress import Steps
 from ..travel import Value
 from ..types import BiasPart
 from .bias_looks import UNLIMITED, BiasCounts, BiasLooks
 from .bias_search import BiasSearch
-from .progress import Steps
 
 if TYPE_CHECKING:
     import pandas as pd

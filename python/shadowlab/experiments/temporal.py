@@ -33,12 +33,12 @@ from ..text import shown
 from ..text.arrays import checked_items
 from ..text.checked import a_flag
 from ..text.checks import renderer_of, whole
+from ..text.progress import Steps
 from ..trace import Truth
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import table
 from .evaluate import evaluate
-from .progress import Steps
 from .run import Run
 
 if TYPE_CHECKING:

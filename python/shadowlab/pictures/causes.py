@@ -18,7 +18,7 @@ from ..errors import ArgumentError
 from ..text import shown
 from ..text.checked import A_LIGHT, a_count, a_gbuffer, checked, numbers_in
 from ..types import RGB
-from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, same_size, shade, truth_mask, widened
+from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, luminance, marked, same_size, shade, truth_mask
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -69,21 +69,17 @@ def cause_picture(
     ArgumentError
         For images of another shape than the G-buffer's, unknown codes, and a width below 1.
     """
-    shape = np.shape(gbuffer.triangle)
     codes = np.asarray(cause_image)
     same_size(gbuffer, truth=np.asarray(truth), cause_image=codes)
-    unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSE_RGB])
-    if unknown.size:
+    if codes.min() < NOT_COMPARED or codes.max() > max(CAUSE_RGB):
+        unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSE_RGB])
         raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
-    grey = shade(gbuffer, light, truth_mask(np.asarray(truth))).astype(np.float32) @ np.array(
-        [0.2126, 0.7152, 0.0722], np.float32
-    )
-    grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey / 255.0)
-    rows, columns = np.ogrid[: shape[0], : shape[1]]
+    return causes_over(shade(gbuffer, light, truth_mask(np.asarray(truth))), codes, width)
+
+
+def causes_over(lit: np.ndarray, codes: np.ndarray, width: int = 1) -> NDArray[np.uint8]:
+    """The causes over an eye view (H, W, 3) uint8 that is made pale here; see `cause_picture`."""
+    grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * luminance(lit) / 255.0)
+    rows, columns = np.ogrid[: codes.shape[0], : codes.shape[1]]
     grey = np.where(codes == NOT_COMPARED, np.where((rows + columns) % STRIPE_PX < 1, HATCH, 255), grey)
-    picture = np.repeat(grey[..., None], 3, axis=-1).astype(np.uint8)
-    for code, colour in CAUSE_RGB.items() if width > 1 else ():
-        picture[widened(codes == code, width)] = colour
-    for code, colour in CAUSE_RGB.items():  # the pixels themselves last, so that none is hidden by its neighbour
-        picture[codes == code] = colour
-    return picture
+    return marked(grey.astype(np.uint8), codes, CAUSE_RGB, width)

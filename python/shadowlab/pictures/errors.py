@@ -26,7 +26,7 @@ from ..errors import ArgumentError
 from ..text import shown
 from ..text.arrays import checked_array
 from ..text.checked import A_LIGHT, a_gbuffer, checked, optional
-from .eye import shade
+from .eye import luminance, shade
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -53,7 +53,6 @@ WORDS: dict[int, str] = {
 }  # fmt: skip
 # Pixels from one line of the hatching to the next: wide enough to survive at half the size.
 HATCH_PX = 8
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 def _table() -> NDArray[np.uint8]:
@@ -127,9 +126,14 @@ def error_picture(
     """
     codes = image_codes(footprint)
     errors = footprint.major if values is None else values_of(values, codes.shape)
-    picture = greys(codes, gbuffer, light)
+    return errors_over(tones(codes.shape, gbuffer, light), codes, np.asarray(errors))
+
+
+def errors_over(tone: Floats, codes: NDArray[np.int16], errors: Floats) -> NDArray[np.uint8]:
+    """The errors over a grey eye view (H, W) in [0, 1]; see `error_picture`."""
+    picture = greys(codes, tone)
     measured = codes >= 0
-    picture[measured] = error_colours(np.asarray(errors)[measured])
+    picture[measured] = error_colours(errors[measured])
     return picture
 
 
@@ -157,18 +161,23 @@ def values_of(values: npt.ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float
     return v
 
 
-def greys(codes: NDArray[np.int16], gbuffer: GBuffer | None, light: Light | None) -> NDArray[np.uint8]:
-    """The picture (H, W, 3) of what the codes below 0 say; middle tones where no eye view is given."""
+def tones(shape: tuple[int, ...], gbuffer: GBuffer | None, light: Light | None) -> Floats:
+    """The eye view (H, W) without shadows in grey, 0 to 1; middle grey where none is given."""
     if (gbuffer is None) != (light is None):
         raise ArgumentError("gbuffer, light: expected both or neither, got one; the eye view is shaded with both")
-    tone: Floats = np.full(codes.shape, 0.5, np.float32)
-    if gbuffer is not None and light is not None:
-        if np.shape(gbuffer.triangle) != codes.shape:
-            raise ArgumentError(
-                f"gbuffer: expected shape {codes.shape}, the footprint's, got {np.shape(gbuffer.triangle)}; "
-                "render it at the same size"
-            )
-        tone = shade(gbuffer, light, np.ones(codes.shape, np.float32)).astype(np.float32) @ LUMINANCE / 255
+    if gbuffer is None or light is None:
+        return np.full(shape, 0.5, np.float32)
+    if np.shape(gbuffer.triangle) != shape:
+        raise ArgumentError(
+            f"gbuffer: expected shape {shape}, the footprint's, got {np.shape(gbuffer.triangle)}; "
+            "render it at the same size"
+        )
+    tone: Floats = luminance(shade(gbuffer, light, np.ones(shape, np.float32))) / 255
+    return tone
+
+
+def greys(codes: NDArray[np.int16], tone: Floats) -> NDArray[np.uint8]:
+    """The picture (H, W, 3) of what the codes below 0 say, over an eye view in grey."""
     grey = np.full(codes.shape, 255, np.uint8)
     for code, (darkest, lightest, hatch) in GREYS.items():
         rows, columns = np.nonzero(codes == code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..trace import Truth
 
 if TYPE_CHECKING:
     from .._core import GBuffer
-    from ..types import Light
+    from ..types import RGB, Light
 
 # Two colours of [okabe2008] that all common kinds of colour vision tell apart, from each other and from grey.
 FALSE_SHADOW_RGB = (213, 94, 0)
@@ -26,6 +27,8 @@ ALBEDO = np.array([0.60, 0.59, 0.57])
 SUN = np.array([1.32, 1.22, 1.05])
 SKY = np.array([0.30, 0.37, 0.50])
 BOUNCE = np.array([0.17, 0.145, 0.12])
+# Shares of red, green and blue in the luminance of sRGB, ITU-R BT.709.
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 # Background in sRGB bytes, from the top row to the bottom row.
 BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
@@ -144,14 +147,31 @@ def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndar
         Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
     """
     same_size(gbuffer, truth=truth, image=image)
-    grey = shade(gbuffer, light, truth_mask(truth)).astype(np.float32) @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    return difference_over(shade(gbuffer, light, truth_mask(truth)), np.asarray(image), width)
+
+
+def difference_over(lit: np.ndarray, image: np.ndarray, width: int = 1) -> np.ndarray:
+    """The wrong pixels over an eye view (H, W, 3) uint8 that is made pale here; see `difference`."""
     # Lifted into the upper third, so that both colours are darker than anything beside them.
-    picture = np.repeat(np.rint(158.0 + 0.36 * grey)[..., None], 3, axis=-1).astype(np.uint8)
-    kinds = ((Difference.FALSE_SHADOW, FALSE_SHADOW_RGB), (Difference.FALSE_LIGHT, FALSE_LIGHT_RGB))
-    for kind, colour in kinds if width > 1 else ():
-        picture[widened(np.asarray(image) == kind, width)] = colour
-    for kind, colour in kinds:  # the pixels themselves last, so that none is hidden by its neighbour
-        picture[np.asarray(image) == kind] = colour
+    pale = np.rint(158.0 + 0.36 * luminance(lit)).astype(np.uint8)
+    return marked(
+        pale, image, {Difference.FALSE_SHADOW: FALSE_SHADOW_RGB, Difference.FALSE_LIGHT: FALSE_LIGHT_RGB}, width
+    )
+
+
+def luminance(picture: np.ndarray) -> np.ndarray:
+    """The luminance (H, W) float32, 0 to 255, of the bytes of a picture."""
+    grey: np.ndarray = picture.astype(np.float32) @ LUMINANCE
+    return grey
+
+
+def marked(grey: np.ndarray, image: np.ndarray, colours: Mapping[int, RGB], width: int) -> np.ndarray:
+    """A grey picture (H, W) uint8 in RGB, where the image (H, W) has one of these codes in its colour."""
+    picture = np.repeat(grey[..., None], 3, axis=-1)
+    for code, colour in colours.items() if width > 1 else ():
+        picture[widened(image == code, width)] = colour
+    for code, colour in colours.items():  # the pixels themselves last, so that none is hidden by its neighbour
+        picture[image == code] = colour
     return picture
 
 

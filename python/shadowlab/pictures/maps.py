@@ -48,16 +48,17 @@ def relief(depth: np.ndarray) -> np.ndarray:
     values = depth[covered]
     low, high = np.percentile(values[:: max(1, values.size // 200_000)], (0.5, 99.5))
     span = float(high - low) or 1.0
-    tone = 0.86 - 0.52 * np.clip((depth - low) / span, 0.0, 1.0)
     # A lamp from the upper left over the height field. The commonest slope, mostly the ground's, is taken as level, and
     # the slopes that stand out from it say how steep is steep, so no unit is assumed.
     gy, gx = np.gradient(np.where(covered, depth, high)) if min(depth.shape) > 1 else (np.zeros_like(depth),) * 2
-    slope = gx + gy
-    slope = slope - np.median(slope[covered])
+    slope = (gx + gy)[covered]
+    slope -= np.median(slope)
     # Where all is one plane only rounding stands out; a slope through a fourth of the depths over the map is not less.
-    steep = max(float(np.percentile(np.abs(slope[covered]), 85.0)), 0.25 * span / max(depth.shape))
+    steep = max(float(np.percentile(np.abs(slope), 85.0)), 0.25 * span / max(depth.shape))
+    tone = 0.86 - 0.52 * np.clip((values - low) / span, 0.0, 1.0)
     tone = np.clip(tone + 0.16 * np.tanh(slope / (2.0 * steep)), 0.0, 1.0)
-    picture[covered] = np.rint(255.0 * tone[covered, None] * np.array([0.97, 0.985, 1.0])).astype(np.uint8)
+    for i, share in enumerate((0.97, 0.985, 1.0)):
+        picture[..., i][covered] = np.rint(255.0 * tone * share).astype(np.uint8)
     return picture
 
 
@@ -65,13 +66,18 @@ def relief(depth: np.ndarray) -> np.ndarray:
 def reduced(depth: np.ndarray, side: int) -> np.ndarray:
     """The map with at most `side` texels along each edge: the nearest depth of each block, so thin casters stay."""
     height, width = depth.shape
-    step = max(1, -(-max(height, width) // side))
+    step = reduction(depth.shape, side)
     if step == 1:
         return depth
     padded = np.pad(depth, ((0, -height % step), (0, -width % step)), constant_values=1.0)
     blocks = padded.reshape(padded.shape[0] // step, step, padded.shape[1] // step, step)
     nearest: np.ndarray = blocks.min(axis=(1, 3))
     return nearest
+
+
+def reduction(shape: tuple[int, ...], side: int) -> int:
+    """Texels along each side of the blocks that `reduced` makes of a map (H, W)."""
+    return max(1, -(-max(shape) // side))
 
 
 def served_depths(partition: Partition, camera: Camera) -> tuple[float, float] | None:
@@ -125,14 +131,15 @@ def even_in_log(start: float, end: float) -> np.ndarray:
 
 def pictures_of(maps: ShadowMaps, p: Parameterization, camera: Camera, side: int) -> list[np.ndarray]:
     """Maps, each with the part of the camera frustum that it serves, framed in its colour if several."""
-    layers = maps if maps.ndim == 3 else maps[None]
-    parts = p.partitions
-    made = []
-    for i, (layer, part) in enumerate(zip(layers, parts, strict=True)):
-        depths = served_depths(part, camera) if len(parts) > 1 else None
-        picture = map_picture(layer, part, camera, side, depths=depths)
-        made.append(framed(picture, map_colour(i)) if len(parts) > 1 else picture)
-    return made
+    return [layer_picture(maps, p, camera, side, i) for i in range(len(p.partitions))]
+
+
+def layer_picture(maps: ShadowMaps, p: Parameterization, camera: Camera, side: int, index: int) -> np.ndarray:
+    """The picture of one of the maps."""
+    several, part = len(p.partitions) > 1, p.partitions[index]
+    layer = maps[index] if maps.ndim == 3 else maps
+    picture = map_picture(layer, part, camera, side, depths=served_depths(part, camera) if several else None)
+    return framed(picture, map_colour(index)) if several else picture
 
 
 def framed(picture: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:

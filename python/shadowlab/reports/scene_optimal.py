@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..experiments.progress import Steps
 from ..experiments.scene_optimal_table import FIGURES, NORMAL, OPTIMAL, SceneOptimalTable, served
 from ..experiments.scene_optimal_views import CAMERAS, SPOTS, SUNS
 from ..experiments.thresholds import ABOUT_EQUAL
+from ..text.progress import Steps
 from .terminal import aligned
 from .words import rows_of
 

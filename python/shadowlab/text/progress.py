@@ -1,38 +1,192 @@
-"""The progress of long work on terminals and in notebooks."""
+"""The progress of long work on terminals and in notebooks: how much of it is done, and an estimate of the time left.
+
+```
+    Steps       work of several steps that Python counts      a call of the core within a step moves the bar on, too
+    waiting     one call of the core outside of all steps     the extension asks for it (src/python/convert.rs)
+```
+Nothing shows of work that is over within a second, nor where standard error is neither a terminal nor a notebook's,
+unless somebody asks for it. Bars are gone when the work ends, however it ends.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import math
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable
+from typing import Any
 
+from .checked import a_flag
+
+# Seconds of work before a bar shows: people do not take less for a wait, and a bar that flashes tells nothing.
+SHOWN_AFTER_S = 1.0
+# Seconds between two looks of a bar: faster ones cannot be read.
+REFRESH_S = 0.1
 # Of a terminal that does not say.
 UNKNOWN_SIZE = (80, 24)
+FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} so far, {remaining} left"
+FORMAT_OF_UNKNOWN = "{desc}: {elapsed} so far"
+
+# The steps that each thread is within, the innermost last.
+_within = threading.local()
+
+
+class Bar:
+    """A bar that shows itself once the work has taken a while.
+
+    Parameters
+    ----------
+    shown : bool
+        Whether it shows at all.
+    anywhere : bool
+        Whether it also shows where standard error is no terminal.
+    """
+
+    def __init__(self, shown: bool, anywhere: bool = False):
+        self._shown = shown and (anywhere or on_terminal() or in_notebook())
+        self._begun = time.monotonic()
+        self._last = -math.inf
+        self._bar: Any = None
+
+    def show(self, what: str, share: float | None) -> None:
+        """Shows what is being done, and the share of all work that is done; None where nobody knows it."""
+        now = time.monotonic()
+        if not self._shown or now - self._begun < SHOWN_AFTER_S or now - self._last < REFRESH_S:
+            return
+        self._last = now
+        try:
+            self._refresh(what, share, now - self._begun)
+        except (OSError, ValueError):  # whoever showed it has left; the work goes on
+            self._shown = False
+
+    def _refresh(self, what: str, share: float | None, elapsed: float) -> None:
+        if self._bar is None:
+            from tqdm.auto import tqdm
+
+            columns, rows = unknown_size()
+            self._bar = tqdm(total=1.0, desc=what, leave=False, bar_format=FORMAT, ncols=columns, nrows=rows)
+            self._bar.start_t = time.time() - elapsed
+        self._bar.bar_format = FORMAT_OF_UNKNOWN if share is None else FORMAT
+        self._bar.n = 0.0 if share is None else share
+        self._bar.set_description_str(what, refresh=False)
+        self._bar.refresh()
+
+    def close(self) -> None:
+        """Takes it away."""
+        bar, self._bar, self._shown = self._bar, None, False
+        if bar is not None:
+            with contextlib.suppress(OSError, ValueError):
+                bar.close()
 
 
 class Steps:
-    """A progress bar on terminals and in notebooks that is gone when the work ends, however it ends."""
+    """The progress of work of several steps, as a context; the work calls what it gives with the name of each step.
 
-    def __init__(self, steps: int, shown: bool):
-        from tqdm.auto import tqdm
+    Parameters
+    ----------
+    steps : int
+        How many there are.
+    shown : bool
+        Whether a bar shows, on terminals and in notebooks. Without it calls of the core within show none either.
+    anywhere : bool
+        Whether it also shows where standard error is no terminal.
+    """
 
-        columns, rows = unknown_size()
-        self._bar = tqdm(
-            total=steps, leave=False, disable=None if shown else True, unit="step", ncols=columns, nrows=rows
-        )
-        self._started = False
+    def __init__(self, steps: int, shown: bool, anywhere: bool = False):
+        self._steps, self._begun_steps, self._what = steps, 0, ""
+        self._how = shown, anywhere
+        self._bar: Bar | None = None
 
     def __enter__(self) -> Callable[[str], None]:
+        self._bar = Bar(*self._how)
+        _all_within().append(self)
         return self._step
 
     def _step(self, what: str) -> None:
-        if self._started:
-            self._bar.update()
-        self._started = True
-        self._bar.set_description(what)
+        self._begun_steps += 1
+        self._what = what
+        self.tell(0, 0)
+
+    def tell(self, done: int, total: int) -> None:
+        """Shows how much is done of the step that has begun."""
+        if self._bar is not None:
+            inner = min(1.0, done / total) if total > 0 else 0.0
+            share = (max(0, self._begun_steps - 1) + inner) / max(1, self._steps)
+            self._bar.show(self._what, min(1.0, share))
 
     def __exit__(self, *_: object) -> None:
+        if self in (within := _all_within()):
+            within.remove(self)
+        if self._bar is not None:
+            self._bar.close()
+
+
+def steps_of_call(steps: int, progress: object) -> Steps:
+    """The steps of a call with an argument `progress`: None shows them on terminals and in notebooks, True anywhere.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but None, True and False.
+    """
+    asked = None if progress is None else a_flag("progress", progress)
+    return Steps(steps, asked is not False, anywhere=asked is True)
+
+
+class Waiting:
+    """The progress of one call of the core, which reports to it while it works and closes it afterwards."""
+
+    def __init__(self) -> None:
+        within = _all_within()
+        self._steps = within[-1] if within else None
+        self._bar = Bar(self._steps is None and is_main_thread())
+
+    def __call__(self, done: int, total: int) -> None:
+        """Shows how many steps are done, of how many; 0 where the call does not know."""
+        if self._steps is not None:
+            self._steps.tell(done, total)
+        else:
+            self._bar.show("shadowlab", min(1.0, done / total) if total > 0 else None)
+
+    def close(self) -> None:
+        """Takes the bar away, if it is the call's own."""
         self._bar.close()
+
+
+def waiting() -> Waiting:
+    """What shows the progress of a call that the core has begun on this thread."""
+    return Waiting()
+
+
+def _all_within() -> list[Steps]:
+    found: list[Steps] | None = getattr(_within, "steps", None)
+    if found is None:
+        found = _within.steps = []
+    return found
+
+
+def on_terminal() -> bool:
+    """Whether standard error is a terminal."""
+    try:
+        return sys.stderr.isatty()
+    except (AttributeError, OSError, ValueError):  # none, or a closed one
+        return False
+
+
+def in_notebook() -> bool:
+    """Whether a notebook shows what this process prints."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None and hasattr(ipython, "get_ipython") else None
+    return type(shell).__name__ == "ZMQInteractiveShell"
+
+
+def is_main_thread() -> bool:
+    """Whether this is the main thread of a process that no other one works with."""
+    parent = getattr(sys.modules.get("multiprocessing.process"), "parent_process", None)
+    return threading.current_thread() is threading.main_thread() and (parent is None or parent() is None)
 
 
 def unknown_size() -> tuple[int, int] | tuple[None, None]:

@@ -85,7 +85,8 @@ impl Renderer for CpuRenderer {
         check_images("resolution", p.partitions.len(), size, size_of::<f32>())?;
         let mut data = unwritten::<f32>(layer * p.partitions.len())?;
         self.with_scratch(|scratch| {
-            for (partition, depth) in p.partitions.iter().zip(data.chunks_exact_mut(layer)) {
+            for (k, (partition, depth)) in p.partitions.iter().zip(data.chunks_exact_mut(layer)).enumerate() {
+                progress.begin_part(k, p.partitions.len());
                 StoredMap { scene, partition, size, stored }.draw(depth, scratch, progress)?;
             }
             Ok(())

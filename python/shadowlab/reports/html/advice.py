@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ... import pictures
 from ...errors import ArgumentError, ShadowlabError
 from ...experiments.counts import WrongPixels
 from ...experiments.memory import memory_text
 from ...experiments.run import done
+from ...pictures.backdrop import Backdrop
 from ...text import listed, plain
 from ..advice_record import advice_data, figure_png
 from ..reproduce_advice import snippet_of, whole_advice
 from ..terminal import ADVICE_HEADS, advice_cells
 from ..words import wrong_text
+from .album import Album
 from .page import SHOWN_PX
 from .parts import (
     BAR_HEAD,
@@ -84,15 +86,17 @@ def advice_page(advice: Advice, drawn: bytes) -> str:
     ranking = advice.standings
     shown = pictured(advice, ranking)
     shared: list[str] = []
+    album = Album()
     body = [
         advice_head(advice),
         section_ranking(advice, ranking, shown),
         section_figure(advice, drawn),
-        section_pictures(advice, shown, shared),
+        section_pictures(advice, shown, shared, album),
         section_untried(advice, ranking),
         section_again(advice, shown),
     ]
-    return document(f"Shadow advice: {advice.source.name}", "".join(shared), "".join(body))
+    page = document(f"Shadow advice: {advice.source.name}", "".join(shared), "".join(body))
+    return album.finished(page)[0]
 
 
 def pictured(advice: Advice, ranking: Sequence[Standing]) -> list[Standing]:
@@ -163,7 +167,7 @@ def section_figure(advice: Advice, drawn: bytes) -> str:
     return f"<section><h2>Over views and memory</h2><figure>{image}</figure></section>\n"
 
 
-def section_pictures(advice: Advice, shown: Sequence[Standing], shared: list[str]) -> str:
+def section_pictures(advice: Advice, shown: Sequence[Standing], shared: list[str], album: Album) -> str:
     """The best and uniform beside the truth in some views; adds the truths to the shared pictures."""
     if not shown:
         return ""
@@ -171,14 +175,15 @@ def section_pictures(advice: Advice, shown: Sequence[Standing], shared: list[str
     parts = []
     for i, view in enumerate(views[:MOST_VIEWS]):
         truth: TruthImage = view.view.truth()
-        lit = pictures.shade(advice.gbuffer(view.label), view.light, pictures.truth_mask(truth))
-        shared.append(symbol(f"truth-{i}", pictures.png(lit), view.camera.aspect))
+        backdrop = Backdrop(advice.gbuffer(view.label), view.light, truth)
+        lit = album.add(partial(getattr, backdrop, "lit"))
+        shared.append(symbol(f"truth-{i}", lit, view.camera.aspect))
         rows = []
         for one in shown:
             keys = (one.candidate, one.memory, view.label)
             found = next(o for o in advice.outcomes if (o.candidate, o.memory, o.view.label) == keys)
             place = f' id="{anchor(one)}"' * (i == 0)
-            rows.append(f'<div class="pictures"{place}>{row_of_pictures(advice, found, truth, f"truth-{i}")}</div>')
+            rows.append(f'<div class="pictures"{place}>{row_of_pictures(found, backdrop, album, f"truth-{i}")}</div>')
         parts.append(f'<article class="run"><h3>{escape(view.label)}</h3><br>{"".join(rows)}</article>')
     more = len(views) - MOST_VIEWS
     rest = f" {more} more view{'s have' if more > 1 else ' has'} numbers alone, in runs.csv." if more > 0 else ""
@@ -189,14 +194,14 @@ def section_pictures(advice: Advice, shown: Sequence[Standing], shared: list[str
     )
 
 
-def row_of_pictures(advice: Advice, one: Outcome, truth: TruthImage, shared: str) -> str:
+def row_of_pictures(one: Outcome, backdrop: Backdrop, album: Album, shared: str) -> str:
     """The eye view of an outcome, the truth by its shared name, and the pixels in which they differ."""
     run, view = done(one.run), one.view
-    gbuffer, aspect = advice.gbuffer(view.label), view.camera.aspect
+    aspect = view.camera.aspect
     width = max(1, round(max(view.size) / SHOWN_PX))
     name = f"{one.candidate} at {one.resolution}²"
-    shaded = pictures.shade(gbuffer, view.light, done(run.mask))
-    differs = pictures.difference(gbuffer, view.light, truth, done(run.errors).image, width=width)
+    shaded = album.add(partial(backdrop.shaded, done(run.mask)))
+    differs = album.add(partial(backdrop.difference, done(run.errors).image, width))
     fitted = [int(one.numbers[kind] or 0) for kind in ("false_shadow", "false_light")]
     drawn = f", each drawn {width} pixels wide" if width > 1 else ""
     caption = (

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ... import pictures
 from ...aliasing.causes import CAUSES, MEANINGS
 from ...experiments.run import done
-from ...pictures.causes import CAUSE_RGB, cause_picture
-from ...pictures.errors import error_picture, error_scale_svg
+from ...pictures.causes import CAUSE_RGB
+from ...pictures.errors import error_scale_svg
 from ...text import digits, px_text, share_text
 from ..words import rows_of, size_text
 from .parts import BAR_HEAD, bar, css_rgb, figure, head_cell, picture, swatch, table_html
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from ...aliasing.causes import Causes
     from ...experiments.run import Run
     from ...experiments.study import Study
+    from ...pictures.backdrop import Backdrop
+    from .album import Album
 
 COLOURS = {name: css_rgb(CAUSE_RGB[code]) for code, name in CAUSES.items()}
 
@@ -93,12 +95,13 @@ def cell(row: Mapping[str, Any], key: str, form: Callable[[Any], str]) -> str:
     return f"<td>{'–' if pd.isna(row[key]) else escape(form(row[key]))}</td>"
 
 
-def error_figures(study: Study, run: Run, name: str, stem: str, files: dict[str, bytes], width: int) -> str:
+def error_figures(
+    study: Study, run: Run, name: str, stem: str, backdrop: Backdrop, album: Album, width: int
+) -> str:  # fmt: skip
     """The size of texels at every pixel of a run, and the causes of its wrong pixels, `width` pixels wide each."""
     aspect = study.camera.aspect
     e = study.footprint(run.label, run.resolution)
-    drawn = error_picture(e, gbuffer=study.gbuffer, light=study.light)
-    files[f"{stem}_texels.png"] = pictures.png(drawn)
+    source = album.add(partial(backdrop.texels, e), f"{stem}_texels.png")
     s = done(run.summary)
     told = "Nothing looks up a texel."
     if s.percentiles is not None and s.undersampled is not None:
@@ -107,13 +110,13 @@ def error_figures(study: Study, run: Run, name: str, stem: str, files: dict[str,
     caption = (
         f"<b>Length of a texel</b> in the picture. {escape(told)}{error_scale_svg(e.map.ravel()[:0], label='pixels')}"
     )
-    found = figure(picture(drawn, text, aspect), caption, aspect)
+    found = figure(picture(source, text, aspect), caption, aspect)
     if run.causes is None:
         return found
-    image = run.causes.image
-    files[f"{stem}_causes.png"] = pictures.png(cause_picture(study.gbuffer, study.light, done(study.truth), image))
-    wide = cause_picture(study.gbuffer, study.light, done(study.truth), image, width=width)
-    counts = ", ".join(f"{count:,} {cause}" for cause, count in run.causes.counts.items())
+    causes = run.causes
+    album.add(partial(backdrop.causes, causes.image), f"{stem}_causes.png")
+    wide = album.add(partial(backdrop.causes, causes.image, width))
+    counts = ", ".join(f"{count:,} {cause}" for cause, count in causes.counts.items())
     keys = "".join(f"{swatch(colour)}{cause} " for cause, colour in COLOURS.items())
     caption = f'<b>Why pixels are wrong</b>: {counts}.<br><span class="key">{keys}</span>'
     return found + figure(picture(wide, f"Causes of the wrong pixels of {name}: {counts}", aspect), caption, aspect)

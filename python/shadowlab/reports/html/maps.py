@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import pictures
 from ...experiments.run import done
-from ...pictures.maps import chosen_picture, map_colour, pictures_of
+from ...pictures.maps import chosen_picture, layer_picture, map_colour, reduction
 from ...text import share_text
 from .parts import css_rgb, figure, head_cell, picture, swatch, table_html
 
@@ -18,36 +18,37 @@ if TYPE_CHECKING:
     from ..._core import Camera
     from ...experiments.run import Run
     from ...experiments.study import Study
+    from .album import Album
 
 # Widest picture of a map in the page, texels; larger maps are reduced and keep their nearest depths.
 MAP_SIDE = 1024
 
 
-def map_figure(camera: Camera, run: Run, name: str, stem: str, files: dict[str, bytes]) -> str:
+def map_figure(camera: Camera, run: Run, name: str, stem: str, album: Album) -> str:
     """The map or maps as the light sees them, with the camera frustum."""
-    maps = done(run.maps)
+    maps, p = done(run.maps), done(run.parameterization)
     layers = maps if maps.ndim == 3 else maps[None]
     several = len(layers) > 1
     made = []
-    for i, (layer, drawn) in enumerate(
-        zip(layers, pictures_of(maps, done(run.parameterization), camera, MAP_SIDE), strict=True)
-    ):
+    for i, layer in enumerate(layers):
         which = f", part {i + 1}" if several else ""
-        files[f"{stem}_map{f'_{i + 1}' if several else ''}.png"] = pictures.png(drawn)
         covered = share_text(float(np.mean(layer < 1.0)))
         text = f"Shadow map of {name}{which} as the light sees it, with the camera frustum; {covered} of it covered"
-        made.append(picture(drawn, text, drawn.shape[1] / drawn.shape[0]))
+        file = f"{stem}_map{f'_{i + 1}' if several else ''}.png"
+        source = album.add(partial(layer_picture, maps, p, camera, MAP_SIDE, i), file)
+        step = reduction(layer.shape, MAP_SIDE)
+        height, width = (-(-side // step) for side in layer.shape)
+        made.append(picture(source, text, width / height))
     covered = share_text(float(np.mean(maps < 1.0)))
     frustum = "the part of the camera frustum that a map serves" if several else "the camera frustum"
     caption = f"<b>From the light</b>, near is pale; {frustum} in orange. {covered} of the texels hold a caster."
     return figure(f'<div class="layers">{"".join(made)}</div>' if several else made[0], caption, 1.0)
 
 
-def chosen_figure(study: Study, run: Run, name: str, stem: str, files: dict[str, bytes]) -> str:
+def chosen_figure(study: Study, run: Run, name: str, stem: str, album: Album) -> str:
     """The eye view in the colours of the maps that its pixels ask."""
-    chosen = done(run.chosen)
-    drawn = chosen_picture(study.gbuffer, study.light, done(run.mask), chosen)
-    files[f"{stem}_chosen.png"] = pictures.png(drawn)
+    chosen, mask = done(run.chosen), done(run.mask)
+    source = album.add(partial(chosen_picture, study.gbuffer, study.light, mask, chosen), f"{stem}_chosen.png")
     seen = int((np.asarray(study.gbuffer.triangle) >= 0).sum())
     shares = [int((chosen == i).sum()) / max(1, seen) for i in range(len(done(run.maps)))]
     keys = "".join(
@@ -55,7 +56,7 @@ def chosen_figure(study: Study, run: Run, name: str, stem: str, files: dict[str,
     )
     caption = f'<b>The map that each pixel asks</b>; grey asks none.<br><span class="key">{keys}</span>'
     text = f"Eye view of {name} in the colours of the maps that its pixels ask"
-    return figure(picture(drawn, text, study.camera.aspect), caption, study.camera.aspect)
+    return figure(picture(source, text, study.camera.aspect), caption, study.camera.aspect)
 
 
 def map_table(run: Run, camera: Camera) -> str:

@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import pictures
 from ...errors import ArgumentError
-from ...experiments.progress import Steps
 from ...experiments.run import done
+from ...pictures.backdrop import Backdrop, Once
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
 from ..terminal import STUDY_HEADS, noise_text, study_cells
 from ..words import rows_of
+from .album import Album
 from .chart import error_chart
 from .errors import error_figures, section_errors
 from .maps import chosen_figure, map_figure, map_table
@@ -46,6 +48,8 @@ from .parts import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..._core import Misclassified
     from ...experiments.run import Run
     from ...experiments.study import Study
@@ -99,30 +103,28 @@ def own_pictures(results: Path) -> set[str]:
 
 def build(study: Study, progress: bool = False) -> tuple[str, dict[str, bytes]]:
     """The page, and its pictures by file name."""
-    files: dict[str, bytes] = {}
-    shared: list[str] = []
-    if (truth := study.truth) is not None:
-        lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(truth))
-        files["truth.png"] = pictures.png(lit)
-        shared.append(symbol("truth", files["truth.png"], study.camera.aspect))
-    with Steps(1 + len(study.runs), progress) as step:
-        step("report: a close look")
-        look = section_look(study)
-        runs = []
-        for run in study.runs:
-            step(f"report: {run.label} {run.resolution}²")
-            runs.append(section_run(study, run, files))
+    album, shared = Album(), ""
+    truth = study.truth
+    backdrop = Backdrop(study.gbuffer, study.light, truth)
+    shaded = {id(run): Once(partial(_shaded, backdrop, run)) for run in study.runs if not run.failure}
+    if truth is not None:
+        shared = symbol("truth", album.add(lambda: backdrop.lit, "truth.png"), study.camera.aspect)
     body = [
         head_of(study),
         section_table(study),
         section_errors(study),
-        look,
+        section_look(study, shaded, backdrop, album),
         "<section><h2>Each run</h2>",
-        *runs,
+        *(section_run(study, run, shaded, backdrop, album) for run in study.runs),
         "</section>",
         section_record(study),
     ]
-    return document(f"Shadow report: {study.source.name}", "".join(shared), "".join(body)), files
+    return album.finished(document(f"Shadow report: {study.source.name}", shared, "".join(body)), progress)
+
+
+def _shaded(backdrop: Backdrop, run: Run) -> np.ndarray:
+    """The eye view with the shadows of a run."""
+    return backdrop.shaded(done(run.mask))
 
 
 def head_of(study: Study) -> str:
@@ -173,34 +175,31 @@ def both_kinds(errors: Misclassified | None) -> list[tuple[int, str]]:
     return [] if errors is None else [(int(errors.false_shadow), FALSE_SHADOW), (int(errors.false_light), FALSE_LIGHT)]
 
 
-def section_look(study: Study) -> str:
+def section_look(study: Study, shaded: Mapping[int, Once], backdrop: Backdrop, album: Album) -> str:
     """The same small window of the truth and of every run, magnified: where most pixels are wrong."""
     runs = [(run, errors) for run in study.runs if (errors := run.errors) is not None]
     if not any(int(errors.count) for _, errors in runs):
         return ""
-    truth = done(study.truth)
     width, height = study.size
     side = max(1, min(width, height) // WINDOW_SHARE)
     row, column = pictures.densest_window([errors.image for _, errors in runs], side)
     window = (slice(row, row + side), slice(column, column + side))
     aspect = study.camera.aspect * height / width
-    lit = pictures.shade(study.gbuffer, study.light, pictures.truth_mask(truth))[window]
     frame = (
         f'<rect x="{100 * column / width}" y="{100 * row / height / study.camera.aspect}" width="{100 * side / width}" '
         f'height="{100 * side / height / study.camera.aspect}" fill="none" stroke="#d00068" stroke-width="1.2"/>'
     )
     place = use("truth", study.camera.aspect, "Where the window lies in the picture", frame)
-    figures = [
-        f"<figure>{picture(lit, 'Truth, magnified', aspect, True)}{place}<figcaption><b>truth</b></figcaption></figure>"
-    ]
+    lit = picture(album.add(lambda: backdrop.lit[window]), "Truth, magnified", aspect, True)
+    figures = [f"<figure>{lit}{place}<figcaption><b>truth</b></figcaption></figure>"]
     for run, errors in runs:
         name = f"{run.label}, {run.resolution}²"
-        shaded = pictures.shade(study.gbuffer, study.light, done(run.mask))[window]
-        wrong = pictures.difference(study.gbuffer, study.light, truth, errors.image)[window]
         inside = errors.image[window]
+        eye = album.add(partial(_part, shaded[id(run)], window))
+        wrong = album.add(partial(_difference_in, backdrop, inside, window))
         counts = f"{int((inside == 1).sum()):,} false shadow, {int((inside == 2).sum()):,} false light here"
         figures.append(
-            f"<figure>{picture(shaded, f'{name}, magnified', aspect, True)}"
+            f"<figure>{picture(eye, f'{name}, magnified', aspect, True)}"
             f"{picture(wrong, f'Wrong pixels of {name}, magnified: {counts}', aspect, True)}"
             f"<figcaption><b>{escape(run.label)}</b> {run.resolution}²<br>{counts}</figcaption></figure>"
         )
@@ -211,8 +210,18 @@ def section_look(study: Study) -> str:
     )
 
 
-def section_run(study: Study, run: Run, files: dict[str, bytes]) -> str:
-    """One run: its pictures, its notes, and how to get it again. Adds its pictures to `files`."""
+def _part(whole: Once, window: tuple[slice, slice]) -> np.ndarray:
+    """A window of a picture."""
+    return whole()[window]
+
+
+def _difference_in(backdrop: Backdrop, inside: np.ndarray, window: tuple[slice, slice]) -> np.ndarray:
+    """The wrong pixels of a window."""
+    return pictures.difference_over(backdrop.lit[window], inside)
+
+
+def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Backdrop, album: Album) -> str:
+    """One run: its pictures, which the album takes up, its notes, and how to get it again."""
     index = study.runs.index(run)
     title = f'<h3>{escape(run.label)} <span class="res">{run.resolution}²</span></h3>'
     notes = "".join(f"<li>{escape(str(note))}</li>" for note in run.notes)
@@ -222,22 +231,21 @@ def section_run(study: Study, run: Run, files: dict[str, bytes]) -> str:
             f'<article class="run" id="run-{index}">{title}<p class="failure">{escape(run.failure)}</p>{tail}</article>'
         )
     stem = f"{slug(run.label)}_{run.resolution}"
-    stem = stem if f"{stem}_eye.png" not in files else f"{stem}_{index}"
+    stem = stem if f"{stem}_eye.png" not in album else f"{stem}_{index}"
     aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
-    shaded = pictures.shade(study.gbuffer, study.light, done(run.mask))
-    files[f"{stem}_eye.png"] = pictures.png(shaded)
-    light_view = map_figure(study.camera, run, name, stem, files)
+    eye_source = album.add(shaded[id(run)], f"{stem}_eye.png")
+    light_view = map_figure(study.camera, run, name, stem, album)
     eye_text = f"Eye view with the shadows of {name}"
     if run.errors is None:
-        eye = figure(picture(shaded, eye_text, aspect), "<b>Eye view</b> with its shadows", aspect)
+        eye = figure(picture(eye_source, eye_text, aspect), "<b>Eye view</b> with its shadows", aspect)
         rows = [eye + light_view]
     else:
         hint = '<span class="screen-only"> Point at it or tap it to see the truth in its place.</span>'
-        flip = flipping(files[f"{stem}_eye.png"], eye_text, aspect)
-        wrong = pictures.difference(study.gbuffer, study.light, done(study.truth), run.errors.image)
-        files[f"{stem}_difference.png"] = pictures.png(wrong)
+        flip = flipping(eye_source, eye_text, aspect)
+        image = run.errors.image
+        album.add(partial(backdrop.difference, image), f"{stem}_difference.png")
         width = max(1, round(max(study.size) / SHOWN_PX))
-        wide = pictures.difference(study.gbuffer, study.light, done(study.truth), run.errors.image, width=width)
+        wide = album.add(partial(backdrop.difference, image, width))
         drawn = f", each drawn {width} pixels wide" if width > 1 else ""
         counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
         swatches = f'<span class="key">{swatch(FALSE_SHADOW)}false shadow {swatch(FALSE_LIGHT)}false light</span>'
@@ -250,8 +258,8 @@ def section_run(study: Study, run: Run, files: dict[str, bytes]) -> str:
                 aspect,
             ),
         ]
-    rows += [error_figures(study, run, name, stem, files, max(1, round(max(study.size) / SHOWN_PX)))]
-    rows += [chosen_figure(study, run, name, stem, files)] if run.chosen is not None else []
+    rows += [error_figures(study, run, name, stem, backdrop, album, max(1, round(max(study.size) / SHOWN_PX)))]
+    rows += [chosen_figure(study, run, name, stem, album)] if run.chosen is not None else []
     grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
     return f'<article class="run" id="run-{index}">{title}{numbers_line(run)}{grid}{tail}</article>\n'
 

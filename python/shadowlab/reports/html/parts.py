@@ -8,9 +8,6 @@ from collections.abc import Sequence
 from html import escape
 from importlib import resources
 
-import numpy as np
-
-from ... import pictures
 from ...types import RGB
 from .. import study_record
 
@@ -90,14 +87,14 @@ def data_uri(content: bytes) -> str:
     return "data:image/png;base64," + base64.b64encode(content).decode("ascii")
 
 
-def image(content: bytes, aspect: float) -> str:
-    """The picture of an SVG whose view box is 100 wide and has this aspect."""
-    return f'<image width="100" height="{100 / aspect:.6g}" preserveAspectRatio="none" href="{data_uri(content)}"/>'
+def image(source: str, aspect: float) -> str:
+    """The picture of an SVG whose view box is 100 wide and has this aspect, by its data URI or its mark in an album."""
+    return f'<image width="100" height="{100 / aspect:.6g}" preserveAspectRatio="none" href="{source}"/>'
 
 
-def symbol(name: str, content: bytes, aspect: float) -> str:
+def symbol(name: str, source: str, aspect: float) -> str:
     """A picture stored once, for `use`; drawn in the camera's aspect whatever its pixels are."""
-    return f'<symbol id="{name}" viewBox="0 0 100 {100 / aspect:.6g}">{image(content, aspect)}</symbol>'
+    return f'<symbol id="{name}" viewBox="0 0 100 {100 / aspect:.6g}">{image(source, aspect)}</symbol>'
 
 
 def svg(content: str, text: str, aspect: float, classes: str = "", extra: str = "") -> str:
@@ -114,15 +111,15 @@ def use(name: str, aspect: float, text: str, extra: str = "") -> str:
     return svg(f'<use href="#{name}" width="100" height="{100 / aspect:.6g}"/>{extra}', text, aspect)
 
 
-def picture(array: np.ndarray, text: str, aspect: float, pixels: bool = False) -> str:
+def picture(source: str, text: str, aspect: float, pixels: bool = False) -> str:
     """A picture with its alternative text."""
-    return svg(image(pictures.png(array), aspect), text, aspect, " pixels" if pixels else "")
+    return svg(image(source, aspect), text, aspect, " pixels" if pixels else "")
 
 
-def flipping(content: bytes, text: str, aspect: float) -> str:
+def flipping(source: str, text: str, aspect: float) -> str:
     """A picture that gives way to the truth under the pointer or the focus."""
     over = f'<use class="over" href="#truth" width="100" height="{100 / aspect:.6g}"/>'
-    return svg(image(content, aspect) + over, text, aspect, " flip", ' tabindex="0"')
+    return svg(image(source, aspect) + over, text, aspect, " flip", ' tabindex="0"')
 
 
 def slug(label: str) -> str:

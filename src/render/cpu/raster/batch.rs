@@ -138,6 +138,7 @@ impl<'a> Batches<'a> {
         mut draw: impl FnMut(Round) -> Result<()>,
     ) -> Result<()> {
         let mut start = 0;
+        progress.set_total(self.draws.iter().map(|draw| draw.mesh.triangles().len() as u64).sum());
         for (batch, &end) in self.ends.iter().enumerate() {
             let draws = &self.draws[start..end];
             start = end;
@@ -148,9 +149,12 @@ impl<'a> Batches<'a> {
                 .map(|first| first..triangle_count.min(first + CHUNK))
                 .rev()
                 .collect();
+            let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
             while !pending.is_empty() {
+                let before = count(&pending);
                 bin(draws, &mut pending, viewport, bands, scratch, progress)?;
                 draw(Round { scratch, tested: (batch >= self.plain).then_some(draws) })?;
+                progress.advance(before - count(&pending));
             }
         }
         Ok(())

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from summary_support import causes_by_depth, edge_distance_of
 
 import shadowlab as sl
-from shadowlab.aliasing.causes import CAUSES
+from shadowlab.aliasing.causes import CAUSES, Causes
 from shadowlab.errors import ArgumentError, UnknownNameError
 
 SIZE = (320, 180)
@@ -316,3 +317,35 @@ def test_bad_input_is_told(roof):
         sl.aliasing.causes(*seen, mask, roof.truth, gbuffer=roof.gbuffer, maps=maps, filter="soft")
     with pytest.raises(ArgumentError, match="bands"):
         found.by_depth(0)
+
+
+# Sums of blocks and numpy's pairwise sums round differently: some hundred roundings at most.
+SUMMED = 1e-12
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (180, 320), (700, 900)])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_core_counts_what_numpy_counts(shape, threads):
+    random = np.random.default_rng(shape[0])
+    image = random.choice([-1, 0, 0, 0, 1, 2, 3, 4, 5], shape).astype(np.int8)
+    distance = np.where(image == EDGE, random.lognormal(0, 2, shape), np.nan).astype(np.float32)
+    distance[::7, ::3] = np.where(image[::7, ::3] == EDGE, np.inf, np.nan)  # behind the camera
+    found = Causes(image, distance, random.lognormal(2.0, 1.0, shape), 0)
+    sl.set_threads(threads)
+    try:
+        counts, moved = found.counts, found.edge_distance
+        tables = {bands: found.by_depth(bands) for bands in (1, 6, (0.5, 4.0, 9.0))}
+    finally:
+        sl.set_threads(None)
+    assert counts == {name: int(np.count_nonzero(image == code)) for code, name in CAUSES.items()}
+    assert found.count == np.count_nonzero(image > 0)
+    assert moved == (None if (expected := edge_distance_of(found)) is None else pytest.approx(expected, rel=SUMMED))
+    if (image >= 0).any():
+        for bands, table in tables.items():
+            assert table.to_dict("records") == causes_by_depth(found, bands)
+
+
+def test_causes_of_nothing_have_no_bands():
+    found = Causes(np.full((4, 5), -1, np.int8), np.full((4, 5), np.nan, np.float32), np.ones((4, 5)), 0)
+    assert found.by_depth().empty
+    assert (found.count, found.edge_distance) == (0, None)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from footprint_support import EXACT, MAPS, RENDERER, ROBOTS, ROBOTS_SEEN, SIZE, of, synthetic
+from summary_support import numbers_of
 
 import shadowlab as sl
 from shadowlab.aliasing import closed_form as cf
@@ -85,6 +86,65 @@ def test_the_summary_is_what_numpy_says(measured):
 def of_resolution(f, texels):
     """The longest extents with another number of texels along the longer side."""
     return f.major[f.measured].astype(np.float64) * max(f.resolution) / texels
+
+
+# Sums of blocks and numpy's pairwise sums round differently: some hundred roundings at most of numbers of one sign.
+SUMMED = 1e-12
+
+
+@pytest.mark.parametrize("bands", [1, 6, 97, (0.5, 3.0, 4.0, 80.0)])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_core_counts_what_numpy_counts(measured, bands, threads):
+    with_threads(threads, lambda: same_numbers(measured, bands))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 4096, 4097, 50_000])
+def test_the_core_counts_what_numpy_counts_of_points(n):
+    random = np.random.default_rng(n)
+    codes = random.choice([-3, -1, 0, 1, 4], n, p=[0.1, 0.1, 0.4, 0.3, 0.1]).astype(np.int16)
+    codes[0] = 0
+    jacobians = random.lognormal(0.0, 2.0, (n, 2, 2))
+    depth = random.lognormal(2.0, 1.0, n)
+    f = synthetic(jacobians, codes, depth, columns=random.lognormal(0.0, 1.0, (n, 2)), maps=5)
+    same_numbers(f, 6)
+    same_numbers(f, (1.0, 2.0, 50.0))
+
+
+def same_numbers(f, bands):
+    """Holds a summary against its twin in numpy."""
+    s, expected = f.summary(bands=bands), numbers_of(f, bands)
+    found = s.to_dict()
+    for name, value in expected.items():
+        if name not in ("histogram", "bands"):
+            assert found[name] == pytest.approx(value, rel=SUMMED), name
+    for name in ("measured", "max", "perspective_s_max", "perspective_t_max"):
+        assert found[name] == expected[name], name
+    assert {k: s.percentiles[k] for k in s.percentiles} == {k: expected[f"p{k}"] for k in s.percentiles}
+    assert s.histogram.pixels.tolist() == expected["histogram"]
+    for row, (pixels, most, mean, p95, share) in zip(found["bands"], expected["bands"], strict=True):
+        assert (row["pixels"], row["max"], row["p95"], row["undersampled"]) == (pixels, most, p95, share)
+        assert row["mean"] == (None if mean is None else pytest.approx(mean, rel=SUMMED))
+
+
+def with_threads(count, work):
+    """Works with so many threads."""
+    sl.set_threads(count)
+    try:
+        return work()
+    finally:
+        sl.set_threads(None)
+
+
+def test_the_summary_does_not_depend_on_the_threads(measured):
+    one, three = (with_threads(count, measured.summary) for count in (1, 3))
+    assert one == three
+
+
+def test_numbers_that_are_none_are_refused():
+    f = synthetic([np.eye(2)] * 3)
+    f.major[1] = np.nan
+    with pytest.raises(ArgumentError, match="NaN"):
+        f.summary()
 
 
 def test_bands_by_limits():

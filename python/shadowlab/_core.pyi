@@ -28,6 +28,11 @@ from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
 from ._core_stored import Stored as Stored
+from ._core_summary import cause_counts as cause_counts
+from ._core_summary import causes_by_depth as causes_by_depth
+from ._core_summary import compared_depths as compared_depths
+from ._core_summary import summarize as summarize
+from ._core_summary import summarize_bands as summarize_bands
 from ._core_types import FootprintLike, Matrices
 
 __version__: str
@@ -52,8 +57,11 @@ __all__ = [
     "adapters",
     "bias_distance",
     "blur",
+    "cause_counts",
     "causes",
+    "causes_by_depth",
     "compared",
+    "compared_depths",
     "drawn_samples",
     "filter_kinds",
     "filter_reach",
@@ -72,6 +80,8 @@ __all__ = [
     "renamed_words",
     "restore",
     "set_threads",
+    "summarize",
+    "summarize_bands",
     "technique_specs",
     "texel_coordinates",
     "threads",

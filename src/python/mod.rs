@@ -34,6 +34,7 @@ mod scene_states;
 mod settings;
 mod state;
 mod stored;
+mod summary;
 mod survey;
 mod technique;
 mod threads;
@@ -84,6 +85,8 @@ mod _core {
     use super::scene::PyScene;
     #[pymodule_export]
     use super::stored::PyStored;
+    #[pymodule_export]
+    use super::summary::{cause_counts, causes_by_depth, compared_depths, summarize, summarize_bands};
     #[pymodule_export]
     use super::survey::{drawn_samples, mapped_states, predict_wrong};
     #[pymodule_export]

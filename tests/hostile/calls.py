@@ -233,6 +233,16 @@ MEANING: dict[str, Callable[[], Any]] = {
 }
 
 
+#: The arrays of a footprint, and from which length on a texel shows.
+_OF_FOOTPRINT: dict[str, Callable[[], Any]] = {
+    "major": lambda: world().footprint.major, "perspective": lambda: world().footprint.perspective,
+    "along_t": lambda: world().footprint.perspective_ts[..., 0],
+    "along_s": lambda: world().footprint.perspective_ts[..., 1],
+    "projection": lambda: world().footprint.projection, "depth": lambda: world().footprint.depth,
+    "undersampled_from": lambda: 1.0,
+}  # fmt: skip
+
+
 #: What arguments mean to one callable, or to all methods of a class.
 OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Camera.look_at": {"up": lambda: (0.0, 1.0, 0.0)},
@@ -308,6 +318,16 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.explain_pixel": {"x": lambda: 8, "y": lambda: 6, "trials": lambda: False},
     "GBuffer.crop": {"x": lambda: 1, "y": lambda: 2, "width": lambda: 3, "height": lambda: 4},
     "_core.compared": {"pixels": lambda: [[8, 6]]},
+    "_core.summarize": {
+        "map": lambda: world().footprint.map, "maps": lambda: 1, "percentiles": lambda: [5.0, 50.0],
+        "edges": lambda: [0.0, 1.0, 9.0], **_OF_FOOTPRINT,
+    },
+    "_core.summarize_bands": {
+        "map": lambda: world().footprint.map, "limits": lambda: [1.0, 5.0, 30.0], **_OF_FOOTPRINT,
+    },
+    "_core.cause_counts": {"distance": lambda: world().found.distance},
+    "_core.compared_depths": {"depth": lambda: world().found.depth},
+    "_core.causes_by_depth": {"depth": lambda: world().found.depth, "limits": lambda: [1.0, 5.0, 30.0]},
     "sl.default_view": {"focus": lambda: None, "view": lambda: "above"},
     "sl.default_views": {"focus": lambda: None},
     "sl.advise": {

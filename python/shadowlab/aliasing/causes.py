@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, cast, get_args
@@ -15,7 +17,7 @@ from ..errors import ArgumentError
 from ..text.checks import check_filter
 from ..travel import Value
 from .codes import Cause
-from .summary import band_index, checked_bands, even_limits
+from .summary import checked_bands, even_limits
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -58,15 +60,20 @@ class Causes(Value):
     depth: NDArray[np.float64]
     undecided: int
 
+    @cached_property
+    def _counted(self) -> tuple[list[int], tuple[float, float, float] | None]:
+        """Pixels by code from 0 on; mean, 95th percentile and largest distance of edges, if there are any."""
+        return _core.cause_counts(self.image, self.distance)
+
     @property
     def count(self) -> int:
         """All wrong pixels."""
-        return int(np.count_nonzero(self.image > Cause.RIGHT))
+        return sum(self.counts.values())
 
     @property
     def counts(self) -> dict[CauseName, int]:
         """Wrong pixels by cause."""
-        return {name: int(np.count_nonzero(self.image == code)) for code, name in CAUSES.items()}
+        return by_name(self._counted[0])
 
     @property
     def acne(self) -> int:
@@ -96,10 +103,8 @@ class Causes(Value):
     @property
     def edge_distance(self) -> dict[str, float] | None:
         """Mean, 95th percentile and largest distance of displaced edges, pixels; None where there is none."""
-        moved = self.distance[(self.image == Cause.EDGE) & np.isfinite(self.distance)]
-        if moved.size == 0:
-            return None
-        return {"mean": float(moved.mean()), "p95": float(np.percentile(moved, 95)), "max": float(moved.max())}
+        moved = self._counted[1]
+        return None if moved is None else dict(zip(("mean", "p95", "max"), moved, strict=True))
 
     def by_depth(self, bands: int | npt.ArrayLike = 6) -> pd.DataFrame:
         """One row a band of camera depth: near, far (world units), compared, wrong, and the causes (pixels).
@@ -117,18 +122,17 @@ class Causes(Value):
         import pandas as pd
 
         limits = checked_bands(bands)
-        compared = self.image >= Cause.RIGHT
         columns = ["near", "far", "compared", "wrong", *CAUSES.values()]
-        if not compared.any():
+        depths = _core.compared_depths(self.image, self.depth)
+        if depths is None:
             return pd.DataFrame([], columns=columns)
-        limits = even_limits(self.depth[compared], cast("int", bands)) if limits is None else limits
-        index = band_index(self.depth, limits)
-        rows = []
-        for b, (near, far) in enumerate(pairwise(limits)):
-            inside = self.image[(index == b) & compared]
-            named: dict[str, int] = {name: int(np.count_nonzero(inside == code)) for code, name in CAUSES.items()}
-            whole = {"compared": int(inside.size), "wrong": int(np.count_nonzero(inside > Cause.RIGHT))}
-            rows.append({"near": float(near), "far": float(far), **whole, **named})
+        limits = even_limits(*depths, cast("int", bands)) if limits is None else limits
+        rows: list[dict[str, float]] = []
+        of_bands = _core.causes_by_depth(self.image, self.depth, limits=limits).tolist()
+        for (near, far), counts in zip(pairwise(limits), of_bands, strict=True):
+            by_cause = by_name(counts)
+            whole = {"near": float(near), "far": float(far), "compared": sum(counts), "wrong": sum(by_cause.values())}
+            rows.append(whole | {str(name): count for name, count in by_cause.items()})
         return pd.DataFrame(rows, columns=columns)
 
     def __repr__(self) -> str:
@@ -139,6 +143,11 @@ class Causes(Value):
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{self.by_depth().to_html(index=False, border=0)}"
+
+
+def by_name(counts: Sequence[int]) -> dict[CauseName, int]:
+    """Wrong pixels by cause, of counts by code from 0 on."""
+    return {name: counts[code] for code, name in CAUSES.items()}
 
 
 def causes(

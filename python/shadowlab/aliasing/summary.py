@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..errors import ArgumentError
 from ..text import shown
 from ..text.arrays import checked_array
 from ..text.checked import has_all
 from ..travel import Value
 from ..types import FootprintLike
-from .extent import UNDERSAMPLED_FROM_PX, largest_extent
+from .extent import UNDERSAMPLED_FROM_PX
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas as pd
 
-    from ..types import Floats
 
 PERCENTILES = (5, 25, 50, 75, 95, 99)
 # More bands than rows of a picture tell nothing.
@@ -32,6 +32,7 @@ MOST_BANDS = 10_000
 # Limits of the histogram, pixels: octaves and their halves around 1, at which undersampling begins, out to where a
 # texel covers a hundred pixels (m > 10 is the worst colour of the published pictures).
 HISTOGRAM_LIMITS_PX = 2.0 ** np.arange(-6.5, 7.51, 0.5)
+EDGES_PX = (0.0, *map(float, HISTOGRAM_LIMITS_PX), math.inf)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,45 +95,41 @@ class Summary(Value):
             raise ArgumentError(
                 f"footprint: expected a Footprint, got {shown(footprint)}; sl.aliasing.footprint(...) makes one"
             )
-        chosen = footprint.measured
-        measured = int(np.count_nonzero(chosen))
         pixels = int(footprint.map.size)
         limits = checked_bands(bands)
-        if measured == 0:
+        along_t, along_s = (footprint.perspective_ts[..., k] for k in (0, 1))
+        found = _core.summarize(
+            footprint.map, footprint.major, footprint.perspective, along_t, along_s, footprint.projection,
+            footprint.depth, maps=footprint.maps, percentiles=PERCENTILES, edges=EDGES_PX,
+            undersampled_from=UNDERSAMPLED_FROM_PX,
+        )  # fmt: skip
+        if found is None:
             return cls(0, pixels, footprint.counts())
-        # Of what is measured, and of the whole picture nothing: half of a picture may be sky.
-        major, projection, depth = (
-            _chosen(a, chosen, measured) for a in (footprint.major, footprint.projection, footprint.depth)
-        )
-        (along_t, along_s), of_map = (footprint.perspective_ts[..., k][chosen] for k in (0, 1)), footprint.map[chosen]
-        perspective = largest_extent(
-            np.stack([along_t, along_s], axis=-1), np.asarray(footprint.perspective[chosen], np.float64)
-        )
-        values = np.percentile(major, PERCENTILES)
-        worst = [
-            (float(along_s[of_map == k].max()), float(along_t[of_map == k].max()))
-            for k in range(footprint.maps)
-            if (of_map == k).any()
-        ]
+        measured, values = found["measured"], found["percentiles"]
+        worst = [pair for pair in found["longest"] if pair is not None]
         texels_by_pixels = footprint.resolution[0] * footprint.resolution[1] / (footprint.size[0] * footprint.size[1])
-        edges = np.array([0.0, *HISTOGRAM_LIMITS_PX, np.inf])
-        limits = even_limits(depth, cast("int", bands)) if limits is None else limits
+        near, far = found["depths"]
+        limits = even_limits(near, far, cast("int", bands)) if limits is None else limits
+        of_bands = _core.summarize_bands(
+            footprint.map, footprint.major, footprint.depth, limits=limits,
+            undersampled_from=UNDERSAMPLED_FROM_PX,
+        )  # fmt: skip
         return cls(
             measured, pixels, footprint.counts(),
-            max=float(major.max()),
-            mean=float(major.mean()),
-            rms=float(np.sqrt(np.mean(np.square(major)))),
-            percentiles={k: float(v) for k, v in zip(PERCENTILES, values, strict=True)},
-            undersampled=float(np.count_nonzero(major > UNDERSAMPLED_FROM_PX) / measured),
-            perspective_max=float(perspective.max()),
-            perspective_mean=float(perspective.mean()),
-            projection_mean=float(np.exp(np.mean(np.log(np.maximum(projection, np.finfo(np.float32).tiny))))),
-            perspective_s_max=max(s for s, _ in worst),
-            perspective_t_max=max(t for _, t in worst),
+            max=found["max"],
+            mean=found["mean"],
+            rms=found["rms"],
+            percentiles=dict(zip(PERCENTILES, values, strict=True)),
+            undersampled=found["undersampled"] / measured,
+            perspective_max=found["perspective_max"],
+            perspective_mean=found["perspective_mean"],
+            projection_mean=found["projection_mean"],
+            perspective_s_max=max((s for s, _ in worst), default=None),
+            perspective_t_max=max((t for _, t in worst), default=None),
             storage_factor=sum(s * t for s, t in worst) * texels_by_pixels,
-            resolution_needed=math.ceil(max(footprint.resolution) * float(values[PERCENTILES.index(95)])),
-            _histogram=np.histogram(major, edges)[0],
-            _bands=tuple(band_rows(major, depth, limits)),
+            resolution_needed=math.ceil(max(footprint.resolution) * values[PERCENTILES.index(95)]),
+            _histogram=np.array(found["histogram"], np.int64),
+            _bands=tuple(band_row(near, far, *of) for (near, far), of in zip(pairwise(limits), of_bands, strict=True)),
         )  # fmt: skip
 
     @property
@@ -148,9 +145,8 @@ class Summary(Value):
         """Pixels by the longest extent of a texel: from, to (px), pixels (count). The ends hold the rest."""
         import pandas as pd
 
-        edges = [0.0, *map(float, HISTOGRAM_LIMITS_PX), math.inf]
-        counts = np.zeros(len(edges) - 1, np.int64) if self._histogram is None else self._histogram
-        return pd.DataFrame({"from": edges[:-1], "to": edges[1:], "pixels": counts})
+        counts = np.zeros(len(EDGES_PX) - 1, np.int64) if self._histogram is None else self._histogram
+        return pd.DataFrame({"from": EDGES_PX[:-1], "to": EDGES_PX[1:], "pixels": counts})
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers as plain data, for JSON."""
@@ -178,17 +174,6 @@ class Summary(Value):
         return f"<p>{escape(repr(self))}</p>{table}"
 
 
-def _chosen(values: Floats, chosen: NDArray[np.bool_], count: int) -> NDArray[np.float64]:
-    """The chosen values (count,), some rows at a time: Ctrl-C is seen between two of them."""
-    found, at = np.empty(count), 0
-    rows = max(1, (1 << 20) // chosen[0].size)
-    for row in range(0, len(chosen), rows):
-        part = values[row : row + rows][chosen[row : row + rows]]
-        found[at : at + len(part)] = part
-        at += len(part)
-    return found
-
-
 def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:
     """Limits of bands as given; None for a number of them.
 
@@ -209,12 +194,11 @@ def checked_bands(bands: int | npt.ArrayLike) -> NDArray[np.float64] | None:
     return limits
 
 
-def even_limits(depth: Floats, bands: int) -> NDArray[np.float64]:
+def even_limits(near: float, far: float, bands: int) -> NDArray[np.float64]:
     """Limits (B + 1,) of bands that are even in the logarithm of depth; one band where all depths are one.
 
     Where not all is before the eye, as orthographic cameras may have it, they are even in depth.
     """
-    near, far = float(depth.min()), float(depth.max())
     # The last digit of a 32-bit depth does not make a band.
     if far <= near + abs(near) * 4 * np.finfo(np.float32).eps:
         return np.array([near, np.nextafter(far, np.inf)])
@@ -224,23 +208,9 @@ def even_limits(depth: Floats, bands: int) -> NDArray[np.float64]:
     return limits
 
 
-def band_rows(values: Floats, depth: Floats, limits: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """One row a band of depth."""
-    rows = []
-    index = band_index(depth, limits)
-    for b, (near, far) in enumerate(pairwise(limits)):
-        inside = values[index == b]
-        n = int(inside.size)
-        row: dict[str, Any] = {"near": float(near), "far": float(far), "pixels": n}
-        row["max"] = float(inside.max()) if n else None
-        row["mean"] = float(inside.mean()) if n else None
-        row["p95"] = float(np.percentile(inside, 95)) if n else None
-        row["undersampled"] = float(np.count_nonzero(inside > UNDERSAMPLED_FROM_PX) / n) if n else None
-        rows.append(row)
-    return rows
-
-
-def band_index(depth: Floats, limits: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The band (N,) of each depth; the last limit belongs to the last band, what is outside to none (-1 or B)."""
-    index = np.searchsorted(limits, depth, side="right") - 1
-    return np.where(depth == limits[-1], len(limits) - 2, index)
+def band_row(
+    near: float, far: float, pixels: int, of_values: tuple[float, float, float, float] | None
+) -> dict[str, Any]:
+    """One row of a band of depth: its limits, how many pixels, and the numbers of their values if there are any."""
+    row: dict[str, Any] = {"near": float(near), "far": float(far), "pixels": pixels}
+    return row | dict(zip(("max", "mean", "p95", "undersampled"), of_values or (None,) * 4, strict=True))

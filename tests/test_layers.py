@@ -56,7 +56,7 @@ MOST_ROOMS = 16
 # Results show themselves: each of these imports what shows it where it is called, and no sooner.
 UPWARD = {
     ("scene.view", "View._repr_html_"): ("reports",),
-    ("experiments.study", "Study.sentences"): ("reports",),
+    ("experiments.study", "Study._sentences"): ("reports",),
     ("experiments.study", "Study.figure"): ("plot",),
     ("experiments.study", "Study.save"): ("reports",),
     ("experiments.study", "Study.save_arrays"): ("reports",),

@@ -1,7 +1,12 @@
 //! A shadow mask held against ray-traced truth, pixel by pixel.
 
+use std::mem::MaybeUninit;
+
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 use crate::image::TruthMask;
+use crate::memory::{unwritten, written};
 use crate::progress::Progress;
 
 /// A filtered mask counts as lit from here on.
@@ -45,8 +50,8 @@ impl Misclassified {
     }
 }
 
-/// Pixels between two looks at the progress: some milliseconds.
-const AT_ONCE: usize = 1 << 20;
+/// Pixels between two looks at the progress: well below a millisecond.
+const AT_ONCE: usize = 1 << 16;
 
 /// The counts and the difference image (see [`code`]) of a mask and the truth of the same view.
 ///
@@ -58,12 +63,38 @@ pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<
         let expected = format!("as many pixels as the mask: {}", mask.len());
         return Err(Error::argument("truth", expected, truth.len(), "render both at one size"));
     }
-    let mut m = Misclassified::default();
-    let mut image = Vec::with_capacity(mask.len());
-    for (i, (&light, &truth)) in mask.iter().zip(truth).enumerate() {
-        if i % AT_ONCE == 0 {
-            progress.check()?;
+    let mut image = unwritten::<i8>(mask.len())?;
+    let part = |((mask, truth), image): ((&[f32], &[i8]), &mut [MaybeUninit<i8>])| {
+        progress.check()?;
+        let mut m = Misclassified::default();
+        for ((&light, &truth), code) in mask.iter().zip(truth).zip(image) {
+            code.write(m.add(light, truth)?);
         }
+        Ok(m)
+    };
+    // Little is done on the calling thread, which may be none of a pool.
+    let parts: Vec<Result<Misclassified>> = if mask.len() <= AT_ONCE {
+        vec![part(((mask, truth), &mut image))]
+    } else {
+        mask.par_chunks(AT_ONCE).zip(truth.par_chunks(AT_ONCE)).zip(image.par_chunks_mut(AT_ONCE)).map(part).collect()
+    };
+    let mut all = Misclassified::default();
+    // Of several errors the first in the picture.
+    for found in parts {
+        let m = found?;
+        all.false_shadow += m.false_shadow;
+        all.false_light += m.false_light;
+        all.compared += m.compared;
+        all.undecided += m.undecided;
+        all.unmatched += m.unmatched;
+    }
+    // SAFETY: every pixel has been written, or the error has been returned.
+    Ok((all, unsafe { written(image) }))
+}
+
+impl Misclassified {
+    /// Counts a pixel; its code.
+    fn add(&mut self, light: f32, truth: i8) -> Result<i8> {
         if !(light.is_nan() || (0.0..=1.0).contains(&light)) {
             return Err(Error::argument("mask", "values in [0, 1], NaN where nothing is", light, "check the mask"));
         }
@@ -71,10 +102,9 @@ pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<
             TruthMask::LIT => true,
             TruthMask::SHADOW => false,
             TruthMask::UNDECIDED | TruthMask::NOTHING => {
-                m.undecided += u64::from(truth == TruthMask::UNDECIDED);
-                m.unmatched += u64::from((truth == TruthMask::NOTHING) != light.is_nan());
-                image.push(code::NOT_COMPARED);
-                continue;
+                self.undecided += u64::from(truth == TruthMask::UNDECIDED);
+                self.unmatched += u64::from((truth == TruthMask::NOTHING) != light.is_nan());
+                return Ok(code::NOT_COMPARED);
             }
             other => {
                 let expected = "1 lit, 0 shadow, -1 undecided or -2 nothing";
@@ -82,24 +112,22 @@ pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<
             }
         };
         if light.is_nan() {
-            m.unmatched += 1;
-            image.push(code::NOT_COMPARED);
-            continue;
+            self.unmatched += 1;
+            return Ok(code::NOT_COMPARED);
         }
-        m.compared += 1;
-        image.push(match (light >= LIT_FROM, truth_lit) {
+        self.compared += 1;
+        Ok(match (light >= LIT_FROM, truth_lit) {
             (false, true) => {
-                m.false_shadow += 1;
+                self.false_shadow += 1;
                 code::FALSE_SHADOW
             }
             (true, false) => {
-                m.false_light += 1;
+                self.false_light += 1;
                 code::FALSE_LIGHT
             }
             _ => code::AGREE,
-        });
+        })
     }
-    Ok((m, image))
 }
 
 #[cfg(test)]
@@ -124,6 +152,21 @@ mod tests {
         assert_eq!(misclassified(&mask, &truth, &Progress::new()).unwrap().0.count(), 0);
         mask[17] = 0.0;
         assert_eq!(misclassified(&mask, &truth, &Progress::new()).unwrap().0.count(), 1);
+    }
+
+    #[test]
+    fn many_pixels_are_counted_as_few_are() {
+        let n = 3 * AT_ONCE + 17;
+        let mask: Vec<f32> = (0..n).map(|i| if i % 11 == 0 { f32::NAN } else { (i % 3) as f32 / 2.0 }).collect();
+        let mut truth: Vec<i8> = (0..n).map(|i| (i % 4) as i8 - 2).collect();
+        let (m, image) = misclassified(&mask, &truth, &Progress::new()).unwrap();
+        let (mut counted, mut codes) = (Misclassified::default(), Vec::new());
+        for (&light, &truth) in mask.iter().zip(&truth) {
+            codes.push(counted.add(light, truth).unwrap());
+        }
+        assert_eq!((m, image), (counted, codes));
+        (truth[2 * AT_ONCE], truth[n - 1]) = (7, 9);
+        assert!(misclassified(&mask, &truth, &Progress::new()).unwrap_err().to_string().contains("got 7"));
     }
 
     #[test]

@@ -35,6 +35,13 @@ def drawn_as(stored: _core.Stored) -> dict[str, _core.Stored]:
     return {} if stored == _core.Stored() else {"stored": stored}
 
 
+def footprint_bytes(footprint: Footprint) -> int:
+    """What the arrays of a footprint take."""
+    arrays = (footprint.jacobian, footprint.perspective_ts)
+    planes = (footprint.major, footprint.perspective, footprint.projection, footprint.depth, footprint.map)
+    return sum(array.nbytes for array in (*arrays, *planes))
+
+
 class Drawing:
     """The maps that a renderer draws for a view, and everything that is measured from them.
 
@@ -103,14 +110,18 @@ class Drawing:
     @property
     def causes(self) -> Causes:
         """Why the wrong pixels are wrong."""
-        image, distance = self._caused()
-        depth = depths_of(self.gbuffer, self.view.camera)
-        return Causes(image, distance, depth, int(self.errors.undecided))
+
+        def make() -> Causes:
+            image, distance = self._caused()
+            depth = depths_of(self.gbuffer, self.view.camera)
+            return Causes(image, distance, depth, int(self.errors.undecided))
+
+        return self._kept("causes of all", make, lambda found: found.depth.nbytes)
 
     @property
     def footprint(self) -> Footprint:
-        """Size of a texel at every pixel, computed anew."""
-        return footprint_of(*self._looks, resolution=self.resolution)
+        """Size of a texel at every pixel."""
+        return self._kept("footprint", lambda: footprint_of(*self._looks, resolution=self.resolution), footprint_bytes)
 
     @property
     def usage(self) -> Usage:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -113,6 +114,10 @@ class Study(Value):
     @property
     def table(self) -> pd.DataFrame:
         """The numbers, one row per run."""
+        return self._table.copy()
+
+    @cached_property
+    def _table(self) -> pd.DataFrame:
         return table("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
 
     @property
@@ -226,11 +231,16 @@ class Study(Value):
     @property
     def sentences(self) -> list[str]:
         """The sentences of the verdict, the most important one first."""
+        return list(self._sentences)
+
+    @cached_property
+    def _sentences(self) -> tuple[str, ...]:
         from ..reports.study_verdict import Remarks, sentences
 
         seen = self.view.filled(self._draw)
         remarks = [Remarks(run.notes, run.refusal) for run in self.runs]
-        return sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
+        found = sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
+        return tuple(found)
 
     def figure(self) -> Figure:
         """A matplotlib figure, a row a run: the eye view, the difference from the truth, the map of the light."""

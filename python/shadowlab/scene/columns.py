@@ -41,7 +41,7 @@ class Surfaces:
         self.scene = scene
         self._meshes = scene.meshes
         self._index, self._transforms = np.asarray(scene.mesh_index), np.asarray(scene.transforms)
-        self._corners: dict[int, Coordinates] = {}
+        self._arrays: dict[int, tuple[Coordinates, npt.NDArray[np.integer]]] = {}
 
     def hit(
         self, origins: Coordinates, directions: Coordinates
@@ -59,7 +59,7 @@ class Surfaces:
             if self._meshes[mesh].dropped_faces:
                 normals[rows] = -directions[rows]
                 continue
-            corners = self._corners_of(int(mesh))[triangle[rows]]
+            corners = self._corners_of(int(mesh), triangle[rows])
             placed = self._transforms[instance[rows], :3, :3]
             a, b = (np.einsum("nij,nj->ni", placed, corners[:, i] - corners[:, 0]) for i in (1, 2))
             # Scaled before the product, which would underflow for tiny triangles.
@@ -68,11 +68,14 @@ class Surfaces:
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         return t, normals / np.where(length > 0, length, 1.0), met
 
-    def _corners_of(self, mesh: int) -> Coordinates:
-        if mesh not in self._corners:
+    def _corners_of(self, mesh: int, triangles: npt.NDArray[np.integer]) -> Coordinates:
+        """The corners (N, 3, 3) of some triangles of a mesh, in its own axes."""
+        if mesh not in self._arrays:
             of = self._meshes[mesh]
-            self._corners[mesh] = np.asarray(of.vertices, np.float64)[np.asarray(of.faces)]
-        return self._corners[mesh]
+            self._arrays[mesh] = np.asarray(of.vertices, np.float64), np.asarray(of.faces)
+        vertices, faces = self._arrays[mesh]
+        corners: Coordinates = vertices[faces[triangles]]
+        return corners
 
 
 @dataclass(frozen=True, eq=False)

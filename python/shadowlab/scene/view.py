@@ -294,7 +294,10 @@ def light_of(view: View) -> Light:
 
 def identity_of(renderer: RendererLike) -> tuple[Hashable, ...]:
     """What tells a renderer's pictures from another's: backend and adapter of ours, the object itself of others."""
-    return (renderer.backend, renderer.adapter) if isinstance(renderer, _core.Renderer) else (id(renderer),)
+    if not isinstance(renderer, _core.Renderer):
+        return (id(renderer),)
+    # The processor draws the same with any number of threads, which its adapter names.
+    return ("cpu",) if renderer.backend == "cpu" else (renderer.backend, renderer.adapter)
 
 
 def light_way(scene: _core.Scene, light: Light) -> NDArray[np.float64] | None:

@@ -64,7 +64,7 @@ pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<
         return Err(Error::argument("truth", expected, truth.len(), "render both at one size"));
     }
     let mut image = unwritten::<i8>(mask.len())?;
-    let part = |((mask, truth), image): ((&[f32], &[i8]), &mut [MaybeUninit<i8>])| {
+    let part = |mask: &[f32], truth: &[i8], image: &mut [MaybeUninit<i8>]| {
         progress.check()?;
         let mut m = Misclassified::default();
         for ((&light, &truth), code) in mask.iter().zip(truth).zip(image) {
@@ -74,9 +74,10 @@ pub fn misclassified(mask: &[f32], truth: &[i8], progress: &Progress) -> Result<
     };
     // Little is done on the calling thread, which may be none of a pool.
     let parts: Vec<Result<Misclassified>> = if mask.len() <= AT_ONCE {
-        vec![part(((mask, truth), &mut image))]
+        vec![part(mask, truth, &mut image)]
     } else {
-        mask.par_chunks(AT_ONCE).zip(truth.par_chunks(AT_ONCE)).zip(image.par_chunks_mut(AT_ONCE)).map(part).collect()
+        let parts = mask.par_chunks(AT_ONCE).zip(truth.par_chunks(AT_ONCE)).zip(image.par_chunks_mut(AT_ONCE));
+        parts.map(|((mask, truth), image)| part(mask, truth, image)).collect()
     };
     let mut all = Misclassified::default();
     // Of several errors the first in the picture.

@@ -187,7 +187,7 @@ def widened(marked: np.ndarray, width: int) -> np.ndarray:
 
 
 @checked(
-    images=items_of(numbers_in(np.int64, None, None), "difference images (H, W)", "give a list of them", 1),
+    images=items_of(numbers_in(np.int8, None, None), "difference images (H, W)", "give a list of them", 1),
     side=a_count(1, 1 << 30),
 )
 def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
@@ -195,11 +195,16 @@ def densest_window(images: list[np.ndarray], side: int) -> tuple[int, int]:
     if len({image.shape for image in images}) > 1:
         shapes = ", ".join(str(image.shape) for image in images[:4])
         raise ArgumentError(f"images: expected difference images of one shape, got {shapes}; use one size for all")
-    wrong = np.sum([np.asarray(image) > Difference.AGREE for image in images], axis=0, dtype=np.int64)
-    height, width = wrong.shape
+    height, width = images[0].shape
+    # As few bytes as hold the number of all pixels of all images.
+    counts = np.int32 if len(images) * height * width < np.iinfo(np.int32).max else np.int64
+    total = np.zeros((height + 1, width + 1), counts)
+    wrong = total[1:, 1:]
+    for image in images:
+        wrong += image > Difference.AGREE
+    wrong.cumsum(0, out=wrong)
+    wrong.cumsum(1, out=wrong)
     rows, columns = min(side, height), min(side, width)
-    total = np.zeros((height + 1, width + 1), np.int64)
-    total[1:, 1:] = wrong.cumsum(0).cumsum(1)
     sums = total[rows:, columns:] - total[:-rows, columns:] - total[rows:, :-columns] + total[:-rows, :-columns]
     row, column = np.unravel_index(int(sums.argmax()), sums.shape)
     return int(row), int(column)

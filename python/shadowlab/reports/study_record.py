@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import json
 import math
 import platform
 from collections.abc import Sequence
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -33,13 +35,17 @@ def now() -> str:
 
 def versions() -> dict[str, str]:
     """Versions of this package, of Python and of what the numbers pass through."""
-    found = {}
+    return dict(_versions())
+
+
+@cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    """The same; each is read from a file."""
+    found = []
     for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return {**found, "Python": platform.python_version()}
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            found.append((name, metadata.version(name)))
+    return (*found, ("Python", platform.python_version()))
 
 
 def camera_record(camera: Camera) -> dict[str, Any]:

@@ -21,7 +21,6 @@ import numpy as np
 
 import shadowlab as sl
 from shadowlab import _core
-from shadowlab.aliasing.causes import Causes
 
 # Seconds after the begin of a call, beside those in which the sender starts.
 MOMENTS = (0.0, 0.1, 0.3)
@@ -88,9 +87,9 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
     footprint = sl.aliasing.footprint(big, camera, light, p)
     yield "summary", lambda: lambda: footprint.summary()
     wrong = np.random.default_rng(2).integers(-1, 6, (8192, 8192)).astype(np.int8)
-    causes = Causes(wrong, np.ones(wrong.shape, np.float32), np.abs(wrong) + 1.0, 0)
-    yield "causes by depth", lambda: lambda: causes.by_depth()
-    yield "counts of causes", lambda: lambda: _core.cause_counts(causes.image, causes.distance)
+    away, depths = np.ones(wrong.shape, np.float32), np.abs(wrong) + 1.0
+    yield "causes by depth", lambda: lambda: _core.causes_by_depth(wrong, depths, limits=(1.0, 3.0, 9.0))
+    yield "counts of causes", lambda: lambda: _core.cause_counts(wrong, away)
     rows = np.random.default_rng(1).normal(size=(6_000_000, 3))
     yield "project", lambda: lambda: p.partitions[0].project(rows)
     places = np.abs(rows[:, :2])

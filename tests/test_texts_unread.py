@@ -34,6 +34,7 @@ PATTERNS = {"match", "search", "fullmatch", "finditer", "findall", "sub"}
 MAY_IMPORT_RE = {
     "cli/main.py": "options that look like negative numbers",
     "experiments/memory.py": "budgets as people type them",
+    "reports/html/album.py": "marks of pictures, which no text says",
     "reports/html/page.py": "names of the pictures that an earlier report wrote",
     "reports/html/parts.py": "anchors made from labels",
     "scene/formats/obj_lines.py": "lines that go on, in text files",

@@ -27,6 +27,8 @@ SYNONYMS = {
     "parts": ".*",
     # Of meshes: what faces name.
     "positions": "positions?|vertices",
+    # Of footprints: the array that is of another shape then.
+    "map": "map|major",
     # What is looked up by name, and what is read.
     "value": "value|convention",
     "name": "name|scene|technique|preset|kind",

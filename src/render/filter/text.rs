@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::value::{Extent, Filter, Unit};
 use crate::error::{Error, Result};
+use crate::render::settings_text::{Settings, split};
 
 /// A kind of filter, as it is listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,9 +55,8 @@ impl FromStr for Filter {
     /// [`Error::UnknownName`] for a filter or a setting that does not exist; [`Error::InvalidArgument`] for a setting that is
     /// missing, given twice, not a number or out of its limits.
     fn from_str(text: &str) -> Result<Self> {
-        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
-        let (name, rest) = (name.trim(), rest.trim());
-        let settings = |name, known| Settings::read(name, known, rest);
+        let (name, rest) = split(text);
+        let settings = |name, known| Settings::read(format!("filter {name}"), known, rest);
         match name {
             "nearest" => settings("nearest", &[]).map(|_| Self::Nearest),
             "bilinear" | PCF_2X2 => settings("bilinear", &[]).map(|_| Self::Bilinear),
@@ -93,39 +93,7 @@ impl fmt::Display for Extent {
     }
 }
 
-/// The settings of a filter's text.
-struct Settings<'a> {
-    filter: &'static str,
-    given: Vec<(&'static str, &'a str)>,
-}
-
-impl<'a> Settings<'a> {
-    fn read(filter: &'static str, known: &[&'static str], text: &'a str) -> Result<Self> {
-        let mut given: Vec<(&'static str, &'a str)> = Vec::new();
-        for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-            let (key, value) = part.split_once('=').map_or((part, ""), |(key, value)| (key.trim(), value.trim()));
-            let Some(&key) = known.iter().find(|name| **name == key) else {
-                if known.is_empty() {
-                    let fix = format!("write {filter} alone");
-                    return Err(Error::argument(format!("filter {filter}"), "no settings", format!("{part:?}"), fix));
-                }
-                let (kind, valid) = (format!("setting of filter {filter}"), known.iter().map(ToString::to_string));
-                return Err(Error::UnknownName { kind: kind.into(), name: key.into(), valid: valid.collect() });
-            };
-            if given.iter().any(|(name, _)| *name == key) {
-                let name = format!("filter {filter}: {key}");
-                return Err(Error::argument(name, "one value", "two", "give it once"));
-            }
-            given.push((key, value));
-        }
-        Ok(Self { filter, given })
-    }
-    fn value(&self, key: &str) -> Option<&'a str> {
-        self.given.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
-    }
-    fn name(&self, key: &str) -> String {
-        format!("filter {}: {key}", self.filter)
-    }
+impl Settings<'_> {
     fn extent(&self, key: &str) -> Result<Extent> {
         let (expected, fix) = ("a number of texels, or of pixels with px", format!("try {key}=3 or {key}=3px"));
         let Some(text) = self.value(key) else {

@@ -7,6 +7,10 @@ use super::format::Format;
 use super::kind::{Spacing, Stored, StoredSurface};
 use crate::error::{Error, Result};
 use crate::names::named;
+use crate::render::settings_text::{Settings, split};
+
+/// Characters of a text that an error shows.
+const MOST_SHOWN: usize = 80;
 
 impl StoredSurface {
     /// The surface of a name.
@@ -44,24 +48,22 @@ impl FromStr for Stored {
     /// What a text says; what it leaves out is the default's.
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`] for a text that does not read, [`Error::UnknownName`] for a name that does not exist.
+    /// [`Error::UnknownName`] for a surface, setting or name that does not exist; [`Error::InvalidArgument`] for a setting that
+    /// is given twice, and a limit that is no number of 0 or more.
     fn from_str(text: &str) -> Result<Self> {
-        let (surface, rest) = text.split_once(':').unwrap_or((text, ""));
-        let mut stored = Self { surface: StoredSurface::named(surface.trim())?, ..Self::default() };
-        for part in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-            let fix = "write, for example, back:spacing=linear,format=unorm16";
-            let unreadable = |got: &str| {
-                let expected = "a surface, then spacing=, format=, limit= after a colon";
-                Error::argument("stored", expected, got.chars().take(80).collect::<String>(), fix)
-            };
-            let (key, value) = part.split_once('=').ok_or_else(|| unreadable(part))?;
-            let value = value.trim();
-            match key.trim() {
-                "spacing" => stored.spacing = Spacing::named(value)?,
-                "format" => stored.format = Format::named(value)?,
-                "limit" => stored.limit = value.parse().map_err(|_| unreadable(part))?,
-                _ => return Err(unreadable(part)),
-            }
+        let (surface, rest) = split(text);
+        let mut stored = Self { surface: StoredSurface::named(surface)?, ..Self::default() };
+        let settings = Settings::read("stored".into(), &["spacing", "format", "limit"], rest)?;
+        if let Some(name) = settings.value("spacing") {
+            stored.spacing = Spacing::named(name)?;
+        }
+        if let Some(name) = settings.value("format") {
+            stored.format = Format::named(name)?;
+        }
+        if let Some(limit) = settings.value("limit") {
+            let (expected, got) = ("a number of texels", limit.chars().take(MOST_SHOWN).collect::<String>());
+            let refused = |_| Error::argument(settings.name("limit"), expected, format!("{got:?}"), "try limit=8");
+            stored.limit = limit.parse().map_err(refused)?;
         }
         stored.checked()
     }
@@ -115,5 +117,7 @@ mod tests {
             assert!(text.parse::<Stored>().is_err(), "{text}");
         }
         assert!("dual:limit=nan".parse::<Stored>().is_err());
+        let twice = "front:format=f16,format=f32".parse::<Stored>().unwrap_err().to_string();
+        assert!(twice.contains("stored: format") && twice.contains("give it once"), "{twice}");
     }
 }

@@ -81,8 +81,8 @@ impl TexelRays {
         let away = self.inverse.z_axis;
         (away.truncate() - away.w * self.middle()).normalize_or_zero()
     }
-    /// The row that is 0 at the map's nearest and 1 at its farthest point along the light (13.5), of its part whose clip w is at
-    /// most [`DEEPEST`] times the least: a border may reach to the horizon of a warp.
+    /// The row that is 0 at the map's nearest and 1 at its farthest point along the light (13.5), of the parts of its near and far
+    /// plane whose clip w is at most [`DEEPEST`] times the least there: a border may reach to the horizon of a warp.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a map that has no such part.
@@ -90,15 +90,16 @@ impl TexelRays {
         let along = self.along();
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| self.place(x, y));
         let at = |place: DVec2, z: f64| self.inverse * DVec4::new(place.x, place.y, z, 1.0);
-        let largest = corners.iter().flat_map(|c| [at(*c, 0.0).w, at(*c, 1.0).w]).fold(0.0, f64::max);
-        let least = largest / DEEPEST;
+        // Of either plane by itself: from the near to the far plane of a spot w may grow by more without a warp.
+        let largest = [0.0, 1.0].map(|z| corners.iter().map(|c| at(*c, z).w).fold(0.0, f64::max));
         let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut count = |point: DVec4| {
             let depth = along.dot(point.truncate()) / point.w;
             (near, far) = (near.min(depth), far.max(depth));
         };
         // A quotient of affine functions is least and largest at corners of the part.
-        for z in [0.0, 1.0] {
+        for (z, largest) in [(0.0, largest[0]), (1.0, largest[1])] {
+            let least = largest / DEEPEST;
             for k in 0..4 {
                 let [a, b] = [corners[k], corners[(k + 1) % 4]].map(|corner| at(corner, z));
                 if a.w >= least {
@@ -110,7 +111,7 @@ impl TexelRays {
             }
         }
         let row = (along / (far - near)).extend(-near / (far - near));
-        if largest > 0.0 && along != DVec3::ZERO && row.is_finite() && far > near {
+        if largest.iter().all(|w| *w > 0.0) && along != DVec3::ZERO && row.is_finite() && far > near {
             return Ok(row);
         }
         let (expected, fix) =

@@ -8,6 +8,7 @@ continuous or a silhouette.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,12 @@ TRIED = 3
 STEEPEST = 16
 # Lengths across the rays that count as none, in texels: single precision of positions and stored depths.
 TOUCH = 1e-3
+# How far behind a surface the next one begins, parts of the scene's size: what single precision tells apart in a map.
+APART = 1e-6
+# Surfaces on a ray that are looked at for one that is averted from the light.
+LAYERS = 64
+# Texels that maps of dual layers move the first depth by, where no limit is given.
+LIMIT = 8.0
 
 
 @dataclass
@@ -50,9 +57,10 @@ class Verdict:
 
 
 class Judge:
-    """Judges what a nearest lookup gets wrong in a projective map."""
+    """Judges what a nearest lookup gets wrong in a projective map of some surface."""
 
-    def __init__(self, scene, camera, light, p, gbuffer, resolution):
+    def __init__(self, scene, camera, light, p, gbuffer, resolution, surface="front"):
+        self.surface = surface
         self.scene, self.camera, self.light = scene, camera, light
         self.matrices = np.stack([np.asarray(part.matrix) for part in p.partitions])
         assert all(part.post_warp == "none" for part in p.partitions)
@@ -109,16 +117,102 @@ class Judge:
         if not isinstance(self.light, sl.DirectionalLight):
             far = np.minimum(far, np.linalg.norm(np.asarray(self.light.position, float) - x, axis=-1))
         start = np.where((near > 0) & np.isfinite(near), np.minimum(near, far), far)
-        origin = (x + start[..., None] * back).reshape(-1, 3)
-        t, *_ = sl._core.first_hit(self.scene, origin, np.ascontiguousarray(-back.reshape(-1, 3)))
-        before = start - np.asarray(t).reshape(start.shape)
-        return before, x + np.where(np.isfinite(before), before, 0.0)[..., None] * back
+        before, at, *_ = self.below(x, start)
+        return before, at
 
-    def texel_size(self, maps, x):
+    def below(self, x, start):
+        """What is met first on the rays through points from heights on, downwards: how high, where, and whose."""
+        back = self.to_light(x)
+        origin = (x + start[..., None] * back).reshape(-1, 3)
+        t, triangle, instance = sl._core.first_hit(self.scene, origin, np.ascontiguousarray(-back.reshape(-1, 3)))
+        before = start - np.asarray(t).reshape(start.shape)
+        at = x + np.where(np.isfinite(before), before, 0.0)[..., None] * back
+        return before, at, np.asarray(triangle).reshape(start.shape), np.asarray(instance).reshape(start.shape)
+
+    def kept(self, maps, x):
+        """What the map stores of the rays through points: how far before them, and where."""
+        first, at = self.met(maps, x)
+        if self.surface == "front":
+            return first, at
+        back, apart = self.to_light(x), APART * self.reach
+
+        def drawn(before, at):
+            return np.where(np.isfinite(before) & (self.texels(maps, at)[1] < 1), before, -np.inf)
+
+        first = drawn(first, at)
+        some = np.where(np.isfinite(first), first, 0.0)
+        if self.surface == "back":
+            height, step = some, 1e-9 * self.reach
+            found, todo = np.full(x.shape[:-1], -np.inf), np.isfinite(first)
+            start = some + apart
+            for _ in range(LAYERS):
+                height, place, triangle, instance = self.below(x, start)
+                height = drawn(height, place)
+                todo &= np.isfinite(height)
+                row = self.row[np.maximum(instance, 0)] + np.maximum(triangle, 0)
+                averted = np.sum(self.outer[row] * back, -1) < 0
+                found = np.where(todo & averted, height, found)
+                todo &= ~averted
+                start = np.where(todo, height - step, start)
+                if not todo.any():
+                    break
+        else:
+            height, place, *_ = self.below(x, some - apart)
+            second = np.where(np.isfinite(first), drawn(height, place), -np.inf)
+            with np.errstate(invalid="ignore"):
+                half = np.where(np.isfinite(second), 0.5 * (first - second), np.inf)
+            if self.surface == "dual":
+                half = np.minimum(half, LIMIT * self.texel_size(maps, at, 1e-3))
+            found = second if self.surface == "second" else first - half
+        found = np.where(np.isfinite(first), found, -np.inf)
+        at = x + np.where(np.isfinite(found), found, 0.0)[..., None] * back
+        return drawn(found, at), at
+
+    def shades(self, q, height, x, size):
+        """Whether the triangles at heights over points `q` also stand between points `x` and the light."""
+        start = np.where(np.isfinite(height), height, 0.0) + APART * self.reach
+        _, _, triangle, instance = self.below(q, start)
+        row = self.row[np.maximum(instance, 0)] + np.maximum(triangle, 0)
+        a, b, c = np.moveaxis(self.corners[row], 1, 0)
+        back, e1, e2 = self.to_light(x), b - a, c - a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            p, s = np.cross(back, e2), x - a
+            det = np.sum(e1 * p, -1)
+            u, turned = np.sum(s * p, -1) / det, np.cross(s, e1)
+            v, t = np.sum(back * turned, -1) / det, np.sum(e2 * turned, -1) / det
+            inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > TOUCH * size)
+        return inside & np.isfinite(height) & (triangle >= 0)
+
+    @functools.cached_property
+    def row(self):
+        """Of each instance, the first of its triangles in `outer`."""
+        counts = [self.scene.meshes[k].triangle_count for k in self.scene.mesh_index]
+        return np.concatenate([[0], np.cumsum(counts)[:-1]])
+
+    @functools.cached_property
+    def corners(self):
+        """Of all triangles, (N, 3, 3)."""
+        found = []
+        for k, to_world in zip(self.scene.mesh_index, np.asarray(self.scene.transforms), strict=True):
+            mesh = self.scene.meshes[k]
+            assert not mesh.dropped_faces
+            found.append((np.asarray(mesh.vertices) @ to_world[:3, :3].T + to_world[:3, 3])[np.asarray(mesh.faces)])
+        return np.concatenate(found)
+
+    @functools.cached_property
+    def outer(self):
+        """Normals (N, 3) of the outer sides of all triangles."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        mirrored = np.sign(np.linalg.det(np.asarray(self.scene.transforms)[:, :3, :3]))
+        counts = np.diff([*self.row, len(a)])
+        return np.cross(b - a, c - a) * np.repeat(mirrored, counts)[:, None]
+
+    def texel_size(self, maps, x, part=1.0):
+        """World size of a texel across the ray, its longer side, from that of a part of it."""
         across = self.to_light(x)
         here, _ = self.texels(maps, x)
-        step = [self.on_plane(maps, here + d, x, across) - x for d in ([1.0, 0.0], [0.0, 1.0])]
-        return np.max(np.linalg.norm(step, axis=-1), axis=0)
+        step = [self.on_plane(maps, here + d, x, across) - x for d in ([part, 0.0], [0.0, part])]
+        return np.max(np.linalg.norm(step, axis=-1), axis=0) / part
 
     def jumps(self, maps, a, b, size):
         """Whether what the map holds on the way from place `a` to place `b` has a silhouette."""
@@ -192,18 +286,35 @@ class Judge:
         around = [[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]]
         depths = []
         for d in np.asarray(around) * SNAP:
-            before, at = self.met(k, self.on_plane(k, centre + d, *self.anchor))
-            z = self.texels(k, at)[1]
-            depths.append(np.where(np.isfinite(before) & (z <= 1), z, 1.0))
+            there = self.on_plane(k, centre + d, *self.anchor)
+            # At the silhouettes of solids, what lies behind the first surface begins at that one.
+            for before, at in (self.kept(k, there), *([self.met(k, there)] if self.surface != "front" else [])):
+                z = self.texels(k, at)[1]
+                depths.append(np.where(np.isfinite(before) & (z <= 1), z, 1.0))
         low, high = np.min(depths, axis=0), np.max(depths, axis=0)
         wrong = (stored < low - 1e-6) | (stored > high + 1e-6)
         q = self.on_plane(k, centre, *self.anchor)
-        before, _ = self.met(k, q)
-        return k, x, place, centre, size, stored, depth, wrong, q, before
+        before, kept = self.met(k, q)[0], self.kept(k, q)[0]
+        return k, x, place, centre, size, stored, depth, wrong, q, before, kept
+
+    def is_centre(self, k, q, stored, size):
+        """Whether texels hold what the rays of their centres give, not what lies a rasteriser's rounding away."""
+        before, at = self.kept(k, q)
+        depth = np.where(np.isfinite(before), self.texels(k, at)[1], 1.0)
+        texel = np.abs(np.sum(self.rows(k)[2][..., :3] * self.to_light(q), -1)) * size
+        return np.abs(np.minimum(depth, 1.0) - stored) <= texel
+
+    def is_own(self, before, own_height, size):
+        """Whether a surface at a height over the receiver's plane is the receiver's own, followed there."""
+        with np.errstate(invalid="ignore"):
+            return (np.abs(before) <= TOUCH * size) | (np.abs(before - own_height) <= 4 * TOUCH * size)
 
     def _shadow(self, pixels, maps):
-        k, x, place, centre, size, _, _, wrong, q, before = self._start(pixels, maps)
+        k, x, place, centre, size, _, _, wrong, q, before, kept = self._start(pixels, maps)
         own = np.abs(before) <= TOUCH * size
+        if self.surface in ("back", "second"):
+            # Under a caster that has no such surface the map holds the receiver's own.
+            own |= self.is_own(kept, self.follows(k, place, centre, size), size)
         edge = self.jumps(k, place, centre, size) & ~own
         cause = np.where(wrong, OTHER, np.where(edge, EDGE, ACNE))
         distance = np.full(len(pixels), np.nan)
@@ -212,10 +323,13 @@ class Judge:
         return cause, distance
 
     def _light(self, pixels, maps):
-        k, x, place, centre, size, stored, depth, wrong, q, before = self._start(pixels, maps)
+        k, x, place, centre, size, stored, depth, wrong, q, before, kept = self._start(pixels, maps)
         blocked = self.met(k, x)[0] > 0
         own_height = self.follows(k, place, centre, size)
-        own = (np.abs(before) <= TOUCH * size) | (np.abs(before - own_height) <= 4 * TOUCH * size)
+        own = self.is_own(before, own_height, size)
+        if self.surface in ("back", "second"):
+            # Of a triangle that shades the pixel, too, the map holds a caster, though it continues the receiver's own.
+            own |= self.is_own(kept, own_height, size) & ~self.shades(q, kept, x, size)
         leak = (stored < depth) & ~own
         # A texel around whose centre lies in the same shadow: all of the way to it is dark.
         around = np.array([[dx, dy] for dx in (-1, 0, 1) for dy in (-1, 0, 1)])
@@ -229,7 +343,12 @@ class Judge:
             of = one[todo]
             y = self.on_plane(k[of], place[of] + t * (there[todo] - place[of]), x[of], self.anchor[1][of])
             dark[todo] = self.shaded(k[of], y, size[of])
-        drawn = dark.reshape(len(around), -1).any(axis=0)
+        # The texel's own centre is in the shadow, and what is stored there lights the pixel all the same.
+        unstored = dark.reshape(len(around), -1)[4] & self.is_centre(k, q, stored, size)
+        if self.surface != "front":
+            there = self.on_plane(k[one], there, x[one], self.anchor[1][one])
+            dark &= self.kept(k[one], there)[0] > TOUCH * size[one]
+        drawn = dark.reshape(len(around), -1).any(axis=0) & ~unstored
         cause = np.select([~blocked, wrong, leak, drawn], [MISSING, OTHER, LEAK, EDGE], MISSING)
         distance = np.full(len(pixels), np.nan)
         mine = np.flatnonzero(cause == EDGE)

@@ -9,6 +9,7 @@ from ._core_camera import Camera as Camera
 from ._core_camera import GBuffer as GBuffer
 from ._core_lookups import Bias as Bias
 from ._core_lookups import bias_distance as bias_distance
+from ._core_lookups import blended as blended
 from ._core_lookups import causes as causes
 from ._core_lookups import compared as compared
 from ._core_lookups import filter_kinds as filter_kinds
@@ -33,6 +34,8 @@ from ._core_summary import causes_by_depth as causes_by_depth
 from ._core_summary import compared_depths as compared_depths
 from ._core_summary import summarize as summarize
 from ._core_summary import summarize_bands as summarize_bands
+from ._core_stored import depth_rows as depth_rows
+from ._core_stored import depth_steps as depth_steps
 from ._core_types import FootprintLike, Matrices
 
 __version__: str
@@ -56,13 +59,17 @@ __all__ = [
     "__version__",
     "adapters",
     "bias_distance",
+    "blended",
     "blur",
     "cause_counts",
     "causes",
     "causes_by_depth",
     "compared",
     "compared_depths",
+    "depth_rows",
+    "depth_steps",
     "drawn_samples",
+    "face_corners",
     "filter_kinds",
     "filter_reach",
     "filter_text",
@@ -381,6 +388,11 @@ def trace_shadow_mask(
     progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.int8]:
     """(H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there."""
+
+def face_corners(scene: Scene, instance: int, face: int) -> npt.NDArray[np.float64] | None:
+    """The corners (3, 3) float64 of a triangle of an instance, world, which turn counter-clockwise seen from its outer side; None
+    where there is no such triangle. `face` is the row of its mesh's face array, as `first_hit` gives it.
+    """
 
 def first_hit(
     scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike

@@ -228,12 +228,24 @@ def compared(
     bias: Bias | None = None,
     filter: _Filter = "nearest",
     stored: _Stored = None,
+    map: int | None = None,
 ) -> tuple[npt.NDArray[np.int16], _Float, _Float, npt.NDArray[np.int64], _Float, _Float]:
     """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
     at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
     read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
-    is compared with (N, T) float64, NaN as before and where there is no texel.
+    is compared with (N, T) float64, NaN as before and where there is no texel. `map` is the index of a map that is asked in place
+    of the one that a pixel chooses.
     """
+
+def blended(
+    gbuffer: GBuffer,
+    camera: Camera,
+    light: _Light,
+    parameterization: _Maps,
+    pixels: npt.ArrayLike,
+    blend: float,
+) -> tuple[npt.NDArray[np.int16], _Float]:
+    """The map whose light is mixed in at each pixel, (N,) int16, -1 for none, and its share (N,) float64."""
 
 def causes(
     scene: Scene,
@@ -246,6 +258,7 @@ def causes(
     maps: npt.ArrayLike,
     bias: Bias | None = None,
     filter: _Filter = "nearest",
+    blend: float = 0.0,
     stored: _Stored = None,
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
     """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see

@@ -93,3 +93,13 @@ class Stored:
         """
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
+
+def depth_rows(
+    parameterization: Parameterization | Matrices, origin: npt.ArrayLike, stored: Stored | str | None
+) -> npt.NDArray[np.float64]:
+    """What the numbers of each map measure of points (p, 1) relative to an origin: (K, 2, 4) float64, the rows whose products with a
+    point are divided by each other. Of projective depth those are z and w of the matrix.
+    """
+
+def depth_steps(stored: Stored | str | None, depths: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """The distance to the next number of the format at stored depths (N,): (N,) float64."""

@@ -44,6 +44,8 @@ pub struct Tap {
     pub centre: DVec2,
     /// From the receiver's plane towards the light to what it holds, world units; minus infinity for nothing.
     pub gap: f64,
+    /// One step of the map's numbers there, world units along the light's ray.
+    pub step: f64,
     /// Whether the comparison says shadow.
     pub is_dark: bool,
     /// Whether it would without bias.
@@ -158,7 +160,7 @@ mod tests {
     fn false_light_is_dark_without_bias_by_what_stands_above_the_plane() {
         let tap = |gap| {
             let (centre, is_dark, is_dark_unbiased) = (DVec2::ZERO, false, true);
-            Tap { weight: 0.5, centre, gap, is_dark, is_dark_unbiased }
+            Tap { weight: 0.5, centre, gap, step: 0.0, is_dark, is_dark_unbiased }
         };
         let probe = |a, b| Probe { grain: 0.01, taps: vec![tap(a), tap(b)], ..Probe::default() };
         assert_eq!(probe(5.0, 0.02).dark_unbiased(), 1.0);

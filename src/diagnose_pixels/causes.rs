@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::looker::Looker;
 use super::rays::{LightRays, Receiver};
 use super::{light, shadow};
-use crate::aliasing::against_truth::code;
+use crate::aliasing::against_truth::{LIT_FROM, code};
 use crate::aliasing::causes::{Probe, cause, cause_of_shadow};
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
@@ -85,10 +85,25 @@ struct Place {
 }
 
 impl Wrong<'_> {
+    fn texels(&self, map: usize, lookups: &Lookups) -> &[f32] {
+        let n = lookups.texels();
+        &self.maps[map * n..(map + 1) * n]
+    }
+
     fn place(&self, pixel: usize, lookups: &Lookups) -> Place {
         let nowhere = Place { map: None, texel: [0; 2], pixel };
-        let Some((p, _)) = self.surfaces.receiver(pixel) else { return nowhere };
-        let Some(map) = lookups.choose(p, self.camera.depth_of(self.surfaces.origin + p)) else { return nowhere };
+        let Some((p, normal)) = self.surfaces.receiver(pixel) else { return nowhere };
+        let eye_depth = self.camera.depth_of(self.surfaces.origin + p);
+        let Some(chosen) = lookups.choose(p, eye_depth) else { return nowhere };
+        // Where two maps blend, the chosen one unless it is right alone.
+        let is_wrong_in = |map: usize| {
+            let light = lookups.map(map).light(self.texels(map, lookups), p, normal);
+            (light >= LIT_FROM) == (self.differences[pixel] == code::FALSE_LIGHT)
+        };
+        let map = match lookups.next(chosen, p, eye_depth) {
+            Some(next) if !is_wrong_in(chosen) => next.map,
+            _ => chosen,
+        };
         let place = lookups.map(map).place_of(p).unwrap_or_default().floor();
         Place { map: Some(map), texel: [place.y as i32, place.x as i32], pixel }
     }
@@ -99,8 +114,7 @@ impl Wrong<'_> {
         let is_light = self.differences[pixel] == code::FALSE_LIGHT;
         let nowhere = (if is_light { cause::MISSING } else { cause_of_shadow(&[]) }, f64::NAN);
         let (Some((p, normal)), Some(map)) = (surfaces.receiver(pixel), place.map) else { return nowhere };
-        let n = lookups.texels();
-        let texels = &self.maps[map * n..(map + 1) * n];
+        let texels = self.texels(map, lookups);
         let probe = lookups.map(map).probe(texels, p, normal, false);
         let face = (surfaces.instance[pixel], surfaces.triangle[pixel]);
         let &Probe { place, texel, slope, touch, grain, .. } = &probe;

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::caster::Caster;
 use super::displaced::displacement;
+use super::kept::Kept;
 use super::looker::{Dark, Looker, Way};
 use super::rays::{Met, Receiver};
 use super::way::{Between, between, rise_of_followed};
@@ -37,15 +38,20 @@ pub(super) fn explain(
     }
     // The lit texel that counts most.
     let lit = probe.taps.iter().filter(|tap| !tap.is_dark);
-    let lit = lit.max_by(|a, b| a.weight.total_cmp(&b.weight));
-    let (centre, gap) = lit.map_or((DVec2::ZERO, f64::NEG_INFINITY), |tap| (tap.centre, tap.gap));
-    let way = Way::new(receiver, centre, looker.rays);
-    let is_right = looker.confirmed(receiver, &way, gap).is_some();
+    let Some(lit) = lit.max_by(|a, b| a.weight.total_cmp(&b.weight)) else { return (cause::MISSING, f64::NAN) };
+    let way = Way::new(receiver, lit.centre, looker.rays);
+    let is_right = looker.confirmed(receiver, &way, lit).is_some();
     let found = cause_of_light(is_right, is_right && is_drawn(&around(), receiver, &blocker, looker));
     if found != cause::EDGE {
         return (found, f64::NAN);
     }
+    let lit_way = way;
     let (dark, way) = edge(receiver, &way, blocker, looker);
+    // No silhouette on the way: what the texel stores of the same shadow is not far enough above the receiver. An open caster
+    // has no such surface, and at a contact the receiver's depth changes more within the texel.
+    if dark.is_all && looker.is_dark_and_held(receiver, &lit_way, lit) {
+        return (cause::MISSING, f64::NAN);
+    }
     (found, displacement(&dark, &way, receiver, looker.rays, eye))
 }
 
@@ -68,22 +74,29 @@ fn is_leak(probe: &Probe, receiver: &Receiver, blocker: &Caster, looker: &mut Lo
     if !is_dark(probe.dark_unbiased()) {
         return false;
     }
+    let shows_first = !looker.rays.lookups.map(receiver.map).what().surface.is_behind_first();
     let mut holds_caster = |gap: f64, centre: DVec2| {
         // Higher or lower than a surface that is followed can get: a caster without more ado.
-        if gap.abs() > rise_of_followed(receiver, centre) {
+        if shows_first && gap.abs() > rise_of_followed(receiver, centre) {
             return true;
         }
         let way = Way::new(receiver, centre, looker.rays);
-        let held = looker.at_end(receiver, &way);
+        let Kept { first, held, .. } = looker.at_end(receiver, &way);
         // What shades pixel and centre both; all but what continues the receiver; of that what continues the blocker.
         let is_above = |caster: &Caster, point: DVec3, to_light: DVec3| {
             caster.shades(point) && caster.height(point, to_light) > receiver.touch
         };
         let (end, to_light) = (way.at(1.0), looker.rays.to_light(receiver.p));
-        if is_above(blocker, end, looker.rays.to_light(end))
+        if (shows_first && is_above(blocker, end, looker.rays.to_light(end)))
             || (held.triangle >= 0 && is_above(&looker.caster(&held), receiver.p, to_light))
-            || !looker.is_continued(receiver, &way, &held)
         {
+            return true;
+        }
+        if !shows_first {
+            // What lies behind the receiver's own surface is no caster of it, nor is that surface under one without far side.
+            return ![first, held].iter().any(|met| looker.is_continued(receiver, &way, met));
+        }
+        if !looker.is_continued(receiver, &way, &held) {
             return true;
         }
         let here = blocker.seen_from(receiver.p, to_light);

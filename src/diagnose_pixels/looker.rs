@@ -6,8 +6,10 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 
 use super::caster::Caster;
+use super::kept::Kept;
 use super::rays::{LightRays, Met, Receiver};
 use super::way::{is_continued, steepest_rise};
+use crate::aliasing::causes::Tap;
 use crate::trace::{OneByOne, Tracer};
 
 /// How far from a texel's centre what it holds may be met, texels: rasterisers round vertices to 1/256 of a texel, and the
@@ -34,10 +36,10 @@ const CELLS: f64 = 16.0;
 /// What is known of a texel.
 #[derive(Debug, Default)]
 struct Texel<'a> {
-    /// What light meets at its centre.
-    centre: Option<Met>,
+    /// What the map stores of the ray through its centre.
+    centre: Option<Kept>,
     /// The same at [`ABOUT`].
-    about: Option<[Met; 4]>,
+    about: Option<[Kept; 4]>,
     /// What shades receivers in it; from [`REMEMBERED`] on in a circle.
     casters: Vec<Caster<'a>>,
     /// Casters that were found.
@@ -113,6 +115,14 @@ pub(super) struct Dark {
     pub is_jump: bool,
 }
 
+/// Whether a ray gives what a texel holds: within a texel and a step of the map's numbers, both not above the receiver's plane, or
+/// rounded to no caster.
+fn is_what_is_held(kept: &Kept, receiver: &Receiver, tap: &Tap) -> bool {
+    (kept.height - tap.gap).abs() <= receiver.texel * (1.0 + receiver.slope) + tap.step
+        || kept.height.max(tap.gap) <= receiver.grain
+        || (tap.gap == f64::NEG_INFINITY && kept.is_at_end)
+}
+
 /// Looks at what light meets.
 pub(super) struct Looker<'a> {
     /// What they are made of.
@@ -164,48 +174,44 @@ impl<'a> Looker<'a> {
         &mut self.texels[self.last.1]
     }
 
-    /// What light meets at the texel's centre at the end of a way, seen from there.
-    pub fn at_end(&mut self, receiver: &Receiver, way: &Way) -> Met {
+    /// What the map stores of the ray through the texel's centre at the end of a way, seen from there.
+    pub fn at_end(&mut self, receiver: &Receiver, way: &Way) -> Kept {
         let (point, centre) = (way.at(1.0), way.places[1]);
-        let met = match self.texel(receiver.map, centre).centre {
-            Some(met) => met,
+        let kept = match self.texel(receiver.map, centre).centre {
+            Some(kept) => kept,
             None => {
-                let met = self.met(receiver, point, Met::ANYWHERE);
-                self.texel(receiver.map, centre).centre = Some(met);
-                met
+                let kept = self.rays.kept(&mut self.tracer, receiver.map, point);
+                self.texel(receiver.map, centre).centre = Some(kept);
+                kept
             }
         };
-        self.seen_from(met, point)
+        kept.seen_from(point, self.rays.to_light(point))
     }
 
-    fn seen_from(&self, met: Met, point: DVec3) -> Met {
-        match met.triangle < 0 {
-            true => met,
-            false => Met { height: (met.at - point).dot(self.rays.to_light(point)), ..met },
-        }
-    }
-
-    /// The same, where the texel holds it: `gap` above the receiver's plane. Nothing where light does not meet that.
-    pub fn confirmed(&mut self, receiver: &Receiver, way: &Way, gap: f64) -> Option<Met> {
-        // Within a texel, or both not above the plane.
-        let is_right = |met: &Met| {
-            (met.height - gap).abs() <= receiver.texel * (1.0 + receiver.slope) || met.height.max(gap) <= receiver.grain
-        };
-        let (met, centre) = (self.at_end(receiver, way), way.places[1]);
-        if is_right(&met) {
-            return Some(met);
+    /// The same, where it is what the texel holds. Nothing where light meets nothing that gives the texel's depth.
+    pub fn confirmed(&mut self, receiver: &Receiver, way: &Way, tap: &Tap) -> Option<Kept> {
+        let is_right = |kept: &Kept| is_what_is_held(kept, receiver, tap);
+        let (kept, centre) = (self.at_end(receiver, way), way.places[1]);
+        if is_right(&kept) {
+            return Some(kept);
         }
         let points = ABOUT.map(|step| self.rays.at(receiver, centre + step));
         let about = match self.texel(receiver.map, centre).about {
             Some(about) => about,
             None => {
-                let about = points.map(|point| self.met(receiver, point, Met::ANYWHERE));
+                let about = points.map(|point| self.rays.kept(&mut self.tracer, receiver.map, point));
                 self.texel(receiver.map, centre).about = Some(about);
                 about
             }
         };
-        let mut seen = about.into_iter().zip(points).map(|(met, point)| self.seen_from(met, point));
+        let mut seen = about.into_iter().zip(points).map(|(kept, at)| kept.seen_from(at, self.rays.to_light(at)));
         seen.find(is_right)
+    }
+
+    /// Whether the very centre of the texel at the end of a way is in shadow, and the texel holds what its ray gives.
+    pub fn is_dark_and_held(&mut self, receiver: &Receiver, way: &Way, tap: &Tap) -> bool {
+        let kept = self.at_end(receiver, way);
+        kept.first.height > receiver.grain && is_what_is_held(&kept, receiver, tap)
     }
 
     /// Whether a receiver's own surface goes on below all else to what light meets at the texel's centre at the end of a way:

@@ -3,6 +3,7 @@
 mod caster;
 mod causes;
 mod displaced;
+mod kept;
 mod light;
 mod looker;
 mod rays;

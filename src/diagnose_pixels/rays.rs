@@ -7,6 +7,9 @@ use crate::render::cpu::lookup::Lookups;
 use crate::scene::{AlphaTest, Light, Scene};
 use crate::trace::OneByOne;
 
+/// How far behind what it met a ray goes on, parts of the scene's size and place.
+const AGAIN: f64 = 1.0 / (1_u64 << 40) as f64;
+
 /// A receiver, and how a map samples it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Receiver {
@@ -48,6 +51,14 @@ impl Met {
     pub const NOTHING: Self = Self { height: f64::NEG_INFINITY, at: DVec3::ZERO, face: (-1, -1), triangle: -1 };
     /// All heights, for [`LightRays::met`].
     pub const ANYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+    /// The same from another point of the ray.
+    pub fn seen_from(self, point: DVec3, to_light: DVec3) -> Self {
+        match self.triangle < 0 {
+            true => self,
+            false => Self { height: (self.at - point).dot(to_light), ..self },
+        }
+    }
 }
 
 /// The rays of a light that maps sample.
@@ -137,6 +148,19 @@ impl<'a> LightRays<'a> {
         let mesh = self.scene.mesh_of(met.face.0 as usize);
         let test = mesh.alpha_test()?;
         Some((test, test.corners(mesh.triangles()[met.triangle as usize])))
+    }
+
+    /// Whether the outer side of the triangle that was met, by the winding of its mesh however that is placed, is averted from
+    /// the light.
+    pub fn is_averted(&self, met: &Met) -> bool {
+        let [a, b, c] = self.corners(met);
+        let mirrored = self.scene.world_from_local()[met.face.0 as usize].matrix3.determinant().signum();
+        (b - a).cross(c - a).dot(self.to_light(met.at)) * mirrored < 0.0
+    }
+
+    /// A part of the ray that counts as none, of what is met one after the other: above double precision, below single.
+    pub fn again(&self) -> f64 {
+        AGAIN * (self.middle.1 + self.origin.length())
     }
 
     /// The corners of the triangle that was met, relative to the origin.

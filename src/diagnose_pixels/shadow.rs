@@ -15,9 +15,14 @@ pub(super) fn explain(probe: &Probe, receiver: &Receiver, looker: &mut Looker, e
         holds.push((tap.weight, Holds::Wrong));
         let held = holds.len() - 1;
         let way = Way::new(receiver, tap.centre, looker.rays);
-        let Some(met) = looker.confirmed(receiver, &way, tap.gap) else { continue };
+        let Some(kept) = looker.confirmed(receiver, &way, tap) else { continue };
         holds[held].1 = Holds::Itself;
-        if met.face == receiver.face {
+        let met = kept.first;
+        if met.face == receiver.face || kept.held.face == receiver.face {
+            continue;
+        }
+        // Under a caster that has no far side the map may hold what it would shade.
+        if kept.held != met && looker.is_continued(receiver, &way, &kept.held) {
             continue;
         }
         // From the centre, where it is dark, towards the pixel.

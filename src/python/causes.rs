@@ -7,7 +7,7 @@ use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched};
 use super::exceptions::refusable;
-use super::filter::{blend_of, filter_of};
+use super::filter::{blend_of, filter_of, unwarned_blend};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
@@ -53,8 +53,10 @@ pub fn look_up<'py>(
 /// Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
 /// `shadowlab.aliasing.causes`.
 #[pyfunction]
-#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter=None, stored=None),
-    text_signature = "(scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter='nearest', stored=None)")]
+#[pyo3(signature = (scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter=None, blend=None,
+    stored=None),
+    text_signature = "(scene, camera, light, parameterization, differences, *, gbuffer, maps, bias=None, filter='nearest', \
+                      blend=0.0, stored=None)")]
 #[allow(clippy::too_many_arguments, clippy::type_complexity)]
 pub fn causes<'py>(
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
@@ -66,6 +68,7 @@ pub fn causes<'py>(
     maps: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
+    blend: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = stored)] stored: Option<Stored>,
 ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray2<f32>>)> {
     let py = maps.py();
@@ -73,14 +76,14 @@ pub fn causes<'py>(
     let p = &p.get().p;
     let (maps, resolution) = layers(maps, p.partitions.len())?;
     let maps = maps.as_slice()?;
-    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
+    let (filter, blend, stored) = (filter_of(py, filter)?, unwarned_blend(py, blend)?, stored.unwrap_or_default());
     let (camera, scene) = (&camera.get().camera, scene.get());
     gbuffer.get().with_surfaces(py, |surfaces| {
         let [w, h] = surfaces.size.map(|n| n as usize);
         let differences = array::<i8>(differences, "differences", &[Some(h), Some(w)])?;
         let differences = differences.as_slice()?;
         let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
-        let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
+        let settings = MaskSettings { resolution, size, bias, filter, blend, stored };
         let tracer = &*scene.tracer(py, None)?;
         let (causes, distance) = run_watched(py, None, |progress| {
             let (scene, light, settings, surfaces) = (&scene.scene, &light, &settings, *surfaces);

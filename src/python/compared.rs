@@ -1,29 +1,33 @@
 //! Which depths a lookup compares: where pixels lie in their maps, and the biased depth of each.
 
 use glam::{DVec2, DVec3};
-use numpy::{PyArray1, PyArray2, PyArray3};
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
+use super::arguments::whole;
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
-use super::convert::{argument_error, array, image, run_watched, size2};
-use super::filter::filter_of;
+use super::convert::{OrRaise, argument_error, array, image, run_watched, size2};
+use super::filter::{filter_of, unwarned_blend};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::stored::stored;
 use crate::image::Footprint;
 use crate::render::cpu::lookup::{Comparison, Lookups};
-use crate::render::{Bias, MaskSettings, Stored, Tap};
-use crate::scene::{Camera, Light};
+use crate::render::{Bias, Filter, MaskSettings, Stored, Tap};
+use crate::scene::Light;
 
 /// What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
 /// at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
 /// read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
-/// is compared with (N, T) float64, NaN as before and where there is no texel.
+/// is compared with (N, T) float64, NaN as before and where there is no texel. `map` is the index of a map that is asked in place
+/// of the one that a pixel chooses.
 #[pyfunction]
-#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None, stored=None),
-    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest', stored=None)")]
+#[pyo3(signature = (gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter=None, stored=None,
+    map=None),
+    text_signature = "(gbuffer, camera, light, parameterization, pixels, *, resolution=None, bias=None, filter='nearest', \
+                      stored=None, map=None)")]
 #[allow(clippy::too_many_arguments)]
 pub fn compared<'py>(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -35,6 +39,7 @@ pub fn compared<'py>(
     #[pyo3(from_py_with = bias)] bias: Option<Bias>,
     filter: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+    map: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Compared<'py>> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
@@ -42,13 +47,10 @@ pub fn compared<'py>(
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let camera = &camera.get().camera;
     let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
+    let maps = [0, p.partitions.len() as i64 - 1];
+    let map = map.map(|k| whole(k, "map", maps, "count maps from 0")).transpose()?.map(|k| k as usize);
     let pixels = array::<i64>(pixels, "pixels", &[None, Some(2)])?;
-    let (pixels, _) = pixels.as_slice()?.as_chunks::<2>();
-    let [width, height] = gbuffer.get().picture().map(i64::from);
-    if let Some([x, y]) = pixels.iter().find(|[x, y]| !((0..width).contains(x) && (0..height).contains(y))) {
-        let expected = format!("columns and rows of a picture of {width} x {height} pixels");
-        return Err(argument_error(py, "pixels", expected, format!("({x}, {y})"), "count from 0 at the upper left"));
-    }
+    let (pixels, width) = (pixels_of(py, &pixels, gbuffer.get())?, i64::from(gbuffer.get().picture()[0]));
     let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
     let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
@@ -58,7 +60,16 @@ pub fn compared<'py>(
             for [x, y] in pixels {
                 progress.check()?;
                 found.push(match surfaces.receiver((y * width + x) as usize) {
-                    Some((point, normal)) => One::new(&lookups, camera, &light, surfaces.origin, point, normal),
+                    Some((point, normal)) => {
+                        let p_world = surfaces.origin + point;
+                        match light.illuminates(p_world, normal) {
+                            false => One::without(Footprint::AVERTED),
+                            true => match map.or_else(|| lookups.choose(point, camera.depth_of(p_world))) {
+                                Some(k) => One::new(&lookups, k, point, normal),
+                                None => One::without(Footprint::NO_MAP),
+                            },
+                        }
+                    }
                     None => One::without(Footprint::NOTHING),
                 });
             }
@@ -81,6 +92,54 @@ pub fn compared<'py>(
     let (texels, weights) = (image(py, texels, [n, most, 2])?, image(py, weights, [n, most])?);
     let (maps, places, own) = (image(py, maps, [n])?, image(py, places, [n, 2])?, image(py, own, [n])?);
     Ok((maps, places, own, texels, weights, image(py, depths, [n, most])?))
+}
+
+/// The pixels (N, 2) of an array, if they lie in the picture.
+fn pixels_of<'a>(py: Python<'_>, pixels: &'a PyReadonlyArrayDyn<'_, i64>, of: &PyGBuffer) -> PyResult<&'a [[i64; 2]]> {
+    let (pixels, _) = pixels.as_slice()?.as_chunks::<2>();
+    let [width, height] = of.picture().map(i64::from);
+    let Some([x, y]) = pixels.iter().find(|[x, y]| !((0..width).contains(x) && (0..height).contains(y))) else {
+        return Ok(pixels);
+    };
+    let expected = format!("columns and rows of a picture of {width} x {height} pixels");
+    Err(argument_error(py, "pixels", expected, format!("({x}, {y})"), "count from 0 at the upper left"))
+}
+
+/// The map whose light is mixed in at each pixel, (N,) int16, -1 for none, and its share (N,) float64.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+pub fn blended<'py>(
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: Light,
+    parameterization: &Bound<'py, PyAny>,
+    pixels: &Bound<'py, PyAny>,
+    blend: &Bound<'py, PyAny>,
+) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray1<f64>>)> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let p = &p.get().p;
+    let (camera, blend) = (&camera.get().camera, unwarned_blend(py, Some(blend))?);
+    let pixels = array::<i64>(pixels, "pixels", &[None, Some(2)])?;
+    let (pixels, width) = (pixels_of(py, &pixels, gbuffer.get())?, i64::from(gbuffer.get().picture()[0]));
+    // Where maps blend depends on neither of the others.
+    let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
+    let settings =
+        MaskSettings { resolution: p.resolution, size: gbuffer.get().whole_picture(), bias, filter, blend, stored };
+    let (maps, shares): (Vec<i16>, Vec<f64>) = gbuffer.get().with_surfaces(py, |surfaces| {
+        let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings).or_raise(py)?;
+        let one = |[x, y]: &[i64; 2]| {
+            let (point, normal) = surfaces.receiver((y * width + x) as usize)?;
+            let p_world = surfaces.origin + point;
+            let depth = camera.depth_of(p_world);
+            let chosen = lookups.choose(point, depth).filter(|_| light.illuminates(p_world, normal))?;
+            lookups.next(chosen, point, depth)
+        };
+        let found = pixels.iter().map(|pixel| one(pixel).map_or((-1, 0.0), |next| (next.map as i16, next.share)));
+        Ok(found.unzip())
+    })?;
+    let n = maps.len();
+    Ok((image(py, maps, [n])?, image(py, shares, [n])?))
 }
 
 type Compared<'py> = (
@@ -106,12 +165,7 @@ impl One {
     fn without(map: i16) -> Self {
         Self { map, place: [f64::NAN; 2], depth: f64::NAN, taps: Vec::new() }
     }
-    fn new(lookups: &Lookups, camera: &Camera, light: &Light, origin: DVec3, point: DVec3, normal: DVec3) -> Self {
-        let p_world = origin + point;
-        if !light.illuminates(p_world, normal) {
-            return Self::without(Footprint::AVERTED);
-        }
-        let Some(k) = lookups.choose(point, camera.depth_of(p_world)) else { return Self::without(Footprint::NO_MAP) };
+    fn new(lookups: &Lookups, k: usize, point: DVec3, normal: DVec3) -> Self {
         let map = lookups.map(k);
         let (place, depth, taps) = match map.compare_at(point, normal) {
             Comparison::At(at) => {

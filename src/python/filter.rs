@@ -27,9 +27,14 @@ pub fn filter_text(filter: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(filter_of(filter.py(), Some(filter))?.to_string())
 }
 
-/// The share over which maps blend; 0 where none is given. A warning where the maps of a scheme do not overlap as far.
+/// The share over which maps blend; 0 where none is given.
+pub fn unwarned_blend(py: Python<'_>, blend: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+    check_blend(number_or(blend, "blend", 0.0)?).or_raise(py)
+}
+
+/// The same, with a warning where the maps of a scheme do not overlap as far.
 pub fn blend_of(py: Python<'_>, blend: Option<&Bound<'_, PyAny>>, p: &Parameterization) -> PyResult<f64> {
-    let blend = check_blend(number_or(blend, "blend", 0.0)?).or_raise(py)?;
+    let blend = unwarned_blend(py, blend)?;
     let overlap = p.settings.iter().find_map(|(name, value)| match value {
         Value::Number(overlap) if *name == "overlap" => Some(*overlap),
         _ => None,

@@ -58,7 +58,7 @@ mod _core {
     #[pymodule_export]
     use super::causes::{causes, look_up};
     #[pymodule_export]
-    use super::compared::compared;
+    use super::compared::{blended, compared};
     #[pymodule_export]
     use super::drivers::adapters;
     #[pymodule_export]
@@ -84,7 +84,7 @@ mod _core {
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]
-    use super::stored::PyStored;
+    use super::stored::{PyStored, depth_rows, depth_steps};
     #[pymodule_export]
     use super::summary::{cause_counts, causes_by_depth, compared_depths, summarize, summarize_bands};
     #[pymodule_export]
@@ -94,7 +94,7 @@ mod _core {
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]
-    use super::trace::{first_hit, occluded, trace_memory, trace_shadow_mask};
+    use super::trace::{face_corners, first_hit, occluded, trace_memory, trace_shadow_mask};
     #[pymodule_export]
     use super::travel::restore;
     #[pymodule_export]

@@ -1,19 +1,19 @@
 //! `_core.Stored`.
 
-use numpy::{PyArray1, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::arguments::{number, word};
+use super::arguments::{number, vec3, word};
 use super::convert::{OrRaise, SOON, argument_error, array, image, instance_of, rows3, run_sized};
 use super::exceptions::warn;
 use super::parameterization::as_parameterization;
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::parameterization::Held;
 use crate::progress::Progress;
-use crate::render::{Format, Spacing, Stored, StoredSurface, step_along_ray};
+use crate::render::{Format, Spacing, Stored, StoredSurface, depth_measure, step_along_ray};
 use crate::scene::Scene;
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 
 /// What a shadow map stores: which surface, how its depth is spaced, in which format.
 ///
@@ -199,6 +199,40 @@ impl PyStored {
         let (surface, spacing, format) = (s.surface.name(), s.spacing.name(), s.format.name());
         format!("Stored('{surface}', spacing='{spacing}', format='{format}', limit={limit})")
     }
+}
+
+/// What the numbers of each map measure of points (p, 1) relative to an origin: (K, 2, 4) float64, the rows whose products with a
+/// point are divided by each other. Of projective depth those are z and w of the matrix.
+#[pyfunction]
+pub fn depth_rows<'py>(
+    parameterization: &Bound<'py, PyAny>,
+    origin: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let py = parameterization.py();
+    let p = as_parameterization(parameterization)?;
+    let (origin, stored) = (vec3(origin, "origin")?, stored.unwrap_or_default());
+    let mut rows = Vec::new();
+    for partition in &p.get().p.partitions {
+        let clip_from_relative = partition.shadow_clip_from_world * DMat4::from_translation(origin);
+        let [of, by] = depth_measure(&clip_from_relative, &partition.post_warp, stored.spacing).or_raise(py)?;
+        rows.extend(of.to_array().into_iter().chain(by.to_array()));
+    }
+    let n = rows.len() / 8;
+    image(py, rows, [n, 2, 4])
+}
+
+/// The distance to the next number of the format at stored depths (N,): (N,) float64.
+#[pyfunction]
+pub fn depth_steps<'py>(
+    #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+    depths: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (py, format) = (depths.py(), stored.unwrap_or_default().format);
+    let depths = array::<f64>(depths, "depths", &[None])?;
+    let steps: Vec<f64> = depths.as_slice()?.iter().map(|&z| format.step(z)).collect();
+    let n = steps.len();
+    image(py, steps, [n])
 }
 
 /// What is stored, as an argument: a `Stored`, its text, or nothing for the default.

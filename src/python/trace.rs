@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
-use super::arguments::{callable, number_or, paired_rows};
+use super::arguments::{callable, number_or, paired_rows, whole};
 use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
 use super::light::light;
@@ -62,6 +62,30 @@ pub fn first_hit<'py>(
     })?;
     let n = t.len();
     Ok((image(py, t, [n])?, image(py, triangle, [n])?, image(py, instance, [n])?))
+}
+
+/// The corners (3, 3) float64 of a triangle of an instance, world, which turn counter-clockwise seen from its outer side; None
+/// where there is no such triangle. `face` is the row of its mesh's face array, as `first_hit` gives it.
+#[pyfunction]
+pub fn face_corners<'py>(
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    instance: &Bound<'py, PyAny>,
+    face: &Bound<'py, PyAny>,
+) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+    let py = instance.py();
+    let [instance, face] = [(instance, "instance"), (face, "face")]
+        .map(|(value, name)| whole(value, name, [-1, i64::from(i32::MAX)], "first_hit gives it"));
+    let (scene, Ok(instance), Ok(face)) = (&scene.get().scene, usize::try_from(instance?), usize::try_from(face?))
+    else {
+        return Ok(None);
+    };
+    let Some(to_world) = scene.world_from_local().get(instance) else { return Ok(None) };
+    let mesh = scene.mesh_of(instance);
+    let Some(triangle) = mesh.triangle_of(face) else { return Ok(None) };
+    let [a, b, c] = mesh.triangles()[triangle]
+        .map(|k| to_world.transform_point3(mesh.positions_local()[k as usize].as_dvec3()).to_array());
+    let turned = if to_world.matrix3.determinant() < 0.0 { [a, c, b] } else { [a, b, c] };
+    image(py, turned.concat(), [3, 3]).map(Some)
 }
 
 /// Whether anything lies at 0 < t < t_max on each ray: (N,) bool.

@@ -8,6 +8,7 @@ mod filter;
 pub mod gpu;
 mod precision;
 mod renderer;
+mod settings_text;
 mod stored;
 
 pub use bias::Bias;
@@ -16,4 +17,4 @@ pub(crate) use filter::bilinear;
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
 pub(crate) use renderer::{check_blend, check_count, check_extent};
-pub use stored::{Format, Spacing, Stored, StoredSurface, step_along_ray};
+pub use stored::{Format, Spacing, Stored, StoredSurface, depth_measure, step_along_ray};

@@ -241,6 +241,13 @@ impl Mesh {
     pub fn source_face(&self, triangle: usize) -> u32 {
         if self.source_faces.is_empty() { triangle as u32 } else { self.source_faces[triangle] }
     }
+    /// The triangle that came from a row of the caller's face array; nothing where that was dropped, and beyond the last.
+    pub fn triangle_of(&self, face: usize) -> Option<usize> {
+        if self.source_faces.is_empty() {
+            return (face < self.triangles.len()).then_some(face);
+        }
+        self.source_faces.binary_search(&(face as u32)).ok()
+    }
     /// The rows of the caller's face array that all triangles came from; empty where no face was dropped.
     pub fn source_faces(&self) -> &[u32] {
         &self.source_faces

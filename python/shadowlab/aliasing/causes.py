@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
-from ..text.checks import check_filter
+from ..text.checks import check_filter, checked_blend, checked_stored
 from ..travel import Value
 from .codes import Cause
 from .summary import checked_bands, even_limits
@@ -33,7 +33,7 @@ MEANINGS: dict[CauseName, str] = {
     "acne": "a surface shadows itself, or in a crease a lit one its neighbour",
     "edge": "a silhouette is drawn where it is not",
     "leak": "without bias it would be dark: peter-panning, light through thin walls",
-    "missing": "the caster is not in the map: cut off, beyond it, or thinner than a texel",
+    "missing": "the caster is not in the map: cut off, beyond it, thinner than a texel, or without such a surface",
     "other": "the map holds what the light does not meet",
 }
 
@@ -162,6 +162,8 @@ def causes(
     maps: npt.ArrayLike,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
+    stored: _core.Stored | str | None = None,
 ) -> Causes:
     """Why the pixels of a shadow mask are wrong.
 
@@ -172,6 +174,11 @@ def causes(
     *leak* where it would be dark without bias, by texels that hold a caster; *other* where the map holds what light
     does not meet there; an edge where a texel around has its centre in the same shadow; else missing, too: its shadow
     is thinner than a texel.
+
+    Maps that store another surface than the front have the same causes, since light and shadow end at the silhouettes
+    of what light meets first. Acne is then also a surface that is shaded by what the map stores behind it, and a pixel
+    is missing its caster also where the caster has no such surface above the receiver: an open mesh, a contact.
+    docs/errors.md has the definitions.
 
     Parameters
     ----------
@@ -187,8 +194,8 @@ def causes(
         What the camera sees, of the same size.
     maps : (H, W) or (K, H, W) array_like float32
         The shadow maps that the mask was looked up in.
-    bias, filter
-        As the mask was made with.
+    bias, filter, blend, stored
+        As the mask was made with. Where two maps blend, the cause is that of the map which makes the pixel wrong.
 
     Returns
     -------
@@ -199,7 +206,7 @@ def causes(
     ArgumentError
         For arguments of another type, and images of different sizes.
     UnknownNameError
-        For a filter that does not exist.
+        For a filter that does not exist, or a surface, spacing or format to store.
     """
     if not isinstance(camera, _core.Camera):
         raise ArgumentError(
@@ -212,23 +219,14 @@ def causes(
         )
     depth = depths_of(gbuffer, camera)
     errors = _core.misclassified(mask, truth)
-    return causes_of(scene, camera, light, parameterization, errors, gbuffer, maps, bias, filter, depth)
+    image, distance = _core.causes(
+        scene, camera, light, parameterization, errors.image, gbuffer=gbuffer, maps=maps, bias=bias, filter=filter,
+        blend=checked_blend(blend), stored=checked_stored(stored),
+    )  # fmt: skip
+    return Causes(image, distance, depth, int(errors.undecided))
 
 
 def depths_of(gbuffer: _core.GBuffer, camera: _core.Camera) -> NDArray[np.float64]:
     """Depths along the view (H, W) of what a G-buffer shows, world units."""
     positions = np.asarray(gbuffer.position)
     return camera.depth(positions.reshape(-1, 3)).reshape(positions.shape[:2])
-
-
-def causes_of(
-    scene: _core.Scene, camera: _core.Camera, light: Light, parameterization: Maps, errors: _core.Misclassified,
-    gbuffer: _core.GBuffer, maps: npt.ArrayLike, bias: _core.Bias | None, filter: Filter,
-    depth: NDArray[np.float64],
-) -> Causes:  # fmt: skip
-    """The causes of errors that are known; see `causes`."""
-    image, distance = _core.causes(
-        scene, camera, light, parameterization, errors.image,
-        gbuffer=gbuffer, maps=maps, bias=bias, filter=filter,
-    )  # fmt: skip
-    return Causes(image, distance, depth, int(errors.undecided))

@@ -192,7 +192,8 @@ class Drawing:
             view = self.view
             return _core.causes(
                 view.scene, view.camera, light_of(view), self.parameterization, self.errors.image,
-                gbuffer=self.gbuffer, maps=self.maps, bias=self.bias, filter=self.filter, stored=self.stored,
+                gbuffer=self.gbuffer, maps=self.maps, bias=self.bias, filter=self.filter, blend=self.blend,
+                stored=self.stored,
             )  # fmt: skip
 
         return self._kept("causes", make, lambda found: found[0].nbytes + found[1].nbytes)

@@ -67,6 +67,10 @@ impl StoredSurface {
     pub fn takes_two(self) -> bool {
         matches!(self, Self::Second | Self::Midpoint | Self::Dual)
     }
+    /// Whether it is a surface behind the first that light meets, or that one only where it is averted.
+    pub fn is_behind_first(self) -> bool {
+        matches!(self, Self::Back | Self::Second)
+    }
     /// Whether a caster must be closed to be shadowed from behind: what a ray enters, it leaves.
     pub fn needs_closed(self) -> bool {
         matches!(self, Self::Back | Self::Second | Self::Midpoint)

@@ -15,6 +15,15 @@ pub(crate) struct DepthMeasure {
     pub denominator: DVec4,
 }
 
+/// The two rows of what a map's numbers measure of points that a matrix takes to clip space: the products with a point, (p, 1),
+/// are divided by each other.
+///
+/// # Errors
+/// As [`TexelRays::linear_row`], where depth is linear.
+pub fn depth_measure(clip_from_local: &DMat4, post_warp: &PostWarp, spacing: Spacing) -> Result<[DVec4; 2]> {
+    DepthMeasure::new(clip_from_local, post_warp, spacing).map(|depth| [depth.numerator, depth.denominator])
+}
+
 impl DepthMeasure {
     /// Of points that a matrix takes to clip space.
     ///

@@ -12,5 +12,6 @@ pub(crate) use encoder::{Encoder, Layers};
 pub use format::Format;
 pub use kind::{Spacing, Stored, StoredSurface};
 pub(crate) use measure::DepthMeasure;
+pub use measure::depth_measure;
 pub use step::step_along_ray;
 pub(crate) use texel_rays::TexelRays;

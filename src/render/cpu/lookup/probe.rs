@@ -10,8 +10,8 @@ use super::comparison::Comparison;
 use super::lookup::MapLookup;
 use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
-use crate::render::Tap as Read;
 use crate::render::stored::DepthMeasure;
+use crate::render::{Stored, Tap as Read};
 
 /// Texels around the point that a probe looks at, each way.
 const AROUND: i64 = 1;
@@ -43,7 +43,8 @@ impl MapLookup {
         let centre_of = |[x, y]: [i64; 2]| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let looked_at = |texel: [i64; 2]| {
             let stored = self.stored(map, texel);
-            (stored, self.gap(stored, p, normal, centre_of(texel)))
+            let [gap, step] = self.gap(stored, p, normal, centre_of(texel));
+            (stored, gap, step)
         };
         if with_around {
             let middle = place.floor().as_i64vec2();
@@ -58,13 +59,13 @@ impl MapLookup {
             Comparison::Lit => self.taps_at(p, normal, place),
         };
         let tap = |tap: Read| {
-            let (centre, (stored, gap)) = (centre_of(tap.texel), looked_at(tap.texel));
+            let (centre, (stored, gap, step)) = (centre_of(tap.texel), looked_at(tap.texel));
             let biased = match &comparison {
                 Comparison::At(reference) => self.depth_at(reference, centre),
                 Comparison::Lit => 0.0,
             };
             let (is_dark, is_dark_unbiased) = (stored < biased, stored < depth.min(1.0));
-            Tap { weight: tap.weight, centre, gap, is_dark, is_dark_unbiased }
+            Tap { weight: tap.weight, centre, gap, step, is_dark, is_dark_unbiased }
         };
         probe.taps = taps.into_iter().filter(|tap| tap.weight > 0.0).map(tap).collect();
         probe
@@ -92,6 +93,38 @@ impl MapLookup {
         let [_, _, row_z, row_w] = self.rows;
         let way = DepthMeasure { numerator: row_z, denominator: row_w }.way(p, self.way_to_light(p), 0.0);
         if way > 0.0 { way } else { f64::INFINITY }
+    }
+
+    /// What the map stores.
+    pub fn what(&self) -> Stored {
+        self.stored
+    }
+
+    /// Whether a point is before the far plane, so that a rasteriser draws it.
+    pub fn is_before_far(&self, p: DVec3) -> bool {
+        let [_, _, row_z, row_w] = self.rows;
+        let p4 = p.extend(1.0);
+        row_z.dot(p4) < row_w.dot(p4)
+    }
+
+    /// The depth that the map would store of a point, before it is rounded.
+    pub fn depth_at_point(&self, p: DVec3) -> f64 {
+        self.depth.at(p.extend(1.0))
+    }
+
+    /// How far along its ray lies what a rasteriser may give the same depth in single precision as a point, world units.
+    pub fn same_depth(&self, p: DVec3) -> f64 {
+        let [_, _, row_z, row_w] = self.rows;
+        let of = DepthMeasure { numerator: row_z, denominator: row_w };
+        let way = of.way(p, self.way_to_light(p), of.at(p.extend(1.0)) - ROUNDING);
+        (if way.is_finite() { way.abs() } else { 0.0 }) + ROUNDING * p.length()
+    }
+
+    /// World size of a texel across the ray at a point, its longer side; 0 where the map is singular.
+    pub fn texel_at(&self, p: DVec3) -> f64 {
+        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        let ndc = |place: DVec2| DVec2::new(2.0, -2.0) * (place / size) + DVec2::new(-1.0, 1.0);
+        self.place_of(p).map_or(0.0, |place| self.texel_size(p, ndc(place).extend(0.0)))
     }
 
     /// Depth without bias of a point that [`MapLookup::compare_at`] compares.
@@ -150,12 +183,17 @@ impl MapLookup {
         f64::from(map[(j.clamp(0, height - 1) * width + i.clamp(0, width - 1)) as usize])
     }
 
-    /// How far from the receiver's plane towards the light lies what a texel holds; minus infinity for nothing, and where the
-    /// plane is seen edge on: its depth there is any.
-    fn gap(&self, stored: f64, p: DVec3, normal: DVec3, centre: DVec2) -> f64 {
+    /// How far from the receiver's plane towards the light lies what a texel holds, and how far one step of its number goes;
+    /// minus infinity for nothing, and where the plane is seen edge on: its depth there is any.
+    fn gap(&self, stored: f64, p: DVec3, normal: DVec3, centre: DVec2) -> [f64; 2] {
         match self.on_plane_at(p, normal, centre) {
-            Some(q) if stored < 1.0 => self.way_to_depth(q, self.way_to_light(q), stored),
-            _ => f64::NEG_INFINITY,
+            Some(q) if stored < 1.0 => {
+                let to_light = self.way_to_light(q);
+                let gap = self.way_to_depth(q, to_light, stored);
+                let next = self.way_to_depth(q, to_light, stored - self.stored.format.step(stored));
+                [gap, (next - gap).abs()]
+            }
+            _ => [f64::NEG_INFINITY, 0.0],
         }
     }
 }

@@ -1,4 +1,4 @@
-"""Makes the examples of docs/explain.md: three pixels explained, with their figures.
+"""Makes the examples of docs/explain.md: pixels explained, with their figures.
 
     python docs/explain.py [--check]
 
@@ -36,22 +36,25 @@ class Example:
     size: tuple[int, int]
     pixel: tuple[int, int]
     bias: sl.Bias | None = None
+    stored: str | None = None
 
     def explained(self) -> sl.PixelExplanation:
         """The explanation."""
         scene = sl.library.scene(self.scene)
         view = sl.View(scene, scene.camera, scene.light, size=self.size)
         return sl.explain_pixel(
-            view, self.technique, *self.pixel, resolution=self.resolution, renderer="cpu", bias=self.bias
-        )
+            view, self.technique, *self.pixel, resolution=self.resolution, renderer="cpu", bias=self.bias,
+            stored=self.stored,
+        )  # fmt: skip
 
     @property
     def command(self) -> str:
         """What prints it."""
         bias = "" if self.bias is None else " --bias none"
+        stored = "" if self.stored is None else f" --stored {self.stored}"
         return (
             f"shadowlab explain @{self.scene} --technique {self.technique} --resolution {self.resolution} "
-            f"--size {self.size[0]}x{self.size[1]} --backend cpu{bias} --pixel {self.pixel[0]},{self.pixel[1]}"
+            f"--size {self.size[0]}x{self.size[1]} --backend cpu{bias}{stored} --pixel {self.pixel[0]},{self.pixel[1]}"
         )
 
 
@@ -74,6 +77,13 @@ EXAMPLES = (
         "The shadow of a thin lath. In the map, the triangle that truth's ray meets passes between the centres of the "
         "texels, and those around hold other surfaces. No bias brings the lath back.",
         "ceiling", "uniform", 512, (480, 270), (136, 195),
+    ),
+    Example(
+        "A contact in a map of second surfaces",
+        "A robot's leg meets the floor, seen in a map that stores the second surface of each ray. The texel's centre lies "
+        "in the shadow, too, but there the leg's far side is so near to the floor that the depth of the floor changes "
+        "more within the texel. A map of the front, or of a depth between, holds the leg.",
+        "robots", "lispsm", 256, (320, 180), (42, 158), None, "second",
     ),
 )  # fmt: skip
 

@@ -50,6 +50,20 @@ class Triangles:
 
     def first(self, origin: np.ndarray, direction: np.ndarray) -> tuple[float, set[tuple[int, int]]]:
         """Parameter of the first hit with t > 0, and the triangles that are met there; infinity for none."""
+        t, index = self.hits(origin, direction)
+        if not len(t):
+            return np.inf, set()
+        met = index[t <= t[0] * (1 + TOGETHER) + TOGETHER]
+        return float(t[0]), {(int(self.instance[k]), int(self.triangle[k])) for k in met}
+
+    @functools.cached_property
+    def outer(self) -> np.ndarray:
+        """Normals of outer sides by the winding of the corners, as `to_arrays` has them for mirrored instances, too."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return np.cross(b - a, c - a)
+
+    def hits(self, origin: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters of all hits with t > 0, ascending, and which triangles they are."""
         o, d = origin - self.middle, direction
         centre, radius = self.spheres
         away = centre - o
@@ -65,11 +79,8 @@ class Triangles:
             v = q @ d / det
             t = np.einsum("ij,ij->i", e2, q) / det
             inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
-        if not inside.any():
-            return np.inf, set()
-        best = t[inside].min()
-        met = index[inside & (t <= best * (1 + TOGETHER) + TOGETHER)]
-        return float(best), {(int(self.instance[k]), int(self.triangle[k])) for k in met}
+        order = np.argsort(t[inside])
+        return t[inside][order], index[inside][order]
 
 
 def texel_ray(matrix: np.ndarray, place: np.ndarray, resolution: int) -> tuple[np.ndarray, np.ndarray]:

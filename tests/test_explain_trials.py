@@ -18,11 +18,12 @@ def test_what_mends_mends(scene, technique, resolution):
     for code in (1, 2, 3, 4):
         for x, y in some(run.causes.image == code, 2, code):
             found = explained(view, technique, x, y, resolution, trials=True)
-            assert {trial.kind for trial in found.trials} == {"resolution", "bias", "technique"}
+            assert {trial.kind for trial in found.trials} == {"resolution", "bias", "stored", "technique"}
             for trial in found.trials:
                 again = sl.evaluate(
-                    view, trial.technique, trial.resolution, metrics=["misclassified"], renderer="cpu", bias=trial.bias
-                )
+                    view, trial.technique, trial.resolution, metrics=["misclassified"], renderer="cpu", bias=trial.bias,
+                    stored=trial.stored,
+                )  # fmt: skip
                 assert trial.failure == again.failure
                 if again.failure:
                     assert not trial.is_right
@@ -91,3 +92,27 @@ def test_no_map_is_drawn_beyond_the_limit():
             sides = [trial.resolution for trial in found.trials if trial.kind == "resolution"]
             assert sides == [4096, 8192][: len(sides)]
             assert all(maps * side**2 <= MOST_TRIED_TEXELS for side in sides)
+
+
+@pytest.mark.parametrize("stored", ["back:format=unorm16", "midpoint:spacing=linear"])
+def test_what_else_maps_could_store_is_tried(stored):
+    """Each surface, the other spacing, and single precision in place of less; of a technique's own text, too."""
+    view, text = view_of("robots"), f"lispsm:stored=({stored}),bias=none,filter=bilinear"
+    run = sl.evaluate(view, text, 128, renderer="cpu")
+    (x, y), *_ = some(run.errors.image > 0, 1, 1)
+    found = explained(view, text, x, y, 128, trials=True)
+    of = sl.Stored(stored)
+    others = {trial.stored for trial in found.trials if trial.kind == "stored"}
+    assert {one.surface for one in others} == {"front", "back", "second", "midpoint", "dual"}
+    assert {one.spacing for one in others} == {"projective", "linear"}
+    assert of not in others
+    assert len(others) == 5 + (of.format != "f32")
+    assert "f32" in {one.format for one in others}
+    for trial in found.trials:
+        read = {"bias": trial.bias, "filter": "bilinear", "stored": trial.stored}
+        again = sl.evaluate(
+            view, trial.technique, trial.resolution, metrics=["misclassified"], renderer="cpu", **read
+        )  # fmt: skip
+        if trial.wrong is not None:
+            assert trial.wrong == again.errors.count, trial.text
+            assert trial.is_right == (again.errors.image[y, x] == 0), trial.text

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+# Light from which on a pixel counts as lit: as of `misclassified`.
+LIT_FROM = 0.5
+
 
 class NoTexel(IntEnum):
     """Why a pixel has no map, in `Footprint.map`; maps count from 0."""

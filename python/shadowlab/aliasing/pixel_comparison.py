@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .. import _core
-from ..text import BIAS
 from ..travel import Value
+from .bias_parts import BIAS_PARTS, only
 from .codes import NoTexel
 
 if TYPE_CHECKING:
@@ -17,14 +17,8 @@ if TYPE_CHECKING:
 
     from ..types import Filter, Light, ShadowMaps
     from .map_rays import MapRays
+    from .pixel_held import Held
     from .pixel_surface import PixelSurface
-    from .pixel_texel import Held
-
-# What limits a part of a bias and moves nothing by itself.
-BIAS_LIMITS = ("slope_limit",)
-BIAS_PARTS = tuple(name for name in BIAS if name not in BIAS_LIMITS)
-# The largest value of parts that have one.
-MOST_OF_PART = {"plane": 1.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +28,11 @@ class BiasShare(Value):
     Attributes
     ----------
     name : str
-        "world", "texels", "ndc", "slope", "plane" or "normal".
+        One of `BIAS_PARTS`.
     value : float
         In the part's own unit (docs/bias.md).
     ndc : float
-        By how much it lowers the reference depth, alone.
+        By how much it lowers the reference depth, alone, in the units of what the map stores.
     world : float
         How far that carries the receiver towards the light, world units.
     """
@@ -60,8 +54,8 @@ class TexelRead(Value):
     weight : float
         Those of a lookup sum to 1.
     reference : float or None
-        The reference depth that it is compared with, NDC: under `Bias.plane` each texel has its own. None where the
-        pixel is lit without a look at the map.
+        The reference depth that it is compared with, in the units of what the map stores: under `Bias.plane` each texel
+        has its own. None where the pixel is lit without a look at the map.
     is_lit : bool
         Whether its depth is no nearer to the light than the reference.
     held : Held
@@ -83,9 +77,9 @@ class PixelComparison(Value):
     Attributes
     ----------
     unbiased : float or None
-        Reference depth without bias, NDC.
+        Reference depth without bias, in the units of what the map stores.
     reference : float or None
-        Reference depth with all of the bias at the texel that the pixel falls into, NDC. None where the pixel is lit
+        The same with all of the bias, at the texel that the pixel falls into. None where the pixel is lit
         without a look at the map: it lies before the near plane, or the bias carries it there or past the light.
     bias_world : float
         How far all of the bias carries the receiver towards the light, world units.
@@ -129,12 +123,13 @@ class Compared(NamedTuple):
 
 def compared_at(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization, pixel: tuple[int, int],
-    resolution: int, bias: _core.Bias, filter: Filter,
+    resolution: int, bias: _core.Bias, filter: Filter, stored: _core.Stored, asked: int | None = None,
 ) -> Compared:  # fmt: skip
-    """What one pixel is compared with."""
+    """What one pixel is compared with, in the map that it chooses or in one that is `asked`."""
     maps, _, depths, texels, weights, own = _core.compared(
-        gbuffer, camera, light, p, np.array([pixel]), resolution=resolution, bias=bias, filter=filter
-    )
+        gbuffer, camera, light, p, np.array([pixel]), resolution=resolution, bias=bias, filter=filter, stored=stored,
+        map=asked,
+    )  # fmt: skip
     taps = [
         (int(column), int(row), float(weight), _known(depth))
         for (column, row), weight, depth in zip(texels[0], weights[0], own[0], strict=True)
@@ -147,24 +142,14 @@ def _known(depth: float) -> float | None:
     return None if np.isnan(depth) else float(depth)
 
 
-def only(bias: _core.Bias, part: str | None) -> _core.Bias:
-    """One part of a bias with its limits, or no part."""
-    values = {name: getattr(bias, name) if name in BIAS_LIMITS or name == part else 0.0 for name in BIAS}
-    return _core.Bias(**values)
-
-
-def with_part(bias: _core.Bias, part: str, value: float) -> _core.Bias:
-    """The bias with another value of a part."""
-    return _core.Bias(**{name: value if name == part else getattr(bias, name) for name in BIAS})
-
-
 def look_up_near(
     maps: ShadowMaps, gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization,
-    corner: tuple[int, int], size: tuple[int, int], bias: _core.Bias, filter: Filter,
+    corner: tuple[int, int], size: tuple[int, int], bias: _core.Bias, filter: Filter, blend: float,
+    stored: _core.Stored,
 ) -> npt.NDArray[np.float32]:  # fmt: skip
     """The light (height, width) at a rectangle of pixels through maps that are there."""
     part = gbuffer.crop(*corner, *size)
-    return _core.look_up(maps, part, camera, light, p, bias=bias, filter=filter)[0]
+    return _core.look_up(maps, part, camera, light, p, bias=bias, filter=filter, blend=blend, stored=stored)[0]
 
 
 def is_map(index: int) -> bool:
@@ -174,12 +159,13 @@ def is_map(index: int) -> bool:
 
 def bias_parts(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, p: _core.Parameterization, pixel: tuple[int, int],
-    rays: MapRays, surface: PixelSurface, bias: _core.Bias, filter: Filter,
+    index: int, rays: MapRays, surface: PixelSurface, bias: _core.Bias, filter: Filter,
 ) -> tuple[float | None, tuple[BiasShare, ...]]:  # fmt: skip
     """Reference depth without bias, and what each part of a bias that is not 0 does alone."""
 
     def depth(of: _core.Bias) -> float | None:
-        return compared_at(gbuffer, camera, light, p, pixel, rays.resolution[0], of, filter).reference
+        side = rays.resolution[0]
+        return compared_at(gbuffer, camera, light, p, pixel, side, of, filter, rays.stored, index).reference
 
     unbiased = depth(only(bias, None))
     if unbiased is None:

@@ -1,4 +1,4 @@
-"""The texel that a pixel is compared with: the way there, its outline, and whose depth it stores."""
+"""The texel that a pixel is compared with: the way there, and its outline."""
 
 from __future__ import annotations
 
@@ -8,21 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import _core
-from ..trace import first_hit
 from ..travel import Value
-from .map_rays import MapRays
-from .pixel_surface import Met
 
 if TYPE_CHECKING:
     from ..types import Vector
     from .footprint import Footprint
+    from .map_rays import MapRays
     from .pixel_surface import PixelSurface
 
-# How far from a texel's centre what it stores may be met, texels: rasterisers round vertices to 1/256 of a texel.
-SNAP_TEXELS = 1.0 / 128.0
-ABOUT = np.array([[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]) * SNAP_TEXELS
-# Two units in the last place of single precision near 1: of stored depths.
-DEPTH_ROUNDING = 2.0 * float(np.finfo(np.float32).eps)
 TEXEL_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
@@ -87,45 +80,6 @@ class PixelTexel(Value):
     size_world: tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Held(Value):
-    """What a texel stores, and whose surface that is.
-
-    Attributes
-    ----------
-    depth : float
-        Stored NDC depth; 1 where no caster is.
-    point : (3,) float64 or None
-        Where that depth is on the ray through the texel's centre, world; None of an empty texel.
-    gap : float or None
-        Distance, along the light ray through the texel's centre, from the receiver's plane to that point: positive
-        towards the light, world units. None of an empty texel and where the plane is seen edge on.
-    instance, triangle : int
-        Whose triangle it is, by a ray from the light through the texel's centre; -1 where the ray meets nothing.
-    ray_depth : float or None
-        NDC depth at which that ray meets it; None where it meets nothing within the map's depths.
-    difference : float
-        From the stored depth to where rays within 1/128 of a texel about the centre meet surfaces, along the ray,
-        world units: 0 where it lies among them, infinite where only one of both is empty.
-    agrees : bool
-        Whether the ray confirms the stored depth, up to the rounding of rasterisers.
-    """
-
-    depth: float
-    point: Vector | None
-    gap: float | None
-    instance: int
-    triangle: int
-    ray_depth: float | None
-    difference: float
-    agrees: bool
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether the texel stores no caster."""
-        return self.depth >= 1.0
-
-
 def map_chain(rays: MapRays, surface: PixelSurface) -> MapChain:
     """The way of a pixel's point into a map."""
     part, point = rays.partition, surface.point - rays.origin
@@ -176,68 +130,3 @@ def in_picture(camera: _core.Camera, points: Vector, size: tuple[int, int]) -> V
     ndc = clip[:, :2] / clip[:, 3:]
     found: Vector = np.column_stack([0.5 + 0.5 * ndc[:, 0], 0.5 - 0.5 * ndc[:, 1]]) * size
     return found
-
-
-def held_by(
-    scene: _core.Scene, rays: MapRays, surface: PixelSurface, texel: tuple[int, int], depth: float
-) -> Held:  # fmt: skip
-    """What a texel stores, and what the ray from the light through its centre says of it."""
-    point, centre = surface.point - rays.origin, np.array(texel, np.float64) + 0.5
-    plane = surface.normal
-    if rays.on_plane(centre, point, plane) is None:
-        plane = rays.to_light(point)
-    heights, met = [], []
-    for step in ABOUT:
-        at = rays.on_plane(centre + step, point, plane)
-        height, hit = _met_from_light(scene, rays, at)
-        heights.append(height)
-        met.append(hit)
-    anchor = rays.on_plane(centre, point, plane)
-    stored = None if depth >= 1.0 or anchor is None else rays.height(anchor, depth)
-    gap = stored if plane is surface.normal else None
-    place = None if stored is None or anchor is None else anchor + stored * rays.to_light(anchor) + rays.origin
-    # Of rays about the centre, the one that meets what is stored; the centre's where it does.
-    away = [_apart(height, stored) for height in heights]
-    slack = _slack(rays, anchor, depth, point) if anchor is not None else 0.0
-    chosen = 0 if away[0] <= slack else int(np.argmin(away))
-    known = [height for height in heights if np.isfinite(height)]
-    among = stored is not None and bool(known) and min(known) <= stored <= max(known)
-    # A map without rays of its own confirms nothing that it stores.
-    lost = anchor is None and depth < 1.0
-    difference = 0.0 if among else np.inf if lost else min(away)
-    hit = met[chosen]
-    ray_depth = None if hit is None else rays.depth(hit.point - rays.origin)
-    instance, triangle = (-1, -1) if hit is None else (hit.instance, hit.triangle)
-    return Held(depth, place, gap, instance, triangle, ray_depth, difference, difference <= slack)
-
-
-def _met_from_light(scene: _core.Scene, rays: MapRays, at: Vector | None) -> tuple[float, Met | None]:
-    """How far from a point towards the light its ray meets the first surface within the map's depths, and which."""
-    nothing = -np.inf, None
-    if at is None:
-        return nothing
-    to_light, start = rays.to_light(at), rays.start(at)
-    begin = at + rays.origin + start * to_light
-    t, triangle, instance = first_hit(scene, begin[None], -to_light[None])
-    if triangle[0] < 0:
-        return nothing
-    place = begin - t[0] * to_light
-    depth = rays.depth(place - rays.origin)
-    # What lies beyond the far plane is not drawn.
-    if depth is None or depth >= 1.0:
-        return nothing
-    return start - float(t[0]), Met(int(instance[0]), int(triangle[0]), place, float(t[0]))
-
-
-def _apart(height: float, stored: float | None) -> float:
-    """How far apart along the ray what was met and what is stored lie; 0 where both are nothing."""
-    if stored is None:
-        return 0.0 if not np.isfinite(height) else np.inf
-    return abs(height - stored)
-
-
-def _slack(rays: MapRays, anchor: Vector, depth: float, point: Vector) -> float:
-    """A difference along the ray that counts as none: rounding of depths and positions, and a part of a texel."""
-    step = abs(rays.height(anchor, depth - DEPTH_ROUNDING) - rays.height(anchor, depth))
-    rounding = DEPTH_ROUNDING * float(np.linalg.norm(point))
-    return 2.0 * SNAP_TEXELS * max(rays.texel_sides(anchor)) + step + rounding

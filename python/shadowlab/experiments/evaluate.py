@@ -72,7 +72,7 @@ def evaluate(
         ``Bias()`` where none is given.
     blend : float
         The last share of each map's range over which the next map's light is mixed in, as of `Renderer.shadow_mask`.
-        Causes of wrong pixels are those of the map that a pixel asks.
+        Causes of wrong pixels are those of the map that makes them wrong.
     stored : Stored or str, optional
         What the maps store; the nearest depth as it is where none is given.
     timing : bool

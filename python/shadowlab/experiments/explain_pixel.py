@@ -18,22 +18,24 @@ import numpy as np
 
 from .. import _core
 from ..aliasing.causes import CAUSES
-from ..aliasing.codes import Cause, Difference, NoTexel
+from ..aliasing.codes import LIT_FROM, Cause, Difference, NoTexel
 from ..aliasing.footprint import footprint_at
 from ..aliasing.map_rays import MapRays
 from ..aliasing.pixel_comparison import Compared, PixelComparison, TexelRead, bias_parts, carried, compared_at, is_map
+from ..aliasing.pixel_held import Held, held_by
 from ..aliasing.pixel_surface import Met, PixelSurface, met_on_the_way, pixel_surface
-from ..aliasing.pixel_texel import Held, held_by, map_chain, pixel_texel
-from ..errors import ArgumentError, UnsupportedError
+from ..aliasing.pixel_texel import map_chain, pixel_texel
+from ..errors import UnsupportedError
 from ..scene.kept import Kept
 from ..scene.view import View, checked_view, identity_of, light_of
 from ..techniques.labels import name_of, resolved, spec_of
+from ..techniques.variant import MapReading
 from ..text.checked import a_count, a_flag
-from ..text.checks import check_bias, check_filter, renderer_of, whole
+from ..text.checks import check_bias, check_filter, checked_blend, checked_stored, renderer_of, whole
 from ..text.progress import Steps
 from ..trace import Truth
 from .evaluate import evaluate
-from .pixel_explanation import MapReason, PixelExplanation, PixelVerdict, TruthName
+from .pixel_explanation import MapReason, PixelBlend, PixelExplanation, PixelVerdict, TruthName
 from .pixel_trials import Trials
 from .run import done
 
@@ -65,6 +67,8 @@ def explain_pixel(
     renderer: RendererArgument = None,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
+    stored: _core.Stored | str | None = None,
     trials: bool = True,
     progress: bool = False,
 ) -> PixelExplanation:
@@ -86,9 +90,14 @@ def explain_pixel(
         ``Bias()`` where none is given.
     filter : str
         One of `sl.filters()`.
+    blend : float
+        As of `evaluate`. Where two maps blend, the explanation is of the one that makes the pixel wrong.
+    stored : Stored or str, optional
+        What the maps store; the nearest depth as it is where none is given.
     trials : bool
         Whether to try what would make a wrong pixel right: maps of twice the side and more, up to 8192² texels in
-        all; each part of the bias alone; other techniques at the same resolution. Takes as long as drawing those maps.
+        all; each part of the bias alone; another surface, spacing or format of what maps store; other techniques at
+        the same resolution. Takes as long as drawing those maps.
     progress : bool
         Show a progress bar.
 
@@ -100,11 +109,12 @@ def explain_pixel(
     Raises
     ------
     ArgumentError
-        For arguments of another type, a pixel outside of the picture, and a view with several lights.
+        For arguments of another type, a pixel outside of the picture, a view with several lights, and a share to blend
+        over that is not from 0 to 1.
     UnsupportedError
         For a technique that cannot serve this scene or light.
     UnknownNameError
-        For a technique, filter or renderer that does not exist.
+        For a technique, filter or renderer that does not exist, or a surface, spacing or format to store.
 
     Examples
     --------
@@ -126,11 +136,8 @@ def explain_pixel(
     check_filter(filter)
     a_flag("trials", trials), a_flag("progress", progress)
     draw = renderer_of(renderer)
-    run = _run(view, technique, resolution, draw, _core.Bias() if bias is None else bias, filter)
-    if run.stored != _core.Stored():
-        raise ArgumentError(
-            f"technique: expected maps that store the nearest depth as it is, got stored={run.stored}; leave it out"
-        )
+    read = MapReading(_core.Bias() if bias is None else bias, filter, checked_blend(blend), checked_stored(stored))
+    run = _run(view, technique, resolution, draw, read)
     found = _explained(run, draw, light, (x, y))
     if not (trials and found["verdict"] in ("false shadow", "false light")):
         return PixelExplanation(**found)
@@ -139,20 +146,18 @@ def explain_pixel(
         return PixelExplanation(**found, trials=tuple(tried.all(announce)))
 
 
-def _run(
-    view: View, technique: TechniqueArgument, resolution: int, renderer: RendererLike, bias: _core.Bias, filter: Filter
-) -> Run:
+def _run(view: View, technique: TechniqueArgument, resolution: int, renderer: RendererLike, read: MapReading) -> Run:
     """The run of the whole picture, kept."""
     item = resolved(technique, "technique")
     label = technique if isinstance(technique, str) else name_of(item)
 
     def make() -> Run:
         return evaluate(
-            view, item, resolution, metrics=("misclassified", "causes"), renderer=renderer, bias=bias, filter=filter,
-            label=label,
+            view, item, resolution, metrics=("misclassified", "causes"), renderer=renderer, label=label,
+            **read._asdict(),
         )  # fmt: skip
 
-    key = (cast("Hashable", item), label, resolution, bias, filter, *identity_of(renderer))
+    key = (cast("Hashable", item), label, resolution, *read, *identity_of(renderer))
     # A renderer from elsewhere is kept with its run, so that its identity stays its own.
     run, _ = RUNS.get(view, key, lambda: (make(), renderer), lambda _: 1)
     if run.failure:
@@ -167,7 +172,7 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
     code = Cause(int(caused.image[y, x]))
     moved = float(caused.distance[y, x])
     mask = float(done(run.mask)[y, x])
-    compared = compared_at(gbuffer, view.camera, light, p, pixel, run.resolution, run.bias, run.filter)
+    compared, blend = _compared(run, light, gbuffer, maps, pixel)
     index = compared.map
     surface = pixel_surface(gbuffer, view.camera, light, pixel, index not in (NoTexel.AVERTED, NoTexel.NOTHING))
     found: dict[str, Any] = {
@@ -178,8 +183,8 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
         "cause": CAUSES.get(code), "edge_px": moved if code == Cause.EDGE else None,
         "surface": surface, "blocker": None, "map": None, "maps": len(p.partitions),
         "blocker_depth": None,
-        "reason": WITHOUT_MAP.get(index, "only"), "eye_depth": None, "chain": None, "texel": None, "held": None,
-        "comparison": None,
+        "blend": blend, "reason": WITHOUT_MAP.get(index, "only"), "eye_depth": None, "chain": None, "texel": None,
+        "held": None, "comparison": None,
     }  # fmt: skip
     if surface is None:
         return found
@@ -188,6 +193,36 @@ def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int,
     if not is_map(index):
         return found
     return found | _in_map(run, light, gbuffer, maps, surface, found["blocker"], pixel, compared)
+
+
+def _compared(
+    run: Run, light: Light, gbuffer: _core.GBuffer, maps: ShadowMaps, pixel: tuple[int, int]
+) -> tuple[Compared, PixelBlend | None]:
+    """What a pixel is compared with; where two maps blend, in the one that makes it wrong, and how they blend."""
+    view, p = run.view, done(run.parameterization)
+
+    def of(asked: int | None) -> Compared:
+        read = (run.resolution, run.bias, run.filter, run.stored)
+        return compared_at(gbuffer, view.camera, light, p, pixel, *read, asked)
+
+    def lit(compared: Compared) -> float:
+        layer = maps if maps.ndim == 2 else maps[compared.map]
+        taps = compared.taps
+        share = sum(weight for i, j, weight, at in taps if at is None or float(layer[j, i]) >= at)
+        return float(np.float32(share))
+
+    own = of(None)
+    if not run.blend or not is_map(own.map):
+        return own, None
+    next_map, share = _core.blended(gbuffer, view.camera, light, p, np.array([pixel]), run.blend)
+    if next_map[0] < 0:
+        return own, None
+    other = of(int(next_map[0]))
+    lights = lit(own), lit(other)
+    blend = PixelBlend((own.map, other.map), (1.0 - float(share[0]), float(share[0])), lights)
+    difference = Difference(int(done(run.errors).image[pixel[1], pixel[0]]))
+    is_right = {Difference.FALSE_SHADOW: lights[0] >= LIT_FROM, Difference.FALSE_LIGHT: lights[0] < LIT_FROM}
+    return (other if is_right.get(difference, False) else own), blend
 
 
 def _in_map(
@@ -201,7 +236,8 @@ def _in_map(
     layer = maps if maps.ndim == 2 else maps[index]
     size = (run.resolution, run.resolution)
     reach = float(np.linalg.norm(np.ptp(np.asarray(view.scene.bounds), axis=0)))
-    rays = MapRays(part, light, np.asarray(gbuffer.origin, np.float64), size, reach)
+    origin = np.asarray(gbuffer.origin, np.float64)
+    rays = MapRays(part, light, origin, size, reach, run.stored, _core.depth_rows(p, origin, run.stored)[index])
     chain = map_chain(rays, surface)
     column, row = (min(max(int(np.floor(at)), 0), n - 1) for at, n in zip(chain.place, size, strict=True))
     extent = footprint_at(
@@ -215,7 +251,7 @@ def _in_map(
             known[i, j] = held_by(view.scene, rays, surface, (i, j), float(layer[j, i]))
         return known[i, j]
 
-    unbiased, parts = bias_parts(gbuffer, view.camera, light, p, pixel, rays, surface, run.bias, run.filter)
+    unbiased, parts = bias_parts(gbuffer, view.camera, light, p, pixel, index, rays, surface, run.bias, run.filter)
     reads = []
     for i, j, weight, at_texel in compared.taps:
         stored = held(i, j)
@@ -228,7 +264,7 @@ def _in_map(
         "map": index, "reason": _reason(p, index, surface.eye_depth), "eye_depth": part.eye_depth, "chain": chain,
         "texel": texel, "held": stored,
         "comparison": PixelComparison(unbiased, reference, moved, short, parts, tuple(reads), arrives),
-        "blocker_depth": None if blocker is None else rays.depth(blocker.point - rays.origin),
+        "blocker_depth": None if blocker is None else rays.z(blocker.point - rays.origin),
     }  # fmt: skip
 
 

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
     from ..aliasing.causes import CauseName
     from ..aliasing.pixel_comparison import PixelComparison
+    from ..aliasing.pixel_held import Held
     from ..aliasing.pixel_surface import Met, PixelSurface
-    from ..aliasing.pixel_texel import Held, MapChain, PixelTexel
+    from ..aliasing.pixel_texel import MapChain, PixelTexel
     from .pixel_trials import PixelTrial
     from .run import Run
 
@@ -29,6 +30,25 @@ MapReason = Literal["only", "depth", "containment", "later", "outside", "averted
 
 # Of the figure in a notebook.
 HTML_DPI = 90
+
+
+@dataclass(frozen=True, eq=False)
+class PixelBlend(Value):
+    """How two maps blend at a pixel.
+
+    Attributes
+    ----------
+    maps : (int, int)
+        Index of the map that the pixel asks, and of the one that is mixed in.
+    shares : (float, float)
+        Of the light; they sum to 1.
+    lights : (float, float)
+        Share of the light that arrives by each alone.
+    """
+
+    maps: tuple[int, int]
+    shares: tuple[float, float]
+    lights: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -61,16 +81,19 @@ class PixelExplanation(Value):
         What truth's ray to the light meets first, `distance` from the surface; None where nothing is in the way, and
         of a surface that faces away from the light.
     blocker_depth : float or None
-        NDC depth at which the pixel's map would hold that; outside of 0 to 1 the map cuts it off. None without either,
-        and behind the centre of the map's projection.
+        NDC depth of that in the pixel's map, whatever it stores; outside of 0 to 1 the map cuts it off. None without
+        either, and behind the centre of the map's projection.
     map : int or None
-        Index of the map that serves the pixel; None where none is asked.
+        Index of the map that is explained: the one that serves the pixel or, where two blend and that one alone is
+        right, the one that is mixed in. None where none is asked.
     maps : int
         How many maps there are.
     reason : str
         How it finds its map: "only" (there is one), "depth" (the first whose depths reach it), "later" (the first does
         not hold it), "containment" (the first that holds it). Why it asks none: "outside" (no map holds it, so that it
         is lit), "averted" (it faces away from the light or is beyond its reach, so that it is dark), "nothing".
+    blend : PixelBlend or None
+        Of a pixel at which two maps blend, how.
     eye_depth : (float, float) or None
         Camera depths that the map serves, world units.
     chain : MapChain or None
@@ -78,7 +101,7 @@ class PixelExplanation(Value):
     texel : PixelTexel or None
         The texel that it falls into.
     held : Held or None
-        What that texel stores, and whose triangle it is.
+        What that texel stores, and whose triangles it comes from.
     comparison : PixelComparison or None
         Reference depths, bias and verdict of each texel that the filter reads.
     trials : tuple of PixelTrial
@@ -100,6 +123,7 @@ class PixelExplanation(Value):
     map: int | None
     maps: int
     reason: MapReason
+    blend: PixelBlend | None
     eye_depth: tuple[float, float] | None
     chain: MapChain | None
     texel: PixelTexel | None

@@ -1,28 +1,33 @@
-"""What would make a wrong pixel right, tried: larger maps, each part of the bias alone, other techniques."""
+"""What would make a wrong pixel right, tried: larger maps, each part of the bias, what maps store, other techniques."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .. import _core
+from ..aliasing.bias_parts import BIAS_LIMITS, BIAS_PARTS, MOST_OF_PART, with_part
 from ..aliasing.codes import Difference
-from ..aliasing.pixel_comparison import BIAS_LIMITS, BIAS_PARTS, MOST_OF_PART, look_up_near, with_part
+from ..aliasing.pixel_comparison import look_up_near
+from ..errors import ShadowlabError, ShadowlabWarning
 from ..scene.view import light_of
 from ..techniques.labels import spec_of
+from ..techniques.variant import Variant
 from ..text import format_value
 from ..travel import Value
+from .drawing import drawn_as
 from .evaluate import evaluate
 from .run import done
 
 if TYPE_CHECKING:
-    from ..types import RendererLike
+    from ..types import RendererLike, ShadowMaps
     from .run import Run
 
-TrialKind = Literal["resolution", "bias", "technique"]
+TrialKind = Literal["resolution", "bias", "stored", "technique"]
 # The longest side of a map, and texels of all maps together, that are drawn to find one that mends: 256 MiB.
 LONGEST_MAP = 8192
 MOST_TRIED_TEXELS = LONGEST_MAP**2
@@ -35,6 +40,8 @@ OTHER_TECHNIQUES = (
 NEIGHBOURS_PX = 16
 # Doublings of a part of the bias before it is given up: from a thousandth of its start to a thousand times the scene.
 DOUBLINGS = 40
+# What maps can store.
+SURFACES, SPACINGS, FINEST = ("front", "back", "second", "midpoint", "dual"), ("projective", "linear"), "f32"
 # How well a change is known that mends, as a share of it, and the most halvings on the way.
 PRECISION, HALVINGS = 1e-3, 40
 # Digits of the change of a bias that is named.
@@ -48,14 +55,17 @@ class PixelTrial(Value):
     Attributes
     ----------
     kind : str
-        "resolution", "bias" or "technique".
+        "resolution", "bias", "stored" or "technique".
     text : str
-        What is changed, as arguments are written: ``resolution=2048``, ``bias=world=0.02``, ``technique=lispsm``.
+        What is changed, as arguments are written: ``resolution=2048``, ``bias=world=0.02``, ``stored=back``,
+        ``technique=lispsm``.
     technique : str
-        The technique's text, the one explained where that is not changed.
+        The technique's text, the one explained where that is not changed, without what it says of reading its maps.
     resolution : int
     bias : Bias
         All of it, changed or not.
+    stored : Stored
+        What the maps store, changed or not.
     is_right : bool
         Whether the pixel is right with it.
     part : str
@@ -75,6 +85,7 @@ class PixelTrial(Value):
     technique: str
     resolution: int
     bias: _core.Bias
+    stored: _core.Stored
     is_right: bool
     part: str = ""
     wrong: int | None = None
@@ -98,7 +109,14 @@ class Trials:
 
     def __init__(self, run: Run, renderer: RendererLike, pixel: tuple[int, int]):
         self.run, self.renderer, self.pixel = run, renderer, pixel
-        self.text = spec_of(run.label, run.item)
+        # Maps are read as the run says, whatever a technique's text does.
+        item = run.item.technique if isinstance(run.item, Variant) else run.item
+        self.text, self.item = spec_of(run.label, item), item
+        self.read: dict[str, Any] = {
+            "bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored
+        }  # fmt: skip
+        # A renderer from elsewhere may draw the plain depth alone.
+        self.others = others_of(run.stored) if isinstance(renderer, _core.Renderer) else []
         self.errors = np.asarray(done(run.errors).image)
         x, y = pixel
         self.around = (
@@ -109,7 +127,8 @@ class Trials:
     @property
     def most(self) -> int:
         """How many trials there are at most."""
-        return len(BIAS_PARTS) + len(OTHER_TECHNIQUES) + max(0, (LONGEST_MAP // self.run.resolution).bit_length() - 1)
+        sides = max(0, (LONGEST_MAP // self.run.resolution).bit_length() - 1)
+        return len(BIAS_PARTS) + len(OTHER_TECHNIQUES) + len(self.others) + sides
 
     def all(self, announce: Callable[[str], None]) -> Iterator[PixelTrial]:
         """Every trial, one after the other; `announce` is called with each before it begins."""
@@ -117,6 +136,9 @@ class Trials:
         for part in BIAS_PARTS:
             announce(f"bias {part}")
             yield self.bias(part)
+        for stored in self.others:
+            announce(f"stored {stored}")
+            yield self.stored(stored)
         for technique in OTHER_TECHNIQUES:
             if technique not in (self.run.label, self.text):
                 announce(technique)
@@ -129,8 +151,8 @@ class Trials:
         while side <= LONGEST_MAP and maps * side**2 <= MOST_TRIED_TEXELS:
             announce(f"resolution {side}")
             again = evaluate(
-                self.run.view, self.run.item, side, metrics=("misclassified",), renderer=self.renderer,
-                filter=self.run.filter, bias=self.run.bias, label=self.run.label,
+                self.run.view, self.item, side, metrics=("misclassified",), renderer=self.renderer,
+                label=self.run.label, **self.read,
             )  # fmt: skip
             made = self._judged("resolution", f"resolution={side}", self.text, again)
             yield made
@@ -141,9 +163,8 @@ class Trials:
     def technique(self, text: str) -> PixelTrial:
         """Another technique at the same resolution."""
         again = evaluate(
-            self.run.view, text, self.run.resolution, metrics=("misclassified",), renderer=self.renderer,
-            filter=self.run.filter, bias=self.run.bias,
-        )  # fmt: skip
+            self.run.view, text, self.run.resolution, metrics=("misclassified",), renderer=self.renderer, **self.read
+        )
         return self._judged("technique", f"technique={text}", text, again)
 
     def bias(self, part: str) -> PixelTrial:
@@ -158,15 +179,35 @@ class Trials:
         bias = self.run.bias if value is None else with_part(self.run.bias, part, value)
         shown = own if value is None else value
         trial = PixelTrial(
-            "bias", f"bias={part}={format_value(shown)}", self.text, self.run.resolution, bias, value is not None,
-            part=part, wrong_before=int(done(self.run.errors).count),
+            "bias", f"bias={part}={format_value(shown)}", self.text, self.run.resolution, bias, self.run.stored,
+            value is not None, part=part, wrong_before=int(done(self.run.errors).count),
         )  # fmt: skip
-        if value is None:
-            return trial
+        return trial if value is None else self._looked_up(trial, done(self.run.maps))
+
+    def stored(self, stored: _core.Stored) -> PixelTrial:
+        """Maps of the same matrices that store something else."""
+        run = self.run
+        trial = PixelTrial(
+            "stored", f"stored={stored}", self.text, run.resolution, run.bias, stored, False,
+            wrong_before=int(done(run.errors).count),
+        )  # fmt: skip
+        try:
+            with warnings.catch_warnings():
+                # Of open meshes, whose loss the counts show.
+                warnings.simplefilter("ignore", ShadowlabWarning)
+                maps = self.renderer.shadow_map(
+                    run.view.scene, _parameterization(run), resolution=run.resolution, **drawn_as(stored)
+                )
+            return self._looked_up(trial, maps)
+        except ShadowlabError as error:
+            return replace(trial, failure=str(error))
+
+    def _looked_up(self, trial: PixelTrial, maps: ShadowMaps) -> PixelTrial:
+        """The trial with what it makes of the picture by a look into maps."""
         view = self.run.view
         mask, _ = _core.look_up(
-            done(self.run.maps), view.gbuffer(self.renderer), view.camera, light_of(view), _parameterization(self.run),
-            bias=bias, filter=self.run.filter,
+            maps, view.gbuffer(self.renderer), view.camera, light_of(view), _parameterization(self.run),
+            **self.read | {"bias": trial.bias, "stored": trial.stored},
         )  # fmt: skip
         return self._counted(trial, _core.misclassified(mask, view.truth()))
 
@@ -215,7 +256,7 @@ class Trials:
         view = self.run.view
         light = look_up_near(
             done(self.run.maps), view.gbuffer(self.renderer), view.camera, light_of(view), _parameterization(self.run),
-            self.pixel, (1, 1), with_part(self.run.bias, part, value), self.run.filter,
+            self.pixel, (1, 1), with_part(self.run.bias, part, value), self.run.filter, self.run.blend, self.run.stored,
         )  # fmt: skip
         x, y = self.pixel
         truth = np.asarray(view.truth())[y : y + 1, x : x + 1]
@@ -224,7 +265,7 @@ class Trials:
     def _judged(self, kind: TrialKind, text: str, technique: str, again: Run) -> PixelTrial:
         """The trial of another run."""
         trial = PixelTrial(
-            kind, text, technique, again.resolution, again.bias, False,
+            kind, text, technique, again.resolution, again.bias, again.stored, False,
             wrong_before=int(done(self.run.errors).count), failure=again.failure,
         )  # fmt: skip
         return trial if again.failure else self._counted(trial, done(again.errors))
@@ -241,6 +282,18 @@ class Trials:
             broken=int(np.count_nonzero((before == Difference.AGREE) & (after > Difference.AGREE))),
             mended=int(np.count_nonzero((before > Difference.AGREE) & (after == Difference.AGREE))),
         )
+
+
+def others_of(stored: _core.Stored) -> list[_core.Stored]:
+    """What else maps can store: each other surface, the other spacing, and single precision in place of less."""
+
+    def but(**changes: str) -> _core.Stored:
+        kept = {name: getattr(stored, name) for name in ("surface", "spacing", "format", "limit")}
+        return _core.Stored(**kept | changes)
+
+    found = [but(surface=surface) for surface in SURFACES if surface != stored.surface]
+    found += [but(spacing=spacing) for spacing in SPACINGS if spacing != stored.spacing]
+    return found + ([but(format=FINEST)] if stored.format != FINEST else [])
 
 
 def smallest_step(part: str, run: Run) -> float:

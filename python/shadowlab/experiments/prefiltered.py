@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from ..aliasing.codes import LIT_FROM
 from ..aliasing.prefiltered_formats import PREFILTERED_FORMATS
 from ..aliasing.soft_error import soft_error
 from ..scene.view import checked_view, light_of
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
     from ..scene.view import View
     from ..types import Mask, RendererArgument, TechniqueArgument, TruthImage
 
-# Light from which on a pixel counts as lit: as of `misclassified`.
-LIT_FROM = 0.5
 
 
 @dataclass(frozen=True, eq=False, repr=False)

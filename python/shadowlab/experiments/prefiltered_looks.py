@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..aliasing.box_kernel import bands, blurred, compared, read_between
 from ..aliasing.light_distance import LightDistance
-from ..aliasing.pixel_texel import SNAP_TEXELS
+from ..aliasing.pixel_held import SNAP_TEXELS
 from ..scene.view import light_of
 
 if TYPE_CHECKING:

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import pictures
+from .. import _core, pictures
 from ..aliasing.codes import Difference
-from ..aliasing.pixel_triangles import triangle_corners
 from ..errors import ArgumentError
 from ..experiments.pixel_explanation import PixelExplanation
 from ..experiments.run import done
@@ -30,10 +29,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..aliasing.pixel_surface import Met, PixelSurface
-    from ..aliasing.pixel_texel import Held
 
 # Of the pixel, of its texel, of what is stored and of what truth's ray meets: apart for all kinds of colour vision.
 PIXEL, TEXEL, STORED, BLOCKER = "#000000", "#E69F00", "#009E73", "#CC79A7"
+# What light meets before what is stored.
+FIRST = "#56B4E9"
 CASING: dict[str, Any] = {"color": "white", "linewidth": 4.0, "solid_joinstyle": "miter"}
 # Pixels and texels around: at least and at most, each way.
 LEAST_PX, MOST_PX = 8, 60
@@ -53,8 +53,9 @@ def pixel_figure(explanation: PixelExplanation) -> Figure:
     -------
     matplotlib figure
         Left the picture as the map draws it, with wrong pixels dotted, the pixel and the outline of its texel. In the
-        middle the map around the texel, with the triangles of receiver, stored surface and blocker. Right a cut in the
-        plane of the receiver's normal and the ray, with stored depth, reference depth and bias as lengths.
+        middle the map around the texel, with the triangles of receiver, blocker, and of what is stored: of depths
+        between two surfaces both. Right a cut in the plane of the receiver's normal and the ray, with stored depth,
+        what light meets before that, reference depth and bias as lengths.
 
     Raises
     ------
@@ -89,7 +90,9 @@ def pixel_figure(explanation: PixelExplanation) -> Figure:
 def headline(found: PixelExplanation) -> str:
     """The pixel, what is wrong with it, and its cause."""
     what = found.verdict if found.cause is None else f"{found.verdict}, cause: {found.cause}"
-    return f"pixel ({found.x}, {found.y}), {found.technique} at {found.run.resolution}²: {what}"
+    stored = found.run.stored
+    said = "" if stored == _core.Stored() or "stored=" in found.technique else f", {stored} stored"
+    return f"pixel ({found.x}, {found.y}), {found.technique} at {found.run.resolution}²{said}: {what}"
 
 
 def eye_crop(found: PixelExplanation, ax: Axes) -> Axes:
@@ -142,15 +145,14 @@ def map_crop(found: PixelExplanation, ax: Axes) -> Axes:
     y0, y1 = max(0, texel.row - TEXELS_AROUND), min(height, texel.row + TEXELS_AROUND + 1)
     ax.imshow(pictures.relief(layer[y0:y1, x0:x1]), extent=(x0, x1, y1, y0), interpolation="nearest")
     scene = found.run.view.scene
-    named: list[tuple[str, str, PixelSurface | Held | Met | None, Any]] = [
+    named: list[tuple[str, str, PixelSurface | Met | None, Any]] = [
         (PIXEL, "receiver", found.surface, "-"),
-        (STORED, "stored surface", found.held, "-"),
+        *stored_triangles(found),
         (BLOCKER, "blocker", found.blocker, (0, (4, 2))),
     ]
     for colour, name, which, line in named:
-        places = (
-            None if which is None else triangle_in_map(found, triangle_corners(scene, which.instance, which.triangle))
-        )
+        corners = None if which is None else _core.face_corners(scene, which.instance, which.triangle)
+        places = triangle_in_map(found, corners)
         if places is not None:
             ring = np.vstack([places, places[:1]])
             ax.plot(*ring.T, color="white", linewidth=3.0, alpha=0.8)
@@ -164,6 +166,20 @@ def map_crop(found: PixelExplanation, ax: Axes) -> Axes:
     ax.set_yticks([y0, texel.row, y1])
     legend_under(ax)
     return ax
+
+
+def stored_triangles(found: PixelExplanation) -> list[tuple[str, str, Met, Any]]:
+    """The triangles that the texel's depth comes from, and the one that the light meets before them, if any."""
+    held = found.held
+    if held is None:
+        return []
+    lines = ("-", (0, (1, 1)))
+    names = ("stored surface",) if len(held.surfaces) < 2 else ("first surface", "second surface")
+    made = [(STORED, name, met, line) for name, met, line in zip(names, held.surfaces, lines, strict=False)]
+    own = [(met.instance, met.triangle) for met in held.surfaces]
+    if held.first is not None and (held.first.instance, held.first.triangle) not in own:
+        made.append((FIRST, "first surface", held.first, (0, (1, 1))))
+    return made
 
 
 def triangle_in_map(found: PixelExplanation, corners: NDArray[np.float64] | None) -> NDArray[np.float64] | None:

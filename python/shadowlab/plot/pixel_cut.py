@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..aliasing.map_rays import MapRays
+from .. import _core
 from ..experiments.run import done
-from ..scene.view import light_of
 from ..text import digits
 from .axes import SOFT, say
 
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from ..experiments.pixel_explanation import PixelExplanation
     from ..types import Vector
 
+CUT_FIRST = "#56B4E9"
 CUT_PIXEL, CUT_TEXEL, CUT_STORED, CUT_BLOCKER, CUT_REFERENCE = "#000000", "#E69F00", "#009E73", "#CC79A7", "#0072B2"
 # What is higher than so many texels or biases is drawn at the edge with its distance.
 TALLEST = 8.0
@@ -70,7 +70,8 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
     centre = None if texel.centre is None else np.array([cut.of(texel.centre)[0], 0.0])
     stored = None if centre is None or held.gap is None else centre + held.gap * ray
     blocker = None if found.blocker is None else found.blocker.distance * ray
-    seen = [np.zeros(2), comparison.bias_world * ray, centre, stored, blocker]
+    met = [] if centre is None else [(name, centre + gap * ray) for name, gap in met_gaps(found)]
+    seen = [np.zeros(2), comparison.bias_world * ray, centre, stored, blocker, *(at for _, at in met)]
     window(ax, [at for at in seen if at is not None and np.linalg.norm(at) <= TALLEST * unit], unit)
     (left, right), low = ax.get_xlim(), ax.get_ylim()[0]
     reach = 0.5 * (right - left)
@@ -94,19 +95,35 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
         ax.annotate("", (end[0], end[1]), (0, 0), arrowprops=arrow, zorder=4)
         mark(ax, 0.5 * end, f"bias {digits(comparison.bias_world)}", CUT_REFERENCE, (-6, 4), "right")
     ax.plot(0, 0, "o", color=CUT_PIXEL, markeredgecolor="white", markersize=7, zorder=5)
+    for name, at in met:
+        put(ax, at, "v", name, CUT_FIRST, below=True)
     if stored is not None and held.gap is not None:
         side = "before" if held.gap >= 0 else "behind"
         far = "on the plane" if abs(held.gap) < ON_PLANE * unit else f"{digits(abs(held.gap))} {side} the plane"
         put(ax, stored, "s", f"stored, {far}", CUT_STORED)
     elif held.is_empty:
         corner: dict[str, Any] = {"xycoords": "axes fraction", "xytext": (-6, -14), "ha": "right"}
-        ax.annotate("the texel is empty", (1, 1), color=CUT_STORED, **corner, **LABEL)
+        ax.annotate("the texel stores no caster", (1, 1), color=CUT_STORED, **corner, **LABEL)
     if found.blocker is not None and blocker is not None:
-        put(ax, blocker, "D", f"blocker, {digits(found.blocker.distance)} away", CUT_BLOCKER)
+        put(ax, blocker, "D", f"blocker, {digits(found.blocker.distance)} away", CUT_BLOCKER, below=True)
     said = "lit" if comparison.light >= 0.5 else "in shadow"
     ax.set_xlabel(f"the map says {said}, rays say {found.truth}; scale bar in world units", fontsize="small")
     scale_bar(ax)
     return ax
+
+
+def met_gaps(found: PixelExplanation) -> list[tuple[str, float]]:
+    """What light meets on the ray of the texel's centre that is not itself stored: name and gap."""
+    held, surface = found.held, found.run.stored.surface
+    if held is None or held.first_gap is None or surface == "front":
+        return []
+    gaps = [("first surface", held.first_gap)]
+    if len(held.surfaces) > 1:
+        first, second = (met.distance for met in held.surfaces)
+        gaps.append(("second surface", held.first_gap - (second - first)))
+    own = held.gap if len(held.surfaces) == 1 and surface != "dual" else None
+    # An averted face that is met first is what is stored.
+    return [(name, gap) for name, gap in gaps if own is None or abs(gap - own) > ON_PLANE * max(abs(gap), abs(own))]
 
 
 def plane_of(point: Vector, normal: Vector, to_light: Vector) -> Cut:
@@ -129,16 +146,13 @@ def draw_reference(found: PixelExplanation, ax: Axes, cut: Cut, reach: float) ->
     comparison = found.comparison
     if comparison is None or comparison.reference is None or comparison.unbiased is None or found.map is None:
         return
-    view = found.run.view
-    part = done(found.run.parameterization).partitions[found.map]
-    size = (found.run.resolution, found.run.resolution)
     origin = np.asarray(done(found.run.gbuffer).origin, np.float64)
-    rows = MapRays(part, light_of(view), origin, size, 1.0).rows
+    rows = _core.depth_rows(done(found.run.parameterization), origin, found.run.stored)[found.map]
     for depth, colour, line, name in (
         (comparison.unbiased, SOFT, (0, (2, 2)), "depth of the receiver without bias"),
         (comparison.reference, CUT_REFERENCE, (0, (6, 2)), "reference depth: what is stored on its blue side shades"),
     ):  # fmt: skip
-        plane = rows[2] - depth * rows[3]
+        plane = rows[0] - depth * rows[1]
         x, y = np.meshgrid(ax.get_xlim(), ax.get_ylim())
         here = plane[:3] @ (cut.point - origin) + plane[3]
         # Affine, so that four corners say all of it; below 0 nearer to the light.
@@ -168,13 +182,14 @@ def window(ax: Axes, seen: list[Vector], unit: float) -> None:
     ax.set(**limits, aspect="equal", autoscale_on=False)
 
 
-def put(ax: Axes, at: Vector, marker: str, words: str, colour: str) -> None:
-    """A marker with words; at the edge of the axes, with an arrow, where it lies beyond."""
+def put(ax: Axes, at: Vector, marker: str, words: str, colour: str, *, below: bool = False) -> None:
+    """A marker with words above or below it; at the edge of the axes, with an arrow, where it lies beyond."""
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     room = 0.06 * (high - low)
     place = np.clip(at, low + room, high - room)
     right = place[0] > 0.5 * (low[0] + high[0])
-    shift, ha = ((-9, 5), "right") if right else ((9, 5), "left")
+    across, ha = (-9, "right") if right else (9, "left")
+    shift = (across, -12 if below else 5)
     mark(ax, place, words, colour, shift, ha)
     if (at > low).all() and (at < high).all():
         ax.plot(*at, marker, color=colour, markeredgecolor="white", markersize=9, zorder=5)

@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..aliasing.causes import MEANINGS
 from ..text import digits, listed, px_text
+from .pixel_place_words import depth, depth_text, met_text, point_text, triangle_text
+from .pixel_stored_words import held_line, stored_line, too_near_text
 from .words import factor
 
 if TYPE_CHECKING:
-    from ..aliasing.pixel_surface import Met, PixelSurface
-    from ..aliasing.pixel_texel import Held
-    from ..experiments.pixel_explanation import PixelExplanation
+    from ..aliasing.pixel_surface import PixelSurface
+    from ..experiments.pixel_explanation import PixelBlend, PixelExplanation
     from ..experiments.pixel_trials import PixelTrial
     from ..types import Light
 
@@ -27,8 +26,6 @@ RIGHT_TEXTS = {"lit": "is right: lit by the map and by rays", "shadow": "is righ
 # What the numbers of a step are, in the order of the chain.
 CHAIN_STEPS = ("light_ray", "warped", "clip", "ndc")
 STEP_NAMES = {"light_ray": "light ray", "warped": "warped ray", "clip": "clip", "ndc": "NDC"}
-# Digits of depths: a step of single precision is 6e-8.
-DEPTH_DIGITS = 8
 # Texels that are listed one by one: those of a lookup of 3 x 3.
 MOST_VOTES = 9
 
@@ -76,13 +73,14 @@ def cause_line(found: PixelExplanation) -> str:
         return f"A silhouette lies between the pixel and its texel's centre: the shadow's edge is drawn{by}."
     if cause == "acne":
         what = "" if short is None or short <= 0 else f" It would take {digits(short)} more towards the light."
-        return f"The surface shadows itself: the bias does not cover what its depth changes within the texel.{what}"
+        return f"{acne_text(found)}{what}"
     if cause == "leak":
         moved = None if found.comparison is None else found.comparison.bias_world
         by = "" if moved is None else f" by {digits(moved)}"
         spare = 0.0 if short is None else -short
         what = f"With {digits(spare)} less it would be dark." if spare > 0 else "Without bias it would be dark."
-        return f"The bias carries the receiver{by} towards the light, past its caster. {what}"
+        past = "its caster" if found.run.stored.surface == "front" else "what the map stores of its caster"
+        return f"The bias carries the receiver{by} towards the light, past {past}. {what}"
     if cause == "missing" and found.map is None:
         return "No map holds the receiver, and what no map holds is lit."
     if cause == "missing" and found.blocker is not None and found.blocker_depth is None:
@@ -90,8 +88,30 @@ def cause_line(found: PixelExplanation) -> str:
     if cause == "missing" and found.blocker_depth is not None and not 0 <= found.blocker_depth < 1:
         return f"The caster lies outside of the map's depths, at NDC depth {digits(found.blocker_depth)}."
     if cause == "missing":
-        return "The map does not hold the caster: its shadow passes between the centres of the texels."
+        return too_near_text(found) or (
+            "The map does not hold the caster: its shadow passes between the centres of the texels."
+        )
     return f"The map itself is wrong: {MEANINGS[cause]}."
+
+
+def acne_text(found: PixelExplanation) -> str:
+    """Which surface shades a lit one that belongs to it."""
+    held, short = found.held, None if found.comparison is None else found.comparison.shortfall
+    stored = found.run.stored
+    if held is not None and stored.format != "f32" and short is not None and 0 < short <= held.step:
+        return (
+            f"The surface shadows itself: depths are rounded to {stored.format}, by steps of {digits(held.step)} here, "
+            "and the bias does not cover that."
+        )
+    own = {
+        "back": "The surface is shaded by its own far side, which the map stores",
+        "second": "The surface is shaded by the surface behind it, which the map stores",
+        "midpoint": "The surface is shaded by the middle between it and the surface behind it, which the map stores",
+        "dual": "The surface is shaded by its own depth, moved away from the light as far as the map does",
+    }
+    if stored.surface in own:
+        return f"{own[stored.surface]}: the bias does not cover what that depth changes within the texel."
+    return "The surface shadows itself: the bias does not cover what its depth changes within the texel."
 
 
 def mend_lines(found: PixelExplanation) -> list[str]:
@@ -155,15 +175,28 @@ def map_line(found: PixelExplanation) -> str:
             "averted": "none is asked where no light can arrive.",
         }
         return f"Map: {none.get(found.reason, 'none is asked.')}"
+    told = stored_line(found.run.stored)
+    tail = "" if told is None else f" {told}"
     if found.reason == "only":
-        return "Map: the only one."
+        return f"Map: the only one.{tail}"
+    if found.blend is not None:
+        return f"Map: {blend_text(found.blend)} Explained here: {found.map + 1} of {found.maps}.{tail}"
     near, far = found.eye_depth or (0.0, math.inf)
     why = {
         "depth": f"the first whose depths, {digits(near)} to {digits(far)}, reach the point",
         "later": "maps before it reach this depth and do not hold the point",
         "containment": "the first that holds the point",
     }[found.reason]
-    return f"Map: {found.map + 1} of {found.maps}, {why}."
+    return f"Map: {found.map + 1} of {found.maps}, {why}.{tail}"
+
+
+def blend_text(blend: PixelBlend) -> str:
+    """How two maps blend at the pixel."""
+    parts = [
+        f"{index + 1} with a share of {share:.3g}, by which the pixel is {light:.3g} lit"
+        for index, share, light in zip(blend.maps, blend.shares, blend.lights, strict=True)
+    ]
+    return f"{' and '.join(parts)}."
 
 
 def texel_lines(found: PixelExplanation) -> list[str]:
@@ -211,51 +244,3 @@ def texel_lines(found: PixelExplanation) -> list[str]:
     else:
         lines.append(f"Verdict: {said}" + (f"; {'; '.join(votes)}." if len(votes) > 1 else "."))
     return lines
-
-
-def held_line(found: PixelExplanation, held: Held) -> str:
-    """What the texel stores, and whose that is."""
-    if held.is_empty:
-        whose = "no caster"
-        tail = "" if held.agrees else "; the ray through its centre does meet one"
-        return f"Stored: {whose}{tail}."
-    where = ""
-    if held.gap is not None:
-        side = "before" if held.gap >= 0 else "behind"
-        where = f", {digits(abs(held.gap))} {side} the receiver's plane along the ray"
-    surface = found.surface
-    if held.triangle < 0:
-        return f"Stored: depth {depth(held.depth)}{where}; the ray through the texel's centre meets nothing there."
-    own = surface is not None and (held.instance, held.triangle) == (surface.instance, surface.triangle)
-    same = surface is not None and held.instance == surface.instance
-    note = " (the pixel's own)" if own else " (of the pixel's own instance)" if same else ""
-    blocker = found.blocker
-    if blocker is not None and (held.instance, held.triangle) == (blocker.instance, blocker.triangle):
-        note = " (what truth's ray meets)"
-    tail = "" if held.agrees else f"; a ray from the light meets it {digits(held.difference)} away from that depth"
-    return f"Stored: depth {depth(held.depth)}{where}: {triangle_text(held.instance, held.triangle)}{note}{tail}."
-
-
-def met_text(met: Met) -> str:
-    """A triangle on a ray, with where it is."""
-    return f"{triangle_text(met.instance, met.triangle)} at {point_text(met.point)}, {digits(met.distance)} away"
-
-
-def triangle_text(instance: int, triangle: int) -> str:
-    """A triangle by its numbers."""
-    return f"triangle {triangle} of instance {instance}"
-
-
-def point_text(values: np.ndarray) -> str:
-    """Numbers in parentheses, six digits each."""
-    return f"({', '.join(f'{value:.6g}' for value in np.asarray(values).tolist())})"
-
-
-def depth(value: float) -> str:
-    """A stored or compared depth."""
-    return f"{value:.{DEPTH_DIGITS}g}"
-
-
-def depth_text(value: float) -> str:
-    """A difference of depths."""
-    return f"{value:.3g}"

@@ -81,7 +81,8 @@ def checked_stored(stored: object) -> _core.Stored:
         try:
             return _core.Stored(stored)
         except (ArgumentError, UnknownNameError) as error:
-            raise type(error)(f"stored: {error}") from None
+            said = str(error)
+            raise type(error)(said if said.startswith("stored") else f"stored: {said}") from None
     if isinstance(stored, _core.Stored):
         return stored
     raise ArgumentError(
@@ -89,8 +90,8 @@ def checked_stored(stored: object) -> _core.Stored:
     )
 
 
-def checked_blend(blend: object) -> float:
-    """The share over which maps blend, as a number.
+def checked_blend(blend: object, name: str = "blend") -> float:
+    """The share over which maps blend, as a number; `name` is that of the argument.
 
     Raises
     ------
@@ -98,9 +99,9 @@ def checked_blend(blend: object) -> float:
         For anything but a number from 0 to 1.
     """
     fix = "0.1 blends over the last tenth of each map's range"
-    share = checked_number("blend", blend, fix, "a number from 0 to 1")
+    share = checked_number(name, blend, fix, "a number from 0 to 1")
     if not 0.0 <= share <= 1.0:
-        raise ArgumentError(f"blend: expected a number from 0 to 1, got {share}; {fix}")
+        raise ArgumentError(f"{name}: expected a number from 0 to 1, got {share}; {fix}")
     return share
 
 

@@ -1,8 +1,8 @@
 r"""The bias that a plane needs: what its depth gains over the reach of a filter, in the unit of each part of `Bias`.
 
-Source: theory.md (13.2), and (13.1) for what a depth is in world units. The gain is taken at the corners of the reach,
-so that it is exact under a post-warp, too. Coordinates x, t, z are affine on a plane, with t = y of the map, or
-t = 1 / w where a logarithm of w replaces y.
+Source: theory.md (13.2), (13.9) for linear depth, and (13.1) for what a depth is in world units. The gain is taken at
+the corners of the reach, so that it is exact under a post-warp, too. On a plane depth is a quotient of affine functions
+of x and t, with t = y of the map, or t = 1 / w where a logarithm of w replaces y; projective depth is affine itself.
 
 ```
       light          what a texel stores is the plane's depth at its centre c; a receiver p of the same texel is
@@ -39,64 +39,74 @@ class PlanePoints(NamedTuple):
 def plane_bias(
     gbuffer: _core.GBuffer, camera: _core.Camera, light: Light, parameterization: _core.Parameterization,
     chosen: NDArray[np.int16], where: NDArray[np.bool_], part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
-    filter: Filter,
+    filter: Filter, stored: _core.Stored,
 ) -> Reals:  # fmt: skip
     """The least value of one part of a bias that leaves no acne on the plane of each pixel of `where`, (N,).
 
     `chosen` is the map that each pixel asks; pixels without one need 0. The other parts are those of `bias`, whose
     limit of the slope part is not counted. Infinite where this part cannot do it: where a plane is seen edge on by the
-    light.
+    light, and of `slope` where a plane gains less than the rounding of its depth. Of maps that store the front.
     """
     where = where & (chosen >= 0)
     found = np.zeros(np.count_nonzero(where))
     position, normal, map_of = gbuffer.position[where], gbuffer.normal[where].astype(np.float64), chosen[where]
     to_light = ways_to_light(light, position)
     reach = _core.filter_reach(gbuffer, camera, light, parameterization, resolution=resolution, filter=filter)[where]
+    measures = _core.depth_rows(parameterization, (0.0, 0.0, 0.0), stored)
     for k, partition in enumerate(parameterization.partitions):
         of = map_of == k
         if of.any():
             seen = PlanePoints(position[of], normal[of], to_light[of])
-            found[of] = _of_map(partition, seen, part, bias, resolution, reach[of])
+            found[of] = _of_map(partition, measures[k], seen, part, bias, resolution, reach[of], stored)
     return found
 
 
 def _of_map(
-    partition: _core.Partition, of: PlanePoints, part: BiasPart, bias: _core.Bias, resolution: tuple[int, int],
-    reach_texels: Reals,
+    partition: _core.Partition, measure: Reals, of: PlanePoints, part: BiasPart, bias: _core.Bias,
+    resolution: tuple[int, int], reach_texels: Reals, stored: _core.Stored,
 ) -> Reals:  # fmt: skip
     rows = partition.matrix.copy()
-    depth_row, w_row = rows[2], rows[3]
+    w_row = rows[3]
     if partition.post_warp == "log":
         rows[1] = 0.0, 0.0, 0.0, 1.0
     clip = of.position @ rows[:, :3].T + rows[:, 3]
     w = clip[:, 3]
-    x, t, z = (clip[:, :3] / w[:, None]).T
-
-    # Of clip z and w along the way to the light.
-    depth_rise, w_rise = of.to_light @ depth_row[:3], of.to_light @ w_row[:3]
+    x, t = (clip[:, :2] / w[:, None]).T
+    # Depth is a quotient of two affine functions of the point, z / w where it is projective.
+    over, under = (of.position @ measure[:, :3].T + measure[:, 3]).T
+    z = over / under
+    # Of both along the way to the light.
+    over_rise, under_rise = (of.to_light @ measure[:, :3].T).T
 
     def gradient(i: int, value: Reals) -> Reals:
         step: Reals = (rows[i, :3] - value[:, None] * w_row[:3]) / w[:, None]
         return step
 
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        grad_x, grad_t, grad_z = gradient(0, x), gradient(1, t), gradient(2, z)
-        # On the plane grad_z = a grad_x + b grad_t + c normal.
+        grad_x, grad_t = gradient(0, x), gradient(1, t)
+        grad_z = (measure[0, :3] - z[:, None] * measure[1, :3]) / under[:, None]
         volume = _triple(grad_x, grad_t, of.normal)
-        a = _triple(grad_z, grad_t, of.normal) / volume
-        b = -_triple(grad_z, grad_x, of.normal) / volume
-        steps_x, steps_t = _reach(partition, x, t, resolution, reach_texels)
-        gain = _largest_fall(a, steps_x) + _largest_fall(b, steps_t)
+
+        def on_plane(grad: Reals) -> tuple[Reals, Reals]:
+            """How a function of this gradient changes on the plane: grad = a grad_x + b grad_t + c normal."""
+            return _triple(grad, grad_t, of.normal) / volume, -_triple(grad, grad_x, of.normal) / volume
+
+        # (13.9): a plane's depth changes by a quotient, whose divisor is 1 where depth is projective.
+        divisor = measure[1, :3] / under[:, None] - w_row[:3] / w[:, None]
+        steps = _reach(partition, x, t, resolution, reach_texels)
+        gain = _largest_fall(on_plane(grad_z), on_plane(divisor), *steps)
         gain = np.where(np.isfinite(gain), np.maximum(gain, 0.0), np.inf)
+        # A depth is rounded nearer to the light by half a step at most; single precision is that of the rasteriser.
+        rounded = 0.5 * _core.depth_steps(stored, np.clip(z, 0.0, 1.0)) if stored.format != "f32" else np.zeros_like(z)
 
         def way(depth: Reals) -> Reals:
-            """How far along the ray clip z / w becomes this."""
-            found: Reals = (depth * w - clip[:, 2]) / (depth_rise - depth * w_rise)
+            """How far along the ray depth becomes this."""
+            found: Reals = (depth * under - over) / (over_rise - depth * under_rise)
             return found
 
         def moved(shift: Reals) -> Reals:
             """What a way along the ray takes off the depth."""
-            less: Reals = z - (clip[:, 2] + shift * depth_rise) / (w + shift * w_rise)
+            less: Reals = z - (over + shift * over_rise) / (under + shift * under_rise)
             return less
 
         texel = np.zeros_like(w)
@@ -107,15 +117,15 @@ def _of_map(
         facing = np.abs(np.einsum("ij,ij->i", of.normal, of.to_light))
         along = along + np.divide(bias.normal * texel, facing, out=np.zeros_like(texel), where=facing > 0.0)
         if part == "slope":
-            needed = (gain * (1.0 - bias.plane) - moved(along) - off) / gain
+            needed = (gain * (1.0 - bias.plane) + rounded - moved(along) - off) / gain
         elif part == "ndc":
-            needed = gain * (1.0 - times) - moved(along)
+            needed = gain * (1.0 - times) + rounded - moved(along)
         elif part == "world":
-            needed = way(z - gain * (1.0 - times) + off) - (along - bias.world)
+            needed = way(z - gain * (1.0 - times) - rounded + off) - (along - bias.world)
         else:
-            needed = (way(z - gain * (1.0 - times) + off) - (along - bias.texels * texel)) / texel
+            needed = (way(z - gain * (1.0 - times) - rounded + off) - (along - bias.texels * texel)) / texel
     # A plane across the ray gains nothing and needs nothing; what has no finite answer needs more than there is.
-    least: Reals = np.where(gain > 0.0, np.where(np.isnan(needed), np.inf, np.maximum(needed, 0.0)), 0.0)
+    least: Reals = np.where(gain + rounded > 0.0, np.where(np.isnan(needed), np.inf, np.maximum(needed, 0.0)), 0.0)
     return least
 
 
@@ -124,9 +134,20 @@ def _triple(a: Reals, b: Reals, c: Reals) -> Reals:
     return product
 
 
-def _largest_fall(slope: Reals, steps: tuple[Reals, Reals]) -> Reals:
-    """The most that something with a slope falls over either of two steps."""
-    fall: Reals = np.maximum(-slope * steps[0], -slope * steps[1])
+def _largest_fall(
+    slopes: tuple[Reals, Reals], divisors: tuple[Reals, Reals], steps_x: tuple[Reals, Reals],
+    steps_t: tuple[Reals, Reals],
+) -> Reals:  # fmt: skip
+    """The most that depth on a plane falls within the reach: a quotient of affine functions is least at a corner.
+
+    Infinite where a corner lies beyond the plane's horizon.
+    """
+    falls = []
+    for dx in steps_x:
+        for dt in steps_t:
+            divisor = 1.0 + divisors[0] * dx + divisors[1] * dt
+            falls.append(np.where(divisor > 0.0, -(slopes[0] * dx + slopes[1] * dt) / divisor, np.inf))
+    fall: Reals = np.max(falls, axis=0)
     return fall
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..aliasing.bias_parts import with_part
 from ..aliasing.codes import Cause, Difference
-from ..aliasing.pixel_comparison import with_part
 from ..aliasing.plane_bias import plane_bias
 from ..scene.view import light_of
 from .drawing import drawn_as
@@ -60,7 +60,6 @@ class BiasLooks:
         The other parts; its own `part` is 0.
     filter : str
     stored : Stored
-        With projective depth.
     """
 
     def __init__(
@@ -94,9 +93,14 @@ class BiasLooks:
             int(np.count_nonzero(dark & self._can_be_acne)), int(errors.false_shadow), int(errors.false_light)
         )
 
-    def of_planes(self) -> NDArray[np.float64]:
-        """What the plane of each lit pixel needs of the part, (N,); see `plane_bias`."""
+    def of_planes(self) -> NDArray[np.float64] | None:
+        """What the plane of each lit pixel needs of the part, (N,); see `plane_bias`.
+
+        None of other surfaces than the front: an endless plane has nothing behind it that they could store.
+        """
+        if self.stored.surface != "front":
+            return None
         height, width = self.maps.shape[-2:]
         return plane_bias(
-            *self._looks, self.chosen, self.lit, self.part, self.bias, (width, height), self.filter
+            *self._looks, self.chosen, self.lit, self.part, self.bias, (width, height), self.filter, self.stored
         )  # fmt: skip

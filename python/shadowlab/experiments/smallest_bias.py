@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
 from html import escape
 from typing import TYPE_CHECKING, get_args
@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from .. import _core
-from ..aliasing.pixel_comparison import with_part
+from ..aliasing.bias_parts import with_part
 from ..errors import ArgumentError
 from ..scene.view import checked_view
 from ..techniques.labels import name_of, resolved
 from ..techniques.variant import reading
 from ..text.checked import a_flag, a_number, a_word
-from ..text.checks import check_bias, check_filter, renderer_of, whole
+from ..text.checks import check_bias, check_filter, checked_stored, renderer_of, whole
 from ..text.progress import Steps
 from ..travel import Value
 from ..types import BiasPart
@@ -65,7 +65,8 @@ class SmallestBias(Value):
         No value at all has fewer wrong pixels; as a rule 99 % of `least_wrong` or more.
     closed_form : float or None
         What would do if every lit pixel showed an endless plane and its place in its texel were the worst: for all
-        but `allowed` pixels. None where that has no finite value.
+        but `allowed` pixels. None where that has no finite value, and of maps that store another surface than the
+        front, since an endless plane has nothing behind it that they could store.
     curve : DataFrame
         A row per value that was looked up, rising from 0: value; acne, false_shadow, leaks and wrong (pixels). acne
         and false_shadow never rise, leaks never falls, and wrong is false_shadow + leaks.
@@ -80,6 +81,8 @@ class SmallestBias(Value):
     bias : Bias
         The other parts; its own `part` is 0.
     filter : str
+    stored : Stored
+        What the map stores.
     """
 
     part: BiasPart
@@ -99,6 +102,7 @@ class SmallestBias(Value):
     resolution: int
     bias: _core.Bias
     filter: Filter
+    stored: _core.Stored = field(default_factory=_core.Stored)
 
     @property
     def verdict(self) -> str:
@@ -106,7 +110,8 @@ class SmallestBias(Value):
         dark, bright = (int(self.curve[name].iloc[0]) for name in ("acne", "leaks"))
         few = f"at most {100 * self.share:.3g} %" if self.share else "none"
         few = f"{few} of the {self.lit:,} lit pixels in acne"
-        head = f"{self.label} at {self.resolution}², {self.part}: "
+        kept = "" if self.stored == _core.Stored() else f", {self.stored} stored"
+        head = f"{self.label} at {self.resolution}²{kept}, {self.part}: "
         if self.value is None:
             said = f"no value leaves {few}; {self.acne:,} stay dark whatever it is. Add another part"
         elif self.value == 0.0:
@@ -150,6 +155,7 @@ def smallest_bias(
     renderer: RendererArgument = None,
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    stored: _core.Stored | str | None = None,
     progress: bool = True,
 ) -> SmallestBias:
     """The least value of one part of a bias that leaves at most a share of acne, and what it costs in false light.
@@ -178,6 +184,8 @@ def smallest_bias(
         The other parts, of which its `part` is left out; all 0 and no limit of the slope where none is given.
     filter : str
         One of `sl.filters()`, with its settings.
+    stored : Stored or str, optional
+        What the map stores; the nearest depth as it is where none is given.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
 
@@ -192,7 +200,7 @@ def smallest_bias(
     ArgumentError
         For arguments of another type, or a share out of range.
     UnknownNameError
-        For a part, technique, filter or renderer that does not exist.
+        For a part, technique, filter or renderer that does not exist, or a surface, spacing or format to store.
     UnsupportedError
         What the technique cannot do with this view or light.
 
@@ -217,11 +225,7 @@ def smallest_bias(
         raise ArgumentError(f"acne: expected a share of the lit pixels from 0 to 1, got {share:g}; try 0.001")
     check_bias(bias)
     check_filter(filter)
-    read = reading(item, _core.Bias.none() if bias is None else bias, filter, 0.0, _core.Stored())
-    if read.stored.spacing != "projective":
-        raise ArgumentError(
-            f"technique: expected maps with projective depth, got stored={read.stored}; leave its spacing out"
-        )
+    read = reading(item, _core.Bias.none() if bias is None else bias, filter, 0.0, checked_stored(stored))
     rest = with_part(read.bias, part, 0.0)
     side, draw = whole("resolution", resolution), renderer_of(renderer)
     views = view.views
@@ -248,7 +252,7 @@ def smallest_bias(
     label = technique if isinstance(technique, str) else name_of(item)
     return SmallestBias(
         part, value, at.acne, at.leaks, at.wrong, best, search.at(best).wrong, search.bound, plane,
-        _curve(search), lit, allowed, share, label, side, rest, read.filter,
+        _curve(search), lit, allowed, share, label, side, rest, read.filter, read.stored,
     )  # fmt: skip
 
 
@@ -258,7 +262,10 @@ def _sum_of(counts: Sequence[BiasCounts]) -> BiasCounts:
 
 def _closed_form(looks: Sequence[BiasLooks], allowed: int) -> float | None:
     """What all planes but `allowed` need at most; None where that is infinite."""
-    needed = np.concatenate([one.of_planes() for one in looks])
+    planes = [of_planes for one in looks if (of_planes := one.of_planes()) is not None]
+    if len(planes) < len(looks):
+        return None
+    needed = np.concatenate(planes)
     if needed.size <= allowed:
         return 0.0
     k = needed.size - 1 - allowed

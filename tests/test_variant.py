@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 
+import numpy as np
 import pytest
 
 import shadowlab as sl
@@ -34,6 +35,24 @@ def test_a_text_says_what_the_experiment_would(view, name):
     assert wrong(view, f"{name}{colon}bias=none") > 5 * wrong(view, name)
 
 
+def test_a_text_says_how_cascades_blend(view):
+    """`mix` is what experiments call `blend`, beside the setting of that name of z_partition."""
+    name = "z_partition:count=3,overlap=0.4,blend=0.7,inner=uniform"
+
+    def mask(technique, **more):
+        return sl.evaluate(view, technique, 64, metrics=["mask"], renderer="cpu", filter="bilinear", **more).mask
+
+    plain, blended = mask(name), mask(name, blend=0.4)
+    assert (plain != blended).any()
+    np.testing.assert_array_equal(mask(f"{name},mix=0.4"), blended)
+    np.testing.assert_array_equal(mask(sl.technique(name, mix=0.4)), blended)
+    # It goes before what is said for all, and leaves the technique's own setting alone.
+    np.testing.assert_array_equal(mask(f"{name},mix=0", blend=0.4), plain)
+    made = sl.technique(f"{name},mix=0.4")
+    assert (made.mix, made.settings["mix"], made.settings["blend"]) == (0.4, 0.4, 0.7)
+    assert sl.evaluate(view, made, 64, metrics=["mask"], renderer="cpu").blend == 0.4
+
+
 def test_it_goes_before_what_is_said_for_all(view):
     own = sl.evaluate(view, "lispsm:bias=none", 256, metrics=["mask"], renderer="cpu", bias=LOOSE, filter="pcf2x2")
     assert own.bias == sl.Bias.none()
@@ -55,7 +74,12 @@ def test_a_grid_of_texts_is_one_table(view):
 
 @pytest.mark.parametrize(
     "text",
-    ["lispsm:near=basic,bias=(slope=1.0,texels=0.25)", "uniform:bias=none", "lispsm:filter=pcf2x2,bias=plane=1.0"],
+    [
+        "lispsm:near=basic,bias=(slope=1.0,texels=0.25)",
+        "uniform:bias=none",
+        "lispsm:filter=pcf2x2,bias=plane=1.0",
+        "z_partition:count=2,mix=0.25,stored=(back:format=f16)",
+    ],
 )
 def test_texts_come_back(text):
     made = sl.technique(text)
@@ -91,6 +115,9 @@ def test_words_of_biases():
         ("lispsm:bias=3", ArgumentError, "bias"),
         ("lispsm:bias=(slope=1),bias=none", ArgumentError, "twice"),
         ("lispsm:filter=median", UnknownNameError, "median"),
+        ("lispsm:mix=2", ArgumentError, "mix: expected a number from 0 to 1"),
+        ("lispsm:mix=some", ArgumentError, "mix: expected a number from 0 to 1"),
+        ("lispsm:stored=(back:format=f16,format=f32)", ArgumentError, "stored: format: expected one value"),
         ("preset:filament,near=3", ArgumentError, "no parameters"),
         ("preset:filamint,bias=none", UnknownNameError, "filamint"),
     ],

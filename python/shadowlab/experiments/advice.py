@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._core import Stored
 from ..errors import UnknownNameError, UnsupportedError
 from ..scene.source import Source
+from ..techniques.variant import MapReading
 from ..text import shown
 from ..text.checked import a_path, a_text
 from ..text.checks import renderer_of
@@ -79,6 +81,13 @@ class Advice(Value):
     untried: tuple[Untried, ...] = ()
     phases: int = PHASES
     renderer: RendererLike | None = field(default=None, repr=False, compare=False)
+    blend: float = 0.0
+    stored: Stored = field(default_factory=Stored)
+
+    @property
+    def read(self) -> MapReading:
+        """How the maps of techniques were read that do not say it themselves."""
+        return MapReading(self.bias, self.filter, self.blend, self.stored)
 
     @property
     def standings(self) -> list[Standing]:

@@ -11,8 +11,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
 from ..scene.source import Source
+from ..techniques.variant import MapReading
 from ..text.checked import a_flag
-from ..text.checks import renderer_of
+from ..text.checks import checked_blend, checked_stored, renderer_of
 from ..text.progress import Steps
 from .advice import Advice
 from .arguments import check_types, checked_source, size_of
@@ -26,7 +27,7 @@ from .tried import untried_of
 from .views import views_of
 
 if TYPE_CHECKING:
-    from .._core import Bias, Camera, Scene
+    from .._core import Bias, Camera, Scene, Stored
     from ..types import Filter, Labelled, Light, RendererArgument, Techniques
 
 
@@ -43,6 +44,8 @@ def advise(
     renderer: RendererArgument = None,
     bias: Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
+    stored: Stored | str | None = None,
     phases: int = PHASES,
     predict: Predict | Literal["auto"] | None = "auto",
     drawn: int = MOST_DRAWN,
@@ -79,6 +82,11 @@ def advise(
     bias : Bias, optional
     filter : str
         One of `sl.filters()`, with its settings.
+    blend : float
+        The share over which maps blend, as of `evaluate`.
+    stored : Stored or str, optional
+        What the maps store; the nearest depth as it is where none is given. The memory counts 4 bytes a texel whatever
+        its format.
     phases : int
         Shifts of the texels by parts of a texel over which wrong pixels are counted, of the candidates alone between
         which the verdict has to decide; 1 for none. Their `error` is the mean. Texel lengths have no such noise.
@@ -128,8 +136,8 @@ def advise(
     views = views_of(scene, cameras, lights, lambda camera: size_of(size, camera))
     candidates = candidates_of(techniques, views)
     renderer = renderer_of(renderer)
-    bias = Bias() if bias is None else bias
-    draw = Draw(renderer, bias, filter, measure)
+    read = MapReading(Bias() if bias is None else bias, filter, checked_blend(blend), checked_stored(stored))
+    draw = Draw(renderer, read, measure)
     foretell = chosen_predict(predict, renderer, screens=not named and bool(measure.population))
     drawn = checked_predict(foretell, drawn)
     plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
@@ -140,7 +148,7 @@ def advise(
             outcomes = outcomes_with_noise(outcomes, over, phases, step)
     untried = [*untried_of({one.technique for one in candidates}, {view.light.kind for view in views}), *worse]
     return Advice(
-        tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, bias, filter,
+        tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, read.bias, filter,
         renderer.backend, renderer.adapter, filled,
-        source or Source.of_scene(scene), tuple(untried), phases, renderer,
+        source or Source.of_scene(scene), tuple(untried), phases, renderer, read.blend, read.stored,
     )  # fmt: skip

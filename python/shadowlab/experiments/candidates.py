@@ -25,7 +25,8 @@ from .tried import default_techniques
 from .views import LabelledView
 
 if TYPE_CHECKING:
-    from ..types import Filter, Item, RendererLike, Techniques
+    from ..techniques.variant import MapReading
+    from ..types import Item, RendererLike, Techniques
 
 T = TypeVar("T")
 
@@ -78,8 +79,7 @@ class Draw:
     """How all are drawn."""
 
     renderer: RendererLike
-    bias: _core.Bias
-    filter: Filter
+    read: MapReading
     measure: Measure
 
 
@@ -215,8 +215,8 @@ def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str)
     if not plan.side:
         return replace(blank, maps=plan.most, failure=too_small(plan.memory, plan.most))
     run = evaluate(
-        view.view, one.item, plan.side, metrics=RANKED_METRICS, renderer=draw.renderer, filter=draw.filter,
-        bias=draw.bias, label=one.label,
+        view.view, one.item, plan.side, metrics=RANKED_METRICS, renderer=draw.renderer, label=one.label,
+        **draw.read._asdict(),
     )  # fmt: skip
     found = replace(blank, maps=maps, resolution=plan.side, run=run, notes=run.notes)
     if run.failure:

@@ -14,6 +14,7 @@ from ..conventions.doubts import doubts_in
 from ..errors import UnknownNameError
 from ..scene.source import Source
 from ..scene.view import View, light_of
+from ..techniques.variant import MapReading
 from ..text.checked import a_flag, a_path, a_text
 from ..text.checks import renderer_of, whole
 from ..travel import Value
@@ -73,8 +74,7 @@ class Study(Value):
     @property
     def lookup(self) -> str:
         """How the maps were read: the filter, over which share of their ranges maps blend, and what they store."""
-        stored = "" if self.stored == _core.Stored() else f", stored {self.stored}"
-        return f"{self.filter}, blend {self.blend:g}{stored}" if self.blend else f"{self.filter}{stored}"
+        return MapReading(self.bias, self.filter, self.blend, self.stored).lookup
 
     @property
     def scene(self) -> _core.Scene:

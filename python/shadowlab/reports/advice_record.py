@@ -53,6 +53,8 @@ def advice_data(advice: Advice) -> dict[str, Any]:
         "memory": list(advice.budgets),
         "bias": {name: getattr(advice.bias, name) for name in BIAS},
         "filter": advice.filter,
+        "blend": advice.blend,
+        "stored": str(advice.stored),
         "views": [
             {**{name: getattr(view, name) for name in names}, "counted": view in advice.counted,
              "filled": advice.filled[view.label], "camera": camera_record(view.camera),

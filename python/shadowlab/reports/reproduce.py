@@ -17,6 +17,7 @@ from ..errors import ShadowlabError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
 from ..techniques.kinds import is_parameterization
 from ..techniques.registry import technique_of
+from ..techniques.variant import MapReading
 from ..text import BIAS, format_bias, format_spec, format_value
 
 if TYPE_CHECKING:
@@ -152,21 +153,27 @@ def bias_python(bias: Bias) -> str:
     return f"sl.Bias({', '.join(parts)})"
 
 
+def reading_python(read: MapReading) -> str:
+    """Keyword arguments that say how maps are read."""
+    blend = f", blend={read.blend!r}" if read.blend else ""
+    stored = "" if read.stored == Stored() else f", stored={str(read.stored)!r}"
+    return f"bias={bias_python(read.bias)}, filter={read.filter!r}{blend}{stored}"
+
+
 def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     """A script that computes these runs again."""
     techniques = dict.fromkeys((run.label, technique_python(run)) for run in runs)
     entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
     resolutions = sorted({run.resolution for run in runs})
     resolution = resolutions[0] if len(resolutions) == 1 else resolutions
-    blend = f", blend={study.blend!r}" if study.blend else ""
-    stored = "" if study.stored == Stored() else f", stored={str(study.stored)!r}"
+    read = MapReading(study.bias, study.filter, study.blend, study.stored)
     numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
     return (
         f"{numpy_line}import shadowlab as sl\n\n"
         f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
         f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
         f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
-        f"    bias={bias_python(study.bias)}, filter={study.filter!r}{blend}{stored},\n"
+        f"    {reading_python(read)},\n"
         f"    truth={study.truth is not None})\n"
         "print(study)"
     )

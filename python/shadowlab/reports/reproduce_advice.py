@@ -12,9 +12,10 @@ from ..experiments.candidates import Candidate, Outcome
 from ..experiments.memory import memory_text
 from ..experiments.views import LabelledView
 from ..techniques.kinds import is_parameterization
+from ..techniques.variant import reading
 from ..text import shown
 from ..text.checked import has_all
-from .reproduce import bias_python, camera_python, given_python, light_python
+from .reproduce import camera_python, given_python, light_python, reading_python
 
 if TYPE_CHECKING:
     from ..experiments.advice import Advice
@@ -44,8 +45,8 @@ def whole_advice(advice: Advice) -> str:
     size = f" size={next(iter(sizes))}," if len(sizes) == 1 else ""
     lines += [
         f"}}, memory={list(advice.budgets)}, error={advice.measure.name!r}, over={advice.over!r},{size}",
-        f"    renderer=sl.Renderer({advice.backend!r}), bias={bias_python(advice.bias)},",
-        f"    filter={advice.filter!r}, phases={advice.phases})",
+        f"    renderer=sl.Renderer({advice.backend!r}),",
+        f"    {reading_python(advice.read)}, phases={advice.phases})",
         "print(advice)",
     ]
     return "\n".join(lines) + "\n"
@@ -126,8 +127,8 @@ def advice_snippet(
         made = "p" if candidate.given else "technique"
         lines += [
             f"    run = sl.evaluate(sl.View(scene, camera, light, size), {made}, {resolution},",
-            f'        metrics=["misclassified"], renderer=renderer, bias={bias_python(advice.bias)},',
-            f"        filter={advice.filter!r}, phases={phases})",
+            '        metrics=["misclassified"], renderer=renderer,',
+            f"        {reading_python(advice.read)}, phases={phases})",
             '    found[label] = run.numbers["misclassified_mean"] / run.numbers["compared"]',
         ]
         return "\n".join([*lines, *SUMMED]) + "\n"
@@ -140,7 +141,7 @@ def advice_snippet(
     if of_errors:
         body += [
             f"mask = renderer.shadow_mask(scene, camera, light, p, resolution={resolution}, size=size,",
-            f"    bias={bias_python(advice.bias)}, filter={advice.filter!r})",
+            f"    {reading_python(reading(candidate.item, *advice.read))})",
             "errors = sl.aliasing.misclassified(mask, sl.trace.shadow_mask(scene, camera, light, size=size))",
         ]
     else:

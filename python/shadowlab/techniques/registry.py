@@ -51,9 +51,10 @@ def technique(name: Item | str, **params: object) -> Item:
         preset or parameterization is itself.
     **params
         As `techniques()` lists them. A list of numbers is a tuple, list or array; techniques within a technique are
-        their names, texts, objects, or a list of these. `bias`, `filter` and `stored`, with every technique and preset,
-        say what its maps store and how they are read, before what an experiment says for all:
-        "lispsm:bias=(slope=1,texels=0.5),filter=pcf:size=3,stored=(back:spacing=linear,format=unorm16)".
+        their names, texts, objects, or a list of these. `bias`, `filter`, `mix` and `stored`, with every technique and
+        preset, say what its maps store and how they are read, before what an experiment says for all:
+        "lispsm:bias=(slope=1,texels=0.5),filter=pcf:size=3,stored=(back:spacing=linear,format=unorm16)". `mix` is what
+        experiments call `blend`: "z_partition:count=3,overlap=0.2,mix=0.2".
 
     Raises
     ------

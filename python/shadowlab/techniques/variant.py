@@ -1,7 +1,8 @@
-"""A technique with a way of its own to read its maps: `lispsm:bias=(slope=1,texels=0.5),filter=pcf2x2`.
+"""A technique with a way of its own to read its maps: `lispsm:bias=(slope=1,texels=0.5),filter=bilinear,mix=0.1`.
 
-So biases and filters are compared and swept like parameters: what stands in a technique's text goes before what the
-experiment says for all.
+So biases, filters, blending and what maps store are compared and swept like parameters: what stands in a technique's
+text goes before what the experiment says for all. `mix` is what experiments call `blend`, which is a setting of
+`z_partition` in a technique's text.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from .. import _core
 from ..errors import ArgumentError
 from ..text import bias_of, bias_text
 from ..text.checked import has_all
-from ..text.checks import check_bias, check_filter, checked_stored
+from ..text.checks import check_bias, check_filter, checked_blend, checked_stored
 from ..travel import Value
 
 if TYPE_CHECKING:
@@ -29,6 +30,12 @@ class MapReading(NamedTuple):
     blend: float
     stored: _core.Stored
 
+    @property
+    def lookup(self) -> str:
+        """The filter, over which share of their ranges maps blend, and what they store, in words."""
+        stored = "" if self.stored == _core.Stored() else f", stored {self.stored}"
+        return f"{self.filter}, blend {self.blend:g}{stored}" if self.blend else f"{self.filter}{stored}"
+
 
 @dataclass(frozen=True, eq=False)
 class Variant(Value):
@@ -41,12 +48,15 @@ class Variant(Value):
     bias : Bias or None
         None leaves it to the experiment, as for `filter`.
     filter : str or None
+    mix : float or None
+        The share over which maps blend: `blend` of experiments.
     stored : Stored or None
     """
 
     technique: TechniqueLike
     bias: _core.Bias | None = None
     filter: Filter | None = None
+    mix: float | None = None
     stored: _core.Stored | None = None
 
     @property
@@ -56,10 +66,10 @@ class Variant(Value):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """All parameters of the technique, and what is said here of reading its maps, as texts."""
+        """All parameters of the technique, and what is said here of reading its maps, as texts and a number."""
         bias = None if self.bias is None else bias_text(self.bias)
         stored = None if self.stored is None else str(self.stored)
-        own = {"bias": bias, "filter": self.filter, "stored": stored}
+        own = {"bias": bias, "filter": self.filter, "mix": self.mix, "stored": stored}
         return {**self.technique.settings, **{name: value for name, value in own.items() if value is not None}}
 
     @property
@@ -104,14 +114,15 @@ READ_SETTINGS = tuple(one.name for one in fields(Variant) if one.name != "techni
 
 
 def variant(technique: Item, given: Mapping[str, object]) -> Item:
-    """The technique, read as given: a bias or its text, a filter, what maps store.
+    """The technique, read as given: a bias or its text, a filter, the share over which maps blend, what maps store.
 
     Raises
     ------
     ArgumentError
-        For a bias or filter of another type, and for a parameterization, which has no parameters.
+        For a bias or filter of another type, a share to blend over that is not from 0 to 1, and for a parameterization,
+        which has no parameters.
     UnknownNameError
-        For a part of a bias, or a filter, that does not exist.
+        For a part of a bias, a filter, or a surface, spacing or format to store, that does not exist.
     """
     if not given:
         return technique
@@ -125,8 +136,9 @@ def variant(technique: Item, given: Mapping[str, object]) -> Item:
     check_bias(bias)
     if kernel is not None:
         check_filter(kernel)
+    mix = None if given.get("mix") is None else checked_blend(given["mix"], "mix")
     stored = None if given.get("stored") is None else checked_stored(given["stored"])
-    return Variant(technique, cast("_core.Bias | None", bias), cast("Filter | None", kernel), stored)
+    return Variant(technique, cast("_core.Bias | None", bias), cast("Filter | None", kernel), mix, stored)
 
 
 def reading(item: Item, bias: _core.Bias | None, filter: Filter, blend: float, stored: _core.Stored) -> MapReading:
@@ -135,5 +147,6 @@ def reading(item: Item, bias: _core.Bias | None, filter: Filter, blend: float, s
     if own is not None and own.bias is not None:
         bias = own.bias
     kernel = filter if own is None or own.filter is None else own.filter
+    share = blend if own is None or own.mix is None else own.mix
     kept = stored if own is None or own.stored is None else own.stored
-    return MapReading(_core.Bias() if bias is None else bias, kernel, blend, kept)
+    return MapReading(_core.Bias() if bias is None else bias, kernel, share, kept)

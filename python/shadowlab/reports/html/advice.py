@@ -115,8 +115,8 @@ def advice_head(advice: Advice) -> str:
     sizes = listed([f"{w} × {h}" for w, h in dict.fromkeys(view.size for view in advice.views)])
     facts = [
         f"{advice.scene.triangle_count:,} triangles", f"{many} view{'s' * (many > 1)}", f"{sizes} pixels",
-        listed([memory_text(one) for one in advice.budgets]), f"by {advice.measure.title}", f"{advice.filter} lookup",
-        f"{advice.backend} renderer",
+        listed([memory_text(one) for one in advice.budgets]), f"by {advice.measure.title}",
+        f"{advice.read.lookup} lookup", f"{advice.backend} renderer",
     ]  # fmt: skip
     return page_head("shadow advice", advice.source.name, facts, advice.sentences)
 

@@ -80,9 +80,9 @@ EXAMPLES = (
     ),
     Example(
         "A contact in a map of second surfaces",
-        "A robot's leg meets the floor, seen in a map that stores the second surface of each ray. The texel's centre lies "
-        "in the shadow, too, but there the leg's far side is so near to the floor that the depth of the floor changes "
-        "more within the texel. A map of the front, or of a depth between, holds the leg.",
+        "A robot's leg meets the floor, seen in a map that stores the second surface of each ray. The texel's centre "
+        "lies in the shadow, too, but there the leg's far side is so near to the floor that the depth of the floor "
+        "changes more within the texel. A map of the front, or of a depth between, holds the leg.",
         "robots", "lispsm", 256, (320, 180), (42, 158), None, "second",
     ),
 )  # fmt: skip

@@ -44,9 +44,7 @@ def test_a_plane_needs_its_closed_form_in_linear_depth(seed, part):
     assert found.acne == 0 < found.curve.acne[0]
 
 
-@pytest.mark.parametrize(
-    "technique", ["lispsm", "tsm", "log_psm", "rectilinear", "z_partition:count=3,inner=lispsm", "plane_optimal"]
-)
+@pytest.mark.parametrize("technique", ["lispsm", "log_psm", "rectilinear", "z_partition:count=3,inner=lispsm"])
 @pytest.mark.parametrize("part", PARTS)
 def test_a_plane_needs_no_more_than_its_closed_form_in_any_linear_map(technique, part):
     found = found_in(plane_view(11), technique, part, acne=0.0, stored="front:spacing=linear")
@@ -72,7 +70,7 @@ def test_the_reach_of_a_filter_counts_in_linear_depth(filter):
 
 @pytest.mark.parametrize("spacing", ["projective", "linear"])
 @pytest.mark.parametrize("format", STEPS)
-@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("part", ["ndc", "texels"])
 def test_a_plane_needs_half_a_step_more(spacing, format, part):
     """Rounded depths are nearer to the light by up to half a step."""
     view, stored = plane_view(1), f"front:spacing={spacing},format={format}"
@@ -114,12 +112,12 @@ def test_counts_of_other_surfaces_are_those_of_an_evaluation(surface, spacing):
     scene = sl.library.scene("robots")
     view = sl.View(scene, scene.camera, scene.light, size=(320, 180))
     stored = sl.Stored(surface, spacing=spacing)
-    found = found_in(view, "lispsm", "texels", acne=0.0005, stored=stored)
+    found = found_in(view, "lispsm", "texels", acne=0.0001, stored=stored)
     assert found.closed_form is None
     assert found.stored == stored
     assert str(stored) in str(found)
     assert found.value is not None
-    assert 0 < found.acne <= found.allowed < found.curve.acne[0]
+    assert found.acne <= found.allowed < found.curve.acne[0]
     for value in (0.0, found.value):
         bias = with_part(sl.Bias.none(), "texels", value)
         run = sl.evaluate(view, "lispsm", 512, renderer="cpu", bias=bias, stored=stored)

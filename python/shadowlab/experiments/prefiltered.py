@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from ..types import Mask, RendererArgument, TechniqueArgument, TruthImage
 
 
-
 @dataclass(frozen=True, eq=False, repr=False)
 class PrefilteredMaps(Value):
     """Prefiltered formats and depths in one view, in numbers and as masks.

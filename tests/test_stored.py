@@ -67,7 +67,8 @@ def test_texts_are_shortest_and_read_back() -> None:
     ("make", "error", "match"),
     [
         (lambda: sl.Stored("fornt"), UnknownNameError, "front, back, second, midpoint, dual"),
-        (lambda: sl.Stored("front:space=linear"), ArgumentError, "spacing="),
+        (lambda: sl.Stored("front:space=linear"), UnknownNameError, "expected one of spacing, format, limit"),
+        (lambda: sl.Stored("front:format=f16,format=f32"), ArgumentError, "format: expected one value, got two"),
         (lambda: sl.Stored("front", spacing="cubic"), UnknownNameError, "projective, linear"),
         (lambda: sl.Stored(format="unorm8"), UnknownNameError, "f32, f16, unorm16, unorm24"),
         (lambda: sl.Stored("dual", limit=-0.5), ArgumentError, "stored.limit"),

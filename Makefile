@@ -92,6 +92,7 @@ bench: setup ## a row of compare beside its parts, samples, memory, filters besi
 	$(BIN)/python benches/samples_cost.py
 	$(BIN)/python benches/beside/memory.py
 	$(BIN)/python benches/filters.py
+	$(BIN)/python benches/culled.py
 
 # Programs that only the benches run beside this one, in an environment of their own. OGRE and OpenSceneGraph are compiled
 # against Debian's packages libogre-1.12-dev and libopenscenegraph-dev; Open3D needs libusb-1.0-0.

@@ -206,6 +206,9 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         sl.Bias(normal=1),
     ],
     "Camera": lambda: [lens(), lens(near=0.25), lens(eye=(1, 2, 3)), lens(up=(1, 1, 0)), plan(), view()[1]],
+    "Casters": lambda: [
+        sl.Renderer("cpu").casters(view()[0], parameterization(name)) for name in ("uniform", "lispsm")
+    ],
     "Causes": causes,
     "Convention": lambda: [
         sl.Convention(),

@@ -36,7 +36,7 @@ from ._core_summary import summarize as summarize
 from ._core_summary import summarize_bands as summarize_bands
 from ._core_stored import depth_rows as depth_rows
 from ._core_stored import depth_steps as depth_steps
-from ._core_types import FootprintLike, Matrices
+from ._core_types import Cull, FootprintLike, Matrices
 
 __version__: str
 __all__ = [
@@ -129,7 +129,13 @@ class Renderer:
     def adapter(self) -> str:
         """The device in words."""
     def shadow_map(
-        self, scene: Scene, parameterization: _Maps, *, resolution: _Size | None = None, stored: _Stored = None
+        self,
+        scene: Scene,
+        parameterization: _Maps,
+        *,
+        resolution: _Size | None = None,
+        stored: _Stored = None,
+        cull: Literal["volume", "none"] = "volume",
     ) -> npt.NDArray[np.float32]:
         """The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
 
@@ -141,6 +147,9 @@ class Renderer:
             Texels: a side, or width and height. The parameterization's own where none is given.
         stored : Stored or str, optional
             What the map stores. By default the nearest surface, as NDC depth in single precision.
+        cull : str
+            Which instances are drawn: "volume", those whose box has a part in the map's volume; "none", all. The map is the same.
+            What is "seen" takes a picture: see `seen_map`.
 
         Returns
         -------
@@ -151,6 +160,99 @@ class Renderer:
         -----
         ShadowlabWarning
             Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
+        """
+    def seen_map(
+        self,
+        scene: Scene,
+        gbuffer: GBuffer,
+        camera: Camera,
+        light: _Light,
+        parameterization: _Maps,
+        *,
+        resolution: _Size | None = None,
+        bias: Bias | None = None,
+        filter: _Filter = "nearest",
+        blend: float = 0.0,
+        stored: _Stored = None,
+    ) -> npt.NDArray[np.float32]:
+        """The shadow maps as far as the pixels of a picture look them up.
+
+        Casters whose shadow reaches no pixel are not drawn: texels that no pixel reads may be empty, and texels that are read
+        may store something farther than what was left out, as long as no comparison changes. `sl.aliasing.look_up` with the
+        same settings gives the mask of whole maps, bit for bit.
+
+        Parameters
+        ----------
+        scene : Scene
+        gbuffer : GBuffer
+            The picture.
+        camera, light, parameterization, resolution, bias, filter, blend, stored
+            As they will be looked up: as in `shadow_mask`.
+
+        Returns
+        -------
+        (H, W) or, of several maps, (K, H, W) float32
+            As `shadow_map`.
+
+        Warns
+        -----
+        ShadowlabWarning
+            As `shadow_map`.
+
+        Notes
+        -----
+        The "cpu" renderer leaves out casters over texels that no pixel reads, and those behind all receivers that read their
+        texels. Behind a receiver counts where the map stores the front, back or second surface with projective spacing. The
+        "gpu" renderer leaves out the former alone.
+        """
+    def casters(
+        self,
+        scene: Scene,
+        parameterization: _Maps,
+        *,
+        resolution: _Size | None = None,
+        cull: Cull = "volume",
+        gbuffer: GBuffer | None = None,
+        camera: Camera | None = None,
+        light: _Light | None = None,
+        bias: Bias | None = None,
+        filter: _Filter = "nearest",
+        blend: float = 0.0,
+        stored: _Stored = None,
+    ) -> Any:
+        """What becomes of the instances of a scene where this renderer draws maps: which are drawn, and which rule left out the
+        others.
+
+        Parameters
+        ----------
+        scene : Scene
+        parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
+        resolution : int or (int, int), optional
+            Texels: a side, or width and height. The parameterization's own where none is given.
+        cull : str
+            "volume", "seen" or "none", as in `shadow_mask`. "seen" takes `gbuffer`, `camera` and `light`.
+        gbuffer : GBuffer, optional
+            The picture whose pixels look up the maps.
+        camera, light, bias, filter, blend, stored
+            As its pixels look them up: as in `shadow_mask`.
+
+        Returns
+        -------
+        shadowlab.aliasing.Casters
+
+        Raises
+        ------
+        ArgumentError
+            For "seen" without a picture, its camera or its light.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> s = sl.library.scene("forest", trees=500)
+        >>> p = sl.technique("lispsm").parameterize(s, s.camera, s.light)
+        >>> found = sl.Renderer("cpu").casters(s, p)
+        >>> found.drawn + found.culled == s.instance_count
+        True
         """
     def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer:
         """What the camera sees.
@@ -179,6 +281,7 @@ class Renderer:
         filter: _Filter = "nearest",
         blend: float = 0.0,
         stored: _Stored = None,
+        cull: Cull = "volume",
     ) -> npt.NDArray[np.float32]:
         """The light that arrives at each pixel, through the shadow map.
 
@@ -200,6 +303,9 @@ class Renderer:
             the share of the map at its border. 0 for none.
         stored : Stored or str, optional
             What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
+        cull : str
+            Which instances are drawn into the map: "volume", those whose box has a part in its volume; "seen", of these the
+            ones whose shadow may reach a pixel (`seen_map`; on a device as "volume"); "none", all. The mask is the same.
 
         Returns
         -------
@@ -374,10 +480,8 @@ def technique_specs() -> list[dict[str, Any]]:
 def library_specs() -> list[dict[str, Any]]:
     """One dictionary a library scene: name, title, shows, params."""
 
-def library_build(
-    name: str, seed: int, params: Sequence[tuple[str, float]]
-) -> tuple[list[Mesh], npt.NDArray[np.int64], _Float, Camera, _Light]:
-    """The parts of the library scene of that name."""
+def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> tuple[Scene, Camera, _Light]:
+    """The library scene of that name, its camera and its light."""
 
 def trace_shadow_mask(
     scene: Scene,

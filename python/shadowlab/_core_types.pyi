@@ -28,6 +28,9 @@ NoteKind: TypeAlias = Literal[
     "check_matrix",
 ]
 
+# Which instances are drawn into a map.
+Cull: TypeAlias = Literal["none", "volume", "seen"]
+
 Matrices: TypeAlias = (
     npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Protocol, TypeAlias, TypeVar
+from typing import Any, Literal, Protocol, TypeAlias, TypeVar, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,11 +21,13 @@ from ._core import (
 )
 
 __all__ = [
+    "CULLS",
     "RGB",
     "Backend",
     "BiasPart",
     "BlurStrength",
     "ConventionLike",
+    "Cull",
     "Filter",
     "Floats",
     "FootprintLike",
@@ -72,6 +74,9 @@ Size: TypeAlias = int | tuple[int, int] | Sequence[int]
 Filter: TypeAlias = str
 #: One part of a bias, by its unit.
 BiasPart: TypeAlias = Literal["world", "texels", "ndc", "slope"]
+#: Which instances are drawn into a map: all, those in its volume, or of these the ones whose shadow may reach a pixel.
+Cull: TypeAlias = Literal["none", "volume", "seen"]
+CULLS: tuple[Cull, ...] = get_args(Cull)
 #: Where a blur is wide: near the viewer, as wide in the world everywhere; or as wide in the picture everywhere.
 BlurStrength: TypeAlias = Literal["depth", "even"]
 #: The axis of a file that points up.

@@ -7,7 +7,7 @@ use glam::DVec4;
 use super::view::{Coverage, Focus, FocusedView};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Rows};
 use crate::parameterization::Region;
-use crate::scene::Scene;
+use crate::scene::{Met, Scene};
 
 /// The NDC box of what receivers there can be.
 pub fn receivers_extent(provisional: &Rows, view: &FocusedView, scene: &Scene) -> Aabb {
@@ -39,8 +39,9 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
     let mut found = Aabb::EMPTY;
     let holds_body = receivers_in(view, scene, |instance, cut| {
         if !found.is_empty() && growth(provisional, &found).iter().all(|f| instance.range(*f).1 <= 0.0) {
-            return ControlFlow::Continue(());
+            return ControlFlow::Continue(false);
         }
+        let Some(cut) = cut else { return ControlFlow::Continue(true) };
         found = cut().vertices().iter().fold(found, |b, p| b.with_point(provisional.project(*p)));
         let reached = found.min.truncate().cmple((whole.min + close).truncate()).all()
             && found.max.cmpge(whole.max - close).all();
@@ -48,18 +49,18 @@ fn tightened(provisional: &Rows, view: &FocusedView, scene: &Scene, whole: &Aabb
             found = *whole;
             return ControlFlow::Break(());
         }
-        ControlFlow::Continue(())
+        ControlFlow::Continue(true)
     });
     // No box reaches into K: whatever the map covers then is as good.
     if holds_body || found.is_empty() { *whole } else { found }
 }
 
-/// Hands over the instances' boxes that may reach into K, each with a way to cut it to K, until told to stop. Stops at a box
-/// that holds K: true.
+/// Hands over the instances' boxes that may reach into K, each with a way to cut it to K, until told to stop; before them boxes
+/// of groups of instances, without one, of which `visit` says whether any in it may count. Stops at a box that holds K: true.
 pub(crate) fn receivers_in(
     view: &FocusedView,
     scene: &Scene,
-    mut visit: impl FnMut(&OrientedBox, &dyn Fn() -> ConvexBody) -> ControlFlow<()>,
+    mut visit: impl FnMut(&OrientedBox, Option<&dyn Fn() -> ConvexBody>) -> ControlFlow<(), bool>,
 ) -> bool {
     let scene_planes = view.scene_planes();
     // Boxes that stick out of the scene's by no more than this need no cut: far above rounding, far below a texel.
@@ -71,17 +72,27 @@ pub(crate) fn receivers_in(
         outward[planes] = plane.functional();
         planes += 1;
     }
-    for i in 0..scene.instances().len() {
-        let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local()[i], view.origin);
-        if outward[..planes].iter().any(|f| instance.range(*f).0 > 0.0) {
-            continue;
+    let is_outside = |b: &OrientedBox| outward[..planes].iter().any(|f| b.range(*f).0 > 0.0);
+    let mut holds_body = false;
+    let _ = scene.visit(|met| {
+        let i = match met {
+            Met::One(i) => i,
+            Met::Group(bounds) => {
+                let group = OrientedBox::around(bounds, view.origin);
+                return if is_outside(&group) { ControlFlow::Continue(false) } else { visit(&group, None) };
+            }
+        };
+        let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local(i), view.origin);
+        if is_outside(&instance) {
+            return ControlFlow::Continue(false);
         }
         let hull = instance.aabb();
         let holds_scene = hull.min.cmple(view.scene_box.min).all() && hull.max.cmpge(view.scene_box.max).all();
         let axis_aligned = || instance.half.iter().all(|h| h.abs().max_element() == h.abs().element_sum());
         // A box that holds the scene's, or is it up to rounding, holds K.
         if (holds_scene || scene.instances().len() == 1) && axis_aligned() {
-            return true;
+            holds_body = true;
+            return ControlFlow::Break(());
         }
         let cut = || {
             let mut body = ConvexBody::from_oriented_box(&instance);
@@ -93,11 +104,9 @@ pub(crate) fn receivers_in(
             }
             body
         };
-        if visit(&instance, &cut).is_break() {
-            return false;
-        }
-    }
-    false
+        visit(&instance, Some(&cut))
+    });
+    holds_body
 }
 
 /// Functionals that are positive where a point with w > 0 lies beyond a bound that receivers set.

@@ -26,6 +26,11 @@ impl OrientedBox {
             half: [m.x_axis * extent.x, m.y_axis * extent.y, m.z_axis * extent.z],
         }
     }
+    /// An axis-aligned box of the world, told relative to `origin`.
+    pub fn around(bounds: &Aabb, origin: DVec3) -> Self {
+        let half = 0.5 * bounds.extent();
+        Self { center: bounds.center() - origin, half: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * half) }
+    }
     /// The smallest axis-aligned box around it.
     pub fn aabb(&self) -> Aabb {
         let reach = self.half[0].abs() + self.half[1].abs() + self.half[2].abs();

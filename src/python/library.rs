@@ -1,22 +1,19 @@
 //! The procedural scenes.
 
-use std::sync::Arc;
-
-use numpy::{PyArray1, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use super::arguments::{items, word};
 use super::camera::PyCamera;
-use super::convert::{argument_error, image, number, run_watched, shown};
+use super::convert::{argument_error, number, run_watched, shown};
 use super::light::light_to_object;
-use super::mesh::PyMesh;
+use super::scene::PyScene;
 use crate::scene::library;
 
-/// What a library scene is made of: meshes, mesh index (I,), transforms (I, 4, 4), camera, light.
-type Parts<'py> = (Vec<PyMesh>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray3<f64>>, PyCamera, Bound<'py, PyAny>);
+/// A library scene, its camera and its light.
+type Parts<'py> = (PyScene, PyCamera, Bound<'py, PyAny>);
 
-/// The parts of the library scene of that name.
+/// The library scene of that name, its camera and its light.
 #[pyfunction]
 #[pyo3(signature = (name, seed, params))]
 pub fn library_build<'py>(
@@ -42,15 +39,8 @@ pub fn library_build<'py>(
     };
     let params = params.iter().map(pair).collect::<PyResult<Vec<_>>>()?;
     let built = run_watched(py, None, |progress| library::watched(&name, seed, &params, progress))?;
-    let instances = built.scene.instances();
-    let rows = |i: &crate::scene::Instance| glam::DMat4::from(i.world_from_mesh).transpose().to_cols_array();
-    Ok((
-        built.scene.meshes().iter().map(|m| PyMesh { mesh: Arc::clone(m) }).collect(),
-        image(py, instances.iter().map(|i| i64::from(i.mesh)).collect(), [instances.len()])?,
-        image(py, instances.iter().flat_map(rows).collect(), [instances.len(), 4, 4])?,
-        PyCamera { camera: built.camera },
-        light_to_object(py, &built.light)?,
-    ))
+    let light = light_to_object(py, &built.light)?;
+    Ok((PyScene::from(built.scene), PyCamera { camera: built.camera }, light))
 }
 
 /// One dictionary a library scene: name, title, shows, params.

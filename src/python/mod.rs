@@ -14,6 +14,7 @@ mod camera_matrices;
 mod causes;
 mod compared;
 mod convert;
+mod culled;
 mod drivers;
 mod exceptions;
 mod filter;

@@ -11,19 +11,21 @@ use super::arguments::{word, word_or};
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, exception, image, run_watched, size2, to_exception};
+use super::culled::{casters_to_object, cull_of, maps_to_array, picture_of};
 use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
 use super::filter::{blend_of, filter_of};
 use super::footprint::footprint_arrays;
-use super::gbuffer::PyGBuffer;
+use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::{PyParameterization, as_parameterization};
 use super::scene::{PyScene, scene};
 use super::stored::{stored, warn_of_open_meshes};
 use crate::error::Error;
-use crate::image::ShadowMask;
+use crate::image::{ShadowMask, Surfaces};
 use crate::progress::Progress;
 use crate::render::cpu::CpuRenderer;
-use crate::render::{Bias, Filter, MaskSettings, Renderer, Stored};
+use crate::render::{Bias, Cull, Filter, MaskSettings, Renderer, Stored};
+use crate::scene::{Camera, Light};
 use crate::threads;
 
 /// A renderer: "cpu" (always there), "gpu" (wgpu), or "auto" (a hardware adapter where there is one, else the CPU).
@@ -105,6 +107,9 @@ impl PyRenderer {
     ///     Texels: a side, or width and height. The parameterization's own where none is given.
     /// stored : Stored or str, optional
     ///     What the map stores. By default the nearest surface, as NDC depth in single precision.
+    /// cull : str
+    ///     Which instances are drawn: "volume", those whose box has a part in the map's volume; "none", all. The map is the same.
+    ///     What is "seen" takes a picture: see `seen_map`.
     ///
     /// Returns
     /// -------
@@ -115,26 +120,162 @@ impl PyRenderer {
     /// -----
     /// ShadowlabWarning
     ///     Open meshes where `stored` needs closed ones ("back", "second", "midpoint"), with the number of their border edges.
-    #[pyo3(signature = (scene, parameterization, *, resolution=None, stored=None))]
+    #[pyo3(signature = (scene, parameterization, *, resolution=None, stored=None, cull=None),
+        text_signature = "($self, scene, parameterization, *, resolution=None, stored=None, cull='volume')")]
     fn shadow_map<'py>(
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         parameterization: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+        cull: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
         let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-        let (scene, stored) = (&scene.get().scene, stored.unwrap_or_default());
+        let (scene, stored, cull) = (&scene.get().scene, stored.unwrap_or_default(), cull_of(py, cull)?);
         warn_of_open_meshes(py, scene, &stored)?;
-        let maps = self.run(py, |renderer, progress| renderer.depth_maps(scene, p, resolution, stored, progress))?;
-        let [w, h] = maps.size.map(|n| n as usize);
-        Ok(match maps.layers {
-            1 => image(py, maps.data, [h, w])?.into_any(),
-            k => image(py, maps.data, [k as usize, h, w])?.into_any(),
-        })
+        maps_to_array(py, self.run(py, |r, progress| r.maps_of(scene, p, resolution, stored, cull, progress))?)
+    }
+    /// The shadow maps as far as the pixels of a picture look them up.
+    ///
+    /// Casters whose shadow reaches no pixel are not drawn: texels that no pixel reads may be empty, and texels that are read
+    /// may store something farther than what was left out, as long as no comparison changes. `sl.aliasing.look_up` with the
+    /// same settings gives the mask of whole maps, bit for bit.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene : Scene
+    /// gbuffer : GBuffer
+    ///     The picture.
+    /// camera, light, parameterization, resolution, bias, filter, blend, stored
+    ///     As they will be looked up: as in `shadow_mask`.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W) or, of several maps, (K, H, W) float32
+    ///     As `shadow_map`.
+    ///
+    /// Warns
+    /// -----
+    /// ShadowlabWarning
+    ///     As `shadow_map`.
+    ///
+    /// Notes
+    /// -----
+    /// The "cpu" renderer leaves out casters over texels that no pixel reads, and those behind all receivers that read their
+    /// texels. Behind a receiver counts where the map stores the front, back or second surface with projective spacing. The
+    /// "gpu" renderer leaves out the former alone.
+    #[pyo3(signature = (scene, gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter=None, blend=None, stored=None),
+        text_signature = "($self, scene, gbuffer, camera, light, parameterization, *, resolution=None, bias=None, filter='nearest', blend=0.0, stored=None)")]
+    #[allow(clippy::too_many_arguments)]
+    fn seen_map<'py>(
+        &self,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+        #[pyo3(from_py_with = light)] light: Light,
+        parameterization: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = bias)] bias: Option<Bias>,
+        filter: Option<&Bound<'py, PyAny>>,
+        blend: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = parameterization.py();
+        let p = as_parameterization(parameterization)?;
+        let p = &p.get().p;
+        let settings = MaskSettings {
+            resolution: resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?,
+            size: gbuffer.get().whole_picture(),
+            bias: bias.unwrap_or_default(),
+            filter: filter_of(py, filter)?,
+            blend: blend_of(py, blend, p)?,
+            stored: stored.unwrap_or_default(),
+        };
+        let (scene, camera) = (&scene.get().scene, &camera.get().camera);
+        warn_of_open_meshes(py, scene, &settings.stored)?;
+        let maps = gbuffer.get().with_surfaces(py, |surfaces| {
+            self.run(py, |r, progress| r.seen_maps(scene, *surfaces, camera, &light, p, &settings, progress))
+        })?;
+        maps_to_array(py, maps)
+    }
+    /// What becomes of the instances of a scene where this renderer draws maps: which are drawn, and which rule left out the
+    /// others.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene : Scene
+    /// parameterization : Parameterization, or (4, 4) or (K, 4, 4) array_like
+    /// resolution : int or (int, int), optional
+    ///     Texels: a side, or width and height. The parameterization's own where none is given.
+    /// cull : str
+    ///     "volume", "seen" or "none", as in `shadow_mask`. "seen" takes `gbuffer`, `camera` and `light`.
+    /// gbuffer : GBuffer, optional
+    ///     The picture whose pixels look up the maps.
+    /// camera, light, bias, filter, blend, stored
+    ///     As its pixels look them up: as in `shadow_mask`.
+    ///
+    /// Returns
+    /// -------
+    /// shadowlab.aliasing.Casters
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     For "seen" without a picture, its camera or its light.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import shadowlab as sl
+    /// >>> s = sl.library.scene("forest", trees=500)
+    /// >>> p = sl.technique("lispsm").parameterize(s, s.camera, s.light)
+    /// >>> found = sl.Renderer("cpu").casters(s, p)
+    /// >>> found.drawn + found.culled == s.instance_count
+    /// True
+    #[pyo3(signature = (scene, parameterization, *, resolution=None, cull=None, gbuffer=None, camera=None, light=None, bias=None, filter=None, blend=None, stored=None),
+        text_signature = "($self, scene, parameterization, *, resolution=None, cull='volume', gbuffer=None, camera=None, light=None, bias=None, filter='nearest', blend=0.0, stored=None)")]
+    #[allow(clippy::too_many_arguments)]
+    fn casters<'py>(
+        &self,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        parameterization: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+        cull: Option<&Bound<'py, PyAny>>,
+        gbuffer: Option<&Bound<'py, PyAny>>,
+        camera: Option<&Bound<'py, PyAny>>,
+        light: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = bias)] bias: Option<Bias>,
+        filter: Option<&Bound<'py, PyAny>>,
+        blend: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = parameterization.py();
+        let p = as_parameterization(parameterization)?;
+        let p = &p.get().p;
+        let (scene, cull) = (&scene.get().scene, cull_of(py, cull)?);
+        let picture = picture_of(py, cull, gbuffer, camera, light)?;
+        let mut settings = MaskSettings {
+            resolution: resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?,
+            size: [1, 1],
+            bias: bias.unwrap_or_default(),
+            filter: filter_of(py, filter)?,
+            blend: blend_of(py, blend, p)?,
+            stored: stored.unwrap_or_default(),
+        };
+        let run = |picture: Option<(Surfaces<'_>, &Camera, &Light)>, settings: &MaskSettings| {
+            self.run(py, |renderer, progress| renderer.casters(scene, p, cull, picture, settings, progress))
+        };
+        let found = match &picture {
+            None => run(None, &settings)?,
+            Some((gbuffer, camera, light)) => {
+                settings.size = gbuffer.get().whole_picture();
+                let camera = &camera.get().camera;
+                gbuffer.get().with_surfaces(py, |surfaces| run(Some((*surfaces, camera, light)), &settings))?
+            }
+        };
+        casters_to_object(py, found)
     }
     /// What the camera sees.
     ///
@@ -188,6 +329,9 @@ impl PyRenderer {
     ///     the share of the map at its border. 0 for none.
     /// stored : Stored or str, optional
     ///     What the map stores, as in `shadow_map`. The ndc part of the bias is in units of what is stored.
+    /// cull : str
+    ///     Which instances are drawn into the map: "volume", those whose box has a part in its volume; "seen", of these the
+    ///     ones whose shadow may reach a pixel (`seen_map`; on a device as "volume"); "none", all. The mask is the same.
     ///
     /// Returns
     /// -------
@@ -198,14 +342,14 @@ impl PyRenderer {
     /// -----
     /// ShadowlabWarning
     ///     As `shadow_map`.
-    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, blend=None, stored=None),
-        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', blend=0.0, stored=None)")]
+    #[pyo3(signature = (scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter=None, blend=None, stored=None, cull=None),
+        text_signature = "($self, scene, camera, light, parameterization, *, size, resolution=None, bias=None, filter='nearest', blend=0.0, stored=None, cull='volume')")]
     #[allow(clippy::too_many_arguments)]
     fn shadow_mask<'py>(
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
-        #[pyo3(from_py_with = light)] light: crate::Light,
+        #[pyo3(from_py_with = light)] light: Light,
         parameterization: &Bound<'py, PyAny>,
         size: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
@@ -213,13 +357,14 @@ impl PyRenderer {
         filter: Option<&Bound<'py, PyAny>>,
         blend: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+        cull: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let stored = stored.unwrap_or_default();
         let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?, stored);
         warn_of_open_meshes(py, &scene.get().scene, &stored)?;
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
+        let mask = self.mask(&scene, &camera, &light, &p, (size, resolution), cull_of(py, cull)?, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
     }
@@ -241,14 +386,14 @@ impl PyRenderer {
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
-        #[pyo3(from_py_with = light)] light: crate::Light,
+        #[pyo3(from_py_with = light)] light: Light,
         parameterization: &Bound<'py, PyAny>,
         size: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let p = as_parameterization(parameterization)?;
         let read = (Bias::default(), Filter::Nearest, 0.0, Stored::default());
-        let mask = self.mask(&scene, &camera, &light, &p, size, resolution, read)?;
+        let mask = self.mask(&scene, &camera, &light, &p, (size, resolution), Cull::Volume, read)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(parameterization.py(), mask.partition, [h, w])
     }
@@ -268,7 +413,7 @@ impl PyRenderer {
         &self,
         #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
         #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
-        #[pyo3(from_py_with = light)] light: crate::Light,
+        #[pyo3(from_py_with = light)] light: Light,
         parameterization: &Bound<'py, PyAny>,
         size: &Bound<'py, PyAny>,
         resolution: Option<&Bound<'py, PyAny>>,
@@ -327,10 +472,10 @@ impl PyRenderer {
         &self,
         scene: &Bound<'_, PyScene>,
         camera: &Bound<'_, PyCamera>,
-        light: &crate::Light,
+        light: &Light,
         p: &Bound<'_, PyParameterization>,
-        size: &Bound<'_, PyAny>,
-        resolution: Option<&Bound<'_, PyAny>>,
+        (size, resolution): (&Bound<'_, PyAny>, Option<&Bound<'_, PyAny>>),
+        cull: Cull,
         (bias, filter, blend, stored): (Bias, Filter, f64, Stored),
     ) -> PyResult<ShadowMask> {
         let own = &p.get().p;
@@ -343,6 +488,6 @@ impl PyRenderer {
             stored,
         };
         let (scene, camera) = (&scene.get().scene, &camera.get().camera);
-        self.run(p.py(), |renderer, progress| renderer.shadow_mask(scene, camera, light, own, &settings, progress))
+        self.run(p.py(), |renderer, progress| renderer.mask_of(scene, camera, light, own, &settings, cull, progress))
     }
 }

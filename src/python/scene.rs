@@ -262,7 +262,8 @@ fn baked(scene: &Scene, progress: &Progress) -> Result<(Vec<f64>, Vec<i32>)> {
     check_room("scene", 24 * count + 12 * scene.triangle_count(), || format!("{count} vertices"))?;
     let mut vertices = with_room("scene", 3 * count as usize)?;
     let mut faces = with_room("scene", 3 * scene.triangle_count() as usize)?;
-    for (i, to_world) in scene.world_from_local().iter().enumerate() {
+    for i in 0..scene.instances().len() {
+        let to_world = scene.world_from_local(i);
         let (mesh, first) = (scene.mesh_of(i), (vertices.len() / 3) as i32);
         for points in mesh.positions_local().chunks(AT_ONCE) {
             progress.check()?;

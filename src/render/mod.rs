@@ -3,6 +3,7 @@
 mod bias;
 mod blur;
 pub mod cpu;
+mod cull;
 mod filter;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -13,8 +14,10 @@ mod stored;
 
 pub use bias::Bias;
 pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
+pub(crate) use cull::{Asked, Keep, Marks, Volume};
+pub use cull::{Casters, Cull, Rule};
 pub(crate) use filter::bilinear;
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
-pub(crate) use renderer::{check_blend, check_count, check_extent};
+pub(crate) use renderer::{check_blend, check_count, check_extent, no_picture};
 pub use stored::{Format, Spacing, Stored, StoredSurface, depth_measure, step_along_ray};

@@ -1,8 +1,8 @@
 //! What every renderer does.
 
-use super::{Bias, Filter, Stored};
+use super::{Bias, Casters, Cull, Filter, Stored};
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, Surfaces};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
@@ -44,7 +44,50 @@ pub trait Renderer: Send + Sync {
         resolution: [u32; 2],
         stored: Stored,
         progress: &Progress,
+    ) -> Result<DepthMaps> {
+        self.maps_of(scene, p, resolution, stored, Cull::Volume, progress)
+    }
+    /// The same of the instances that `cull` keeps.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for [`Cull::Seen`]: what is seen takes a picture, see [`Renderer::seen_maps`].
+    fn maps_of(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        stored: Stored,
+        cull: Cull,
+        progress: &Progress,
     ) -> Result<DepthMaps>;
+    /// The shadow maps as far as the pixels of a picture look them up: [`Cull::Seen`]. A mask of these pixels looked up with these
+    /// settings is that of whole maps.
+    #[allow(clippy::too_many_arguments)]
+    fn seen_maps(
+        &self,
+        scene: &Scene,
+        surfaces: Surfaces,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<DepthMaps>;
+    /// What becomes of each instance in each map; `picture` says what is seen, as [`Renderer::seen_maps`] takes it, where
+    /// [`Cull::Seen`] is asked for.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for [`Cull::Seen`] without a picture.
+    #[allow(clippy::too_many_arguments)]
+    fn casters(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        cull: Cull,
+        picture: Option<(Surfaces, &Camera, &Light)>,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<Vec<Casters>>;
     /// What the camera sees in an image of `size` pixels (width, height).
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer>;
     /// What a texel of the maps, `resolution` texels (width, height) each, looks like at each pixel of an image of `size`
@@ -73,7 +116,27 @@ pub trait Renderer: Send + Sync {
         p: &Parameterization,
         settings: &MaskSettings,
         progress: &Progress,
+    ) -> Result<ShadowMask> {
+        self.mask_of(scene, camera, light, p, settings, Cull::Volume, progress)
+    }
+    /// The same through maps of the instances that `cull` keeps, which changes no pixel.
+    #[allow(clippy::too_many_arguments)]
+    fn mask_of(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        cull: Cull,
+        progress: &Progress,
     ) -> Result<ShadowMask>;
+}
+
+/// An error that says what [`Cull::Seen`] takes.
+pub(crate) fn no_picture() -> Error {
+    let fix = "ask for the mask, or give the picture whose pixels look up the map";
+    Error::argument("cull", "\"none\" or \"volume\" where there is no picture", "\"seen\"", fix)
 }
 
 /// The size if both sides are between 1 and [`MAX_IMAGE_SIDE`].

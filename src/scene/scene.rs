@@ -1,11 +1,14 @@
 //! Meshes placed by instances.
 
+use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat4, DVec3};
 use rayon::prelude::*;
 
 use super::Mesh;
+use super::instance_bounds::{Hull, bounds_of};
+use super::instance_tree::{InstanceTree, Met};
 use super::mesh::next_id;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
@@ -16,8 +19,8 @@ use crate::progress::Progress;
 /// What the hash of a scene begins with; the number changes with what goes in.
 const CONTENT: &str = "shadowlab scene 1";
 
-/// Vertices between two looks at whether to go on: about a millisecond of work.
-const AT_ONCE: usize = 1 << 16;
+/// Instances up to which a walk over the hierarchy costs as much as one over all of them.
+const FEW: usize = 32;
 
 /// One placement of a mesh. Any invertible or flattening affine map: mirrored, sheared, scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +42,9 @@ struct Inner {
     id: u64,
     meshes: Vec<Arc<Mesh>>,
     instances: Vec<Instance>,
-    world_from_local: Vec<DAffine3>,
+    /// The scene-wide number of each instance's first triangle.
+    first_triangles: Vec<u64>,
+    tree: InstanceTree,
     bounds: Aabb,
     triangle_count: u64,
     content_hash: OnceLock<[u8; 32]>,
@@ -62,41 +67,33 @@ impl Scene {
         if instances.is_empty() {
             return Err(Error::EmptyScene { reason: "no instance of any mesh".into() });
         }
-        for (i, instance) in instances.iter().enumerate() {
-            if instance.mesh as usize >= meshes.len() {
+        let wrong = |i: &Instance| i.mesh as usize >= meshes.len() || !i.world_from_mesh.is_finite();
+        if let Some(i) = instances.par_iter().position_first(wrong) {
+            let mesh = instances[i].mesh;
+            if mesh as usize >= meshes.len() {
                 return Err(Error::argument(
                     format!("instances[{i}].mesh"),
                     format!("an index below {}", meshes.len()),
-                    instance.mesh,
+                    mesh,
                     "add the mesh first",
                 ));
             }
-            if !instance.world_from_mesh.is_finite() {
-                return Err(Error::argument(
-                    format!("instances[{i}].transform"),
-                    "16 finite numbers",
-                    "a NaN or an infinity",
-                    "check the scene graph",
-                ));
-            }
+            return Err(Error::argument(
+                format!("instances[{i}].transform"),
+                "16 finite numbers",
+                "a NaN or an infinity",
+                "check the scene graph",
+            ));
         }
-        let mut world_from_local: Vec<DAffine3> = with_room("instances", instances.len())?;
-        let place = |i: &Instance| i.world_from_mesh * *meshes[i.mesh as usize].mesh_from_local();
-        world_from_local.extend(instances.iter().map(place));
-        let bounds = instances
-            .par_iter()
-            .zip(&world_from_local)
-            .map(|(instance, world_from_local)| {
-                let mesh = &meshes[instance.mesh as usize];
-                let mut bounds = Aabb::EMPTY;
-                for points in mesh.positions_local().chunks(AT_ONCE) {
-                    progress.check()?;
-                    let points = points.iter().map(|p| world_from_local.transform_point3(p.as_dvec3()));
-                    bounds = bounds.union(Aabb::from_points(points));
-                }
-                Ok(bounds)
-            })
-            .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(b)))?;
+        let placed = |i: usize| (&*meshes[instances[i].mesh as usize], placed(&meshes, &instances[i]));
+        let mut hulls: Vec<Hull> = with_room("instances", instances.len())?;
+        let hull = |i: usize| {
+            let (mesh, world_from_local) = placed(i);
+            Hull::new(mesh, &world_from_local)
+        };
+        (0..instances.len()).into_par_iter().map(hull).collect_into_vec(&mut hulls);
+        progress.check()?;
+        let bounds = bounds_of(&hulls, placed, progress)?;
         // A map that overflows gives infinite bounds; every later step divides by the extent.
         if !(bounds.extent().is_finite() && bounds.extent().length_squared().is_finite()) {
             return Err(Error::argument(
@@ -106,13 +103,23 @@ impl Scene {
                 "scale the scene down",
             ));
         }
-        let triangle_count = instances.iter().map(|i| meshes[i.mesh as usize].triangles().len() as u64).sum();
+        progress.check()?;
+        let tree = InstanceTree::new(&hulls, |hull| &hull.bounds);
+        drop(hulls);
+        let mut first_triangles: Vec<u64> = with_room("instances", instances.len())?;
+        let mut triangle_count = 0;
+        first_triangles.extend(instances.iter().map(|i| {
+            let first = triangle_count;
+            triangle_count += meshes[i.mesh as usize].triangles().len() as u64;
+            first
+        }));
         Ok(Self {
             inner: Arc::new(Inner {
                 id: next_id(),
                 meshes,
                 instances,
-                world_from_local,
+                first_triangles,
+                tree,
                 bounds,
                 triangle_count,
                 content_hash: OnceLock::new(),
@@ -181,9 +188,28 @@ impl Scene {
     pub fn instances(&self) -> &[Instance] {
         &self.inner.instances
     }
-    /// From an instance's mesh-local f32 frame to the world, one per instance.
-    pub fn world_from_local(&self) -> &[DAffine3] {
-        &self.inner.world_from_local
+    /// From an instance's mesh-local f32 frame to the world.
+    pub fn world_from_local(&self, instance: usize) -> DAffine3 {
+        placed(&self.inner.meshes, &self.inner.instances[instance])
+    }
+    /// The hierarchy over the instances.
+    pub fn tree(&self) -> &InstanceTree {
+        &self.inner.tree
+    }
+    /// Meets groups of instances and instances as [`InstanceTree::visit`] does, or, where there are few, the instances in
+    /// their order.
+    pub fn visit(&self, mut meet: impl FnMut(Met) -> ControlFlow<(), bool>) -> ControlFlow<()> {
+        if self.instances().len() > FEW {
+            return self.inner.tree.visit(meet);
+        }
+        for i in 0..self.instances().len() {
+            meet(Met::One(i))?;
+        }
+        ControlFlow::Continue(())
+    }
+    /// The scene-wide number of each instance's first triangle, instances counted each time.
+    pub fn first_triangles(&self) -> &[u64] {
+        &self.inner.first_triangles
     }
     /// The mesh of an instance.
     pub fn mesh_of(&self, instance: usize) -> &Mesh {
@@ -204,8 +230,14 @@ impl Scene {
     /// `clip_from_world` taken to an instance's local f32 frame; the product is formed in f64, so the world's
     /// translation cancels before anything is rounded.
     pub fn clip_from_local(&self, clip_from_world: &DMat4, instance: usize) -> DMat4 {
-        *clip_from_world * DMat4::from(self.inner.world_from_local[instance])
+        *clip_from_world * DMat4::from(self.world_from_local(instance))
     }
+}
+
+/// From the local frame of an instance's mesh to the world. Not stored: it takes fewer operations than any use of it, and a
+/// million of them 96 MB.
+fn placed(meshes: &[Arc<Mesh>], instance: &Instance) -> DAffine3 {
+    instance.world_from_mesh * *meshes[instance.mesh as usize].mesh_from_local()
 }
 
 #[cfg(test)]

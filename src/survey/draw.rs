@@ -78,9 +78,10 @@ pub fn mapped_states(
     progress: &Progress,
 ) -> Result<Vec<i8>> {
     let p = technique_of("uniform:range=body,fit=exact")?.parameterize(scene, camera, light, SURVEY_MAP)?;
-    let maps = CpuRenderer::new().depth_maps(scene, &p, [SURVEY_MAP; 2], Stored::default(), progress)?;
+    let (resolution, size) = ([SURVEY_MAP; 2], surfaces.size);
     let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
-    let settings = MaskSettings { resolution: maps.size, size: surfaces.size, bias, filter, blend: 0.0, stored };
+    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
+    let maps = CpuRenderer::new().seen_maps(scene, surfaces, camera, light, &p, &settings, progress)?;
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
     Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

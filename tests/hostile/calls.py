@@ -155,6 +155,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "cos_alpha": lambda: 0.5,
     "cos_beta": lambda: 0.5,
     "count": lambda: 2,
+    "cull": lambda: "volume",
     "depth": lambda: world().maps,
     "depths": lambda: [2.0, 8.0],
     "differences": lambda: np.zeros((9, 16), np.int8),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from .._core import Misclassified, misclassified
 from . import closed_form
 from .beam_texels import BeamTexels, beam_texels
+from .casters import Casters, CullRule
 from .causes import Causes, causes
 from .codes import Cause, Difference, NoTexel
 from .footprint import Footprint, footprint, footprint_at, halfway_normals
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BeamTexels",
+    "Casters",
     "Cause",
     "Causes",
+    "CullRule",
     "Difference",
     "Footprint",
     "LightAngles",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,20 @@ from ..aliasing.footprint import NO_MAP, UNMEASURED, Footprint, footprint_of
 from ..aliasing.usage import Usage, usage
 from ..scene.kept import Kept
 from ..scene.view import light_of
+from ..text.checked import has_all
 from .phases import shifted
 
 if TYPE_CHECKING:
     from ..aliasing.summary import Summary
     from ..scene.view import View
-    from ..types import Filter, Light, Maps, RendererLike
+    from ..types import Cull, Filter, Light, Maps, RendererLike
 
 T = TypeVar("T")
 
 # Arrays of the runs that were used last: some twenty maps of 2048 x 2048 texels with their pictures.
 KEPT = Kept(1 << 30)
+# Instances from which it pays to look for those that pixels see: it takes about as long as looking up the mask.
+MANY = 64
 _numbers = itertools.count()
 
 
@@ -69,10 +72,10 @@ class Drawing:
         self._number = number = next(_numbers)
         weakref.finalize(self, KEPT.forget_soon, number)
 
-    def draw(self) -> NDArray[np.float32]:
-        """The maps, drawn now."""
-        self._forget("maps")
-        return self.maps
+    def draw(self, cull: Cull = "volume") -> NDArray[np.float32]:
+        """The maps, drawn now: whole, or as far as the pixels look them up ("seen"), which is enough for the mask."""
+        self._forget("seen" if cull == "seen" else "maps")
+        return self._seen if cull == "seen" else self.maps
 
     def look_up(self) -> NDArray[np.float32]:
         """The mask, looked up now."""
@@ -89,6 +92,21 @@ class Drawing:
             ),
             lambda maps: maps.nbytes,
         )
+
+    @property
+    def _seen(self) -> NDArray[np.float32]:
+        """The maps as far as the pixels look them up."""
+        return self._kept("seen", lambda: self._drawn_for_mask(self.parameterization), lambda maps: maps.nbytes)
+
+    def _drawn_for_mask(self, parameterization: _core.Parameterization) -> NDArray[np.float32]:
+        """Maps of which nothing but the mask is read."""
+        scene, resolution = self.view.scene, self.resolution
+        if scene.instance_count < MANY or not has_all(self.renderer, "seen_map"):
+            return self.renderer.shadow_map(scene, parameterization, resolution=resolution, **drawn_as(self.stored))
+        draws: Any = self.renderer
+        looks = (self.gbuffer, self.view.camera, light_of(self.view), parameterization)
+        how = {"bias": self.bias, "filter": self.filter, "blend": self.blend, "stored": self.stored}
+        return cast("NDArray[np.float32]", draws.seen_map(scene, *looks, resolution=resolution, **how))
 
     @property
     def mask(self) -> NDArray[np.float32]:
@@ -133,7 +151,7 @@ class Drawing:
         if dx == dy == 0:
             return int(self.errors.count)
         moved = shifted(self.parameterization, dx, dy, self.resolution)
-        maps = self.renderer.shadow_map(self.view.scene, moved, resolution=self.resolution, **drawn_as(self.stored))
+        maps = self._drawn_for_mask(moved)
         looks = (self.gbuffer, self.view.camera, light_of(self.view), moved)
         mask, _ = _core.look_up(maps, *looks, bias=self.bias, filter=self.filter, blend=self.blend, stored=self.stored)
         return int(_core.misclassified(mask, self.view.truth()).count)
@@ -182,7 +200,12 @@ class Drawing:
         return self._kept(
             "mask",
             lambda: _core.look_up(
-                self.maps, *self._looks, bias=self.bias, filter=self.filter, blend=self.blend, stored=self.stored
+                self._seen if self._has_seen() else self.maps,
+                *self._looks,
+                bias=self.bias,
+                filter=self.filter,
+                blend=self.blend,
+                stored=self.stored,
             ),
             lambda found: found[0].nbytes + found[1].nbytes,
         )
@@ -200,6 +223,10 @@ class Drawing:
 
     def _kept(self, name: str, make: Callable[[], T], size: Callable[[T], int]) -> T:
         return KEPT.get(self._number, name, make, size)
+
+    def _has_seen(self) -> bool:
+        """Whether maps are there of which nothing but the mask is read, and no whole ones."""
+        return KEPT.holds(self._number, "seen") and not KEPT.holds(self._number, "maps")
 
     def _forget(self, name: str) -> None:
         KEPT.forget(self._number, name)

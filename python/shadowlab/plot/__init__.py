@@ -5,7 +5,7 @@
 - Of one pixel: `pixel_figure`. Of prefiltered maps: `prefiltered_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
 - Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`, `bias_curve`.
-- Of a map's texels: `warped_view`, `light_view`, `lattice`.
+- Of a map's texels: `warped_view`, `light_view`, `lattice`. Of its casters: `culled`.
 - Of scene-optimized maps: `samples_view`, `search_history`, `samples_and_maps`, `percent_more`.
 """
 
@@ -19,6 +19,7 @@ from ..pictures.lattice import lattice_picture
 from .axes import MARKERS, SERIES
 from .bias import bias_curve
 from .causes import cause_map, causes
+from .culled import culled
 from .curves import error_along_view, error_over_angle
 from .distributions import error_by_depth, error_histogram
 from .eye_views import error_map, lattice
@@ -37,6 +38,7 @@ __all__ = [
     "cause_picture",
     "causes",
     "chosen_view",
+    "culled",
     "difference",
     "difference_view",
     "drift",

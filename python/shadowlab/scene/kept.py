@@ -63,6 +63,11 @@ class Kept:
                     self._making.pop(key, None)
             return value
 
+    def holds(self, owner: Hashable, name: Hashable) -> bool:
+        """Whether the result is there now."""
+        with self._locked():
+            return (owner, name) in self._values
+
     def forget(self, owner: Hashable, name: Hashable = None) -> None:
         """Drops a result, or all of an owner where no name is given."""
         with self._locked():

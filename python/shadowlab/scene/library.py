@@ -56,8 +56,8 @@ def scene(name: str, *, seed: int = 1, **params: float) -> LibraryScene:
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise ArgumentError(f"seed: expected a whole number from 0 to 2**64 - 1, got {shown(seed)}; choose another one")
     given = [(key, checked_number(key, value, "see shadowlab.library.table()")) for key, value in params.items()]
-    meshes, mesh_index, transforms, camera, light = _core.library_build(name, seed, given)
-    built = LibraryScene(meshes, mesh_index, transforms)
+    core, camera, light = _core.library_build(name, seed, given)
+    built = LibraryScene(core)
     parts = [f"seed={seed}"] * (seed != 1) + [f"{k}={int(v) if v.is_integer() else v!r}" for k, v in given]
     settings = ",".join(parts)
     built.source = f"@{name}" + (f":{settings}" if settings else "")

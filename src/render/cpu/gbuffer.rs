@@ -32,7 +32,7 @@ fn resolve(
 ) -> Result<GBuffer> {
     let n = pixel_count(size);
     let width = size[0] as usize;
-    let first_ids = first_ids(scene);
+    let first_ids = scene.first_triangles();
     let rays = Rays::new(camera, size);
     let eye_from_origin = camera.eye() - scene.origin();
     let (mut position, mut normal) = (unwritten::<[f32; 3]>(n)?, unwritten::<[f32; 3]>(n)?);
@@ -55,7 +55,7 @@ fn resolve(
             // Neighbouring pixels often show the same triangle.
             let surface = match known {
                 Some(surface) if surface.id == ids[x] => surface,
-                _ => Surface::new(scene, camera, &first_ids, ids[x]),
+                _ => Surface::new(scene, camera, first_ids, ids[x]),
             };
             known = Some(surface);
             let ray = rays.at(x, y);
@@ -98,18 +98,6 @@ impl Rays {
     }
 }
 
-/// The scene-wide number of each instance's first triangle.
-fn first_ids(scene: &Scene) -> Vec<u32> {
-    let mut next = 0;
-    (0..scene.instances().len())
-        .map(|i| {
-            let first = next;
-            next += scene.mesh_of(i).triangles().len() as u32;
-            first
-        })
-        .collect()
-}
-
 /// A visible triangle, relative to the eye.
 #[derive(Debug, Clone, Copy)]
 struct Surface {
@@ -132,13 +120,13 @@ const EDGE_ON: f64 = 16.0 * f64::EPSILON;
 const BESIDE: f64 = 1.0 / 64.0;
 
 impl Surface {
-    fn new(scene: &Scene, camera: &Camera, first_ids: &[u32], id: u32) -> Self {
+    fn new(scene: &Scene, camera: &Camera, first_ids: &[u64], id: u32) -> Self {
         // Instances without triangles do not exist, so numbers are strictly increasing.
-        let instance = first_ids.partition_point(|&first| first <= id) - 1;
-        let triangle = id - first_ids[instance];
+        let instance = first_ids.partition_point(|&first| first <= u64::from(id)) - 1;
+        let triangle = id - first_ids[instance] as u32;
         let mesh = scene.mesh_of(instance);
         let eye_from_local = {
-            let mut map = scene.world_from_local()[instance];
+            let mut map = scene.world_from_local(instance);
             map.translation -= camera.eye();
             map
         };

@@ -3,6 +3,7 @@
 //! A pass goes batch by batch of instances through [`raster`]; maps with a post-warp are drawn apart
 //! ([`uneven_lattice`]). [`lookup`] reads what is drawn.
 
+mod casters;
 mod faces;
 mod gbuffer;
 pub mod lookup;
@@ -13,5 +14,6 @@ mod stored;
 mod tested_triangle;
 mod uneven_lattice;
 
+pub(super) use casters::{asked_of, casters_of, keep_of};
 pub use lookup::look_up;
 pub use renderer::CpuRenderer;

@@ -13,6 +13,7 @@ use super::raster::{
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
 use crate::progress::Progress;
+use crate::render::Keep;
 use crate::scene::Scene;
 
 /// The number of no triangle.
@@ -24,6 +25,7 @@ pub struct Pass<'a> {
     pub clip_from_world: DMat4,
     pub size: [u32; 2],
     pub faces: Faces,
+    pub keep: Keep<'a>,
     pub scratch: &'a mut Scratch,
     pub progress: &'a Progress,
 }
@@ -162,7 +164,7 @@ impl Pass<'_> {
         mut draw: impl FnMut(Round, Bands, bool) -> Result<()>,
     ) -> Result<()> {
         let viewport = Viewport::new(self.size, drawn_size, far);
-        let batches = Batches::new(self.scene, &self.clip_from_world, &viewport, self.faces)?;
+        let batches = Batches::new(self.scene, &self.clip_from_world, &viewport, self.faces, self.keep)?;
         let bands = Bands::new(drawn_size);
         let mut first = true;
         batches.for_each_round(&viewport, bands, self.scratch, self.progress, |round| {

@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use glam::{DMat4, DVec3};
 
+use super::casters::{asked_of, casters_of, keep_of};
 use super::faces::Faces;
 use super::gbuffer::gbuffer;
 use super::lookup::{Lookups, MaskInput};
@@ -12,11 +13,11 @@ use super::raster::Scratch;
 use super::stored::StoredMap;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
-use crate::memory::{check_images, unwritten, written};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, Surfaces};
+use crate::memory::{check_images, filled, unwritten, written};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
-use crate::render::{MaskSettings, Renderer, Stored, check_count, check_size};
+use crate::render::{Casters, Cull, Keep, MaskSettings, Renderer, Stored, check_count, check_size};
 use crate::scene::{Camera, Light, Scene};
 
 /// Of a pixel while a G-buffer is drawn: it, and the depths and numbers of triangles that it is made of.
@@ -71,29 +72,53 @@ impl Renderer for CpuRenderer {
         format!("{} ({threads} thread{})", std::env::consts::ARCH, if threads == 1 { "" } else { "s" })
     }
 
-    fn depth_maps(
+    fn maps_of(
         &self,
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
         stored: Stored,
+        cull: Cull,
         progress: &Progress,
     ) -> Result<DepthMaps> {
-        let size = check_size("resolution", resolution)?;
+        let keep = keep_of(cull)?;
+        self.draw_maps(scene, p, resolution, stored, |_| Some(keep), progress)
+    }
+
+    fn seen_maps(
+        &self,
+        scene: &Scene,
+        surfaces: Surfaces,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
         check_partitions(p)?;
-        let layer = pixel_count(size);
-        check_images("resolution", p.partitions.len(), size, size_of::<f32>())?;
-        let mut data = unwritten::<f32>(layer * p.partitions.len())?;
-        self.with_scratch(|scratch| {
-            for (k, (partition, depth)) in p.partitions.iter().zip(data.chunks_exact_mut(layer)).enumerate() {
-                progress.begin_part(k, p.partitions.len());
-                StoredMap { scene, partition, size, stored }.draw(depth, scratch, progress)?;
+        let asked = asked_of(surfaces, camera, light, p, settings, progress)?;
+        let keep = |k: usize| asked[k].as_ref().map(Keep::Asked);
+        self.draw_maps(scene, p, settings.resolution, settings.stored, keep, progress)
+    }
+
+    fn casters(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        cull: Cull,
+        picture: Option<(Surfaces, &Camera, &Light)>,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<Vec<Casters>> {
+        check_partitions(p)?;
+        check_size("resolution", settings.resolution)?;
+        let asked = match (cull, picture) {
+            (Cull::Seen, Some((surfaces, camera, light))) => {
+                Some(asked_of(surfaces, camera, light, p, settings, progress)?)
             }
-            Ok(())
-        })?;
-        // SAFETY: every layer has been drawn, or the error has been returned.
-        let data = unsafe { written(data) };
-        Ok(DepthMaps { layers: p.partitions.len() as u32, size, data })
+            _ => None,
+        };
+        casters_of(scene, p, cull, asked.as_deref(), settings, progress)
     }
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
@@ -102,8 +127,8 @@ impl Renderer for CpuRenderer {
         // Nearer is less.
         let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
         self.with_scratch(|scratch| {
-            let faces = Faces::All;
-            gbuffer(&mut Pass { scene, clip_from_world, size, faces, scratch, progress }, camera)
+            let (faces, keep) = (Faces::All, Keep::InVolume);
+            gbuffer(&mut Pass { scene, clip_from_world, size, faces, keep, scratch, progress }, camera)
         })
     }
 
@@ -123,13 +148,14 @@ impl Renderer for CpuRenderer {
         footprint(&gbuffer.surfaces(), camera, light, p, resolution, progress)
     }
 
-    fn shadow_mask(
+    fn mask_of(
         &self,
         scene: &Scene,
         camera: &Camera,
         light: &Light,
         p: &Parameterization,
         settings: &MaskSettings,
+        cull: Cull,
         progress: &Progress,
     ) -> Result<ShadowMask> {
         check_size("size", settings.size)?;
@@ -139,11 +165,53 @@ impl Renderer for CpuRenderer {
         let lookups = &Lookups::new(p, camera, light, scene.origin(), settings)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };
+        let asked = if cull == Cull::Seen { Some(input.asks()?) } else { None };
+        let keep = |k: usize| match &asked {
+            // A map that no pixel asks is not drawn, or does not matter.
+            Some(asked) => Ok(asked[k].as_ref().map_or(Keep::InVolume, Keep::Asked)),
+            None => keep_of(cull),
+        };
         let (size, stored) = (settings.resolution, settings.stored);
         self.with_scratch(|scratch| {
-            let map = |k: usize| StoredMap { scene, partition: &p.partitions[k], size, stored };
-            input.mask(|k, depth| map(k).draw(depth, scratch, progress))
+            input.mask(|k, depth| {
+                let map = StoredMap { scene, partition: &p.partitions[k], size, stored, keep: keep(k)? };
+                map.draw(depth, scratch, progress)
+            })
         })
+    }
+}
+
+impl CpuRenderer {
+    /// The maps of the instances that `keep` says of each; a map of which it says nothing is empty.
+    fn draw_maps<'a>(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        stored: Stored,
+        keep: impl Fn(usize) -> Option<Keep<'a>>,
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
+        let size = check_size("resolution", resolution)?;
+        check_partitions(p)?;
+        let layer = pixel_count(size);
+        check_images("resolution", p.partitions.len(), size, size_of::<f32>())?;
+        let mut data = unwritten::<f32>(layer * p.partitions.len())?;
+        self.with_scratch(|scratch| {
+            for (k, (partition, depth)) in p.partitions.iter().zip(data.chunks_exact_mut(layer)).enumerate() {
+                progress.begin_part(k, p.partitions.len());
+                match keep(k) {
+                    Some(keep) => StoredMap { scene, partition, size, stored, keep }.draw(depth, scratch, progress)?,
+                    None => {
+                        filled(depth, 1.0);
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        // SAFETY: every layer has been drawn, or the error has been returned.
+        let data = unsafe { written(data) };
+        Ok(DepthMaps { layers: p.partitions.len() as u32, size, data })
     }
 }
 

@@ -4,6 +4,7 @@
 
 use std::mem::MaybeUninit;
 
+use glam::DMat4;
 use rayon::prelude::*;
 
 use super::faces::Faces;
@@ -15,6 +16,7 @@ use crate::memory::{unwritten, written_part};
 use crate::parameterization::{Partition, PostWarp};
 use crate::progress::Progress;
 use crate::render::stored::{Encoder, Format, Layers, Stored, StoredSurface, TexelRays};
+use crate::render::{Keep, Volume};
 use crate::scene::Scene;
 
 /// One map of a scene.
@@ -23,6 +25,7 @@ pub struct StoredMap<'a> {
     pub partition: &'a Partition,
     pub size: [u32; 2],
     pub stored: Stored,
+    pub keep: Keep<'a>,
 }
 
 impl StoredMap<'_> {
@@ -33,18 +36,14 @@ impl StoredMap<'_> {
     pub fn draw(&self, map: &mut [MaybeUninit<f32>], scratch: &mut Scratch, progress: &Progress) -> Result<()> {
         let Stored { surface, format, .. } = self.stored.checked()?;
         let clip_from_world = checked_matrix(&self.partition.shadow_clip_from_world)?;
-        let (scene, size, post_warp) = (self.scene, self.size, &self.partition.post_warp);
-        let lattice = match post_warp {
-            PostWarp::None => None,
-            PostWarp::Log { scale, offset } => Some(Lattice::logarithmic(&clip_from_world, *scale, *offset, size)?),
-            PostWarp::Rectilinear(warp) => Some(Lattice::rectilinear(&clip_from_world, warp, size)),
-        };
+        let (scene, size, post_warp, keep) = (self.scene, self.size, &self.partition.post_warp, self.keep);
+        let lattice = self.lattice(&clip_from_world)?;
         let faces = if surface == StoredSurface::Back { Faces::Averted } else { Faces::All };
-        let mut pass = Pass { scene, clip_from_world, size, faces, scratch, progress };
+        let mut pass = Pass { scene, clip_from_world, size, faces, keep, scratch, progress };
         if self.stored.is_plain() {
             match lattice {
                 None => pass.depth(map)?,
-                Some(lattice) => lattice.depth(scene, faces, map, progress)?,
+                Some(lattice) => lattice.depth(scene, faces, keep, map, progress)?,
             }
             if format == Format::F32 {
                 return Ok(());
@@ -52,12 +51,12 @@ impl StoredMap<'_> {
             return self.in_rows(map, progress, |_, row| row.iter_mut().for_each(|z| *z = format.quantise(*z)));
         }
         // Relative to the scene's origin: depths along the light keep their digits wherever the scene is.
-        let clip_from_relative = clip_from_world * glam::DMat4::from_translation(scene.origin());
+        let clip_from_relative = clip_from_world * DMat4::from_translation(scene.origin());
         let encoder = Encoder::new(TexelRays::new(&clip_from_relative, post_warp, size)?, self.stored)?;
         if !surface.takes_two() {
             match lattice {
                 None => pass.depth_to_far(map)?,
-                Some(lattice) => lattice.depth_to_far(scene, faces, map, progress)?,
+                Some(lattice) => lattice.depth_to_far(scene, faces, keep, map, progress)?,
             }
             return self.in_rows(map, progress, |y, row| {
                 for (x, z) in row.iter_mut().enumerate() {
@@ -69,7 +68,7 @@ impl StoredMap<'_> {
         let mut second = unwritten::<f32>(map.len())?;
         match lattice {
             None => pass.layers_to_far(map, &mut second)?,
-            Some(lattice) => lattice.layers_to_far(scene, map, &mut second, progress)?,
+            Some(lattice) => lattice.layers_to_far(scene, keep, map, &mut second, progress)?,
         }
         // SAFETY: all of it has been drawn.
         let second = unsafe { &*written_part(&mut second) };
@@ -80,6 +79,25 @@ impl StoredMap<'_> {
                 *z = format.quantise(encoder.texel(x, y, layers) as f32);
             }
         })
+    }
+
+    /// The lattice of an uneven map.
+    fn lattice(&self, clip_from_world: &DMat4) -> Result<Option<Lattice>> {
+        Ok(match &self.partition.post_warp {
+            PostWarp::None => None,
+            PostWarp::Log { scale, offset } => Some(Lattice::logarithmic(clip_from_world, *scale, *offset, self.size)?),
+            PostWarp::Rectilinear(warp) => Some(Lattice::rectilinear(clip_from_world, warp, self.size)),
+        })
+    }
+
+    /// The volume that it is drawn from.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a matrix that cannot be drawn with.
+    pub fn volume(&self) -> Result<Volume> {
+        let clip_from_world = checked_matrix(&self.partition.shadow_clip_from_world)?;
+        let even = Volume::of_clip(&clip_from_world, 0.0);
+        Ok(self.lattice(&clip_from_world)?.map_or(even, |lattice| lattice.volume()))
     }
 
     /// Calls `work` with each row of a map that has been drawn.

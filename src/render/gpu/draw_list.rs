@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec4};
+use glam::DMat4;
 use rayon::prelude::*;
 
 use super::exact::{Depths, ExactTriangles};
 use super::guard_band::GuardBand;
 use super::scene_cache::DeviceScene;
-use crate::geometry::Aabb;
 use crate::render::precision::single_is_enough;
+use crate::render::{Keep, Volume};
 use crate::scene::Scene;
 
 /// One instance in a pass, as shaders read it: the columns of `clip_from_local`, times a power of two.
@@ -63,8 +63,9 @@ impl PassDraws {
 }
 
 impl DrawList {
-    /// Appends what a pass under `clip_from_world` can show; tells what it draws. The matrices are for the viewport that `guard`
+    /// Appends what `keep` takes of what a pass under `clip_from_world` can show; tells what it draws. The matrices are for the viewport that `guard`
     /// sets.
+    #[allow(clippy::too_many_arguments)]
     pub fn push_pass(
         &mut self,
         scene: &Scene,
@@ -72,19 +73,19 @@ impl DrawList {
         clip_from_world: &DMat4,
         guard: GuardBand,
         depths: Depths,
+        keep: Keep,
     ) -> PassDraws {
         let viewport_from_clip = guard.viewport_from_clip();
-        let visible: Vec<(u32, DMat4, bool)> = on_device
-            .order
+        let mut kept = keep.instances(scene, &Volume::of_clip(clip_from_world, 0.0));
+        // By mesh, which is by group as well; those of one mesh stay in the scene's order, and so do equal depths.
+        kept.par_sort_unstable_by_key(|&i| (scene.instances()[i as usize].mesh, i));
+        let visible: Vec<(u32, DMat4, bool)> = kept
             .par_iter()
             .with_min_len(1024) // about 0.1 ms of work
-            .filter_map(|&instance| {
+            .map(|&instance| {
                 let clip_from_local = scene.clip_from_local(clip_from_world, instance as usize);
-                let bounds = scene.mesh_of(instance as usize).bounds_local();
-                may_show(&clip_from_local, bounds).then(|| {
-                    let is_on_device = single_is_enough(&clip_from_local, bounds);
-                    (instance, viewport_from_clip * clip_from_local, is_on_device)
-                })
+                let is_on_device = single_is_enough(&clip_from_local, scene.mesh_of(instance as usize).bounds_local());
+                (instance, viewport_from_clip * clip_from_local, is_on_device)
             })
             .collect();
         let mut pass = PassDraws::default();
@@ -126,40 +127,11 @@ fn single(clip_from_local: &DMat4) -> ClipFromLocal {
     ClipFromLocal((*clip_from_local * scale).as_mat4().to_cols_array_2d())
 }
 
-/// Whether a box can have a part in `-w <= x, y <= w, 0 <= z <= w`: false only where it lies beyond one of the six planes.
-fn may_show(clip_from_local: &DMat4, bounds: &Aabb) -> bool {
-    let (center, half) = (bounds.center(), 0.5 * bounds.extent());
-    let row = |i| clip_from_local.row(i);
-    let (x, y, z, w): (DVec4, DVec4, DVec4, DVec4) = (row(0), row(1), row(2), row(3));
-    [w + x, w - x, w + y, w - y, z, w - z].iter().all(|plane| {
-        let reach = plane.truncate().abs().dot(half);
-        let size = plane.truncate().abs().dot(center.abs()) + plane.w.abs() + reach;
-        // The device works in f32: a dozen roundings of terms of this size can bring a vertex back inside.
-        let rounding = 16.0 * f64::from(f32::EPSILON) * size;
-        plane.truncate().dot(center) + plane.w + reach >= -rounding
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3, Vec4};
+    use glam::{Vec3, Vec4};
 
     use super::*;
-
-    #[test]
-    fn boxes_are_kept_when_any_corner_is_inside_or_planes_disagree() {
-        let clip = glam::dcamera::rh::proj::directx::perspective(1.0, 1.0, 0.1, 100.0);
-        let cube = |x: f64, y: f64, z: f64| {
-            let p = DVec3::new(x, y, z);
-            Aabb { min: p - DVec3::ONE, max: p + DVec3::ONE }
-        };
-        assert!(may_show(&clip, &cube(0.0, 0.0, -10.0)));
-        assert!(may_show(&clip, &cube(0.0, 0.0, 0.0)), "around the eye");
-        assert!(!may_show(&clip, &cube(0.0, 0.0, 10.0)), "behind the eye");
-        assert!(!may_show(&clip, &cube(50.0, 0.0, -10.0)), "to the right");
-        assert!(!may_show(&clip, &cube(0.0, 0.0, -200.0)), "beyond far");
-        assert!(may_show(&clip, &Aabb { min: DVec3::splat(-1e9), max: DVec3::splat(1e9) }));
-    }
 
     #[test]
     fn scaled_matrices_give_the_same_picture_at_every_scale() {

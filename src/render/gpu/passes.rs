@@ -19,6 +19,7 @@ use super::pool::Pool;
 use super::scene_cache::{DeviceScene, RECORD, SceneCache};
 use crate::error::Result;
 use crate::progress::Progress;
+use crate::render::Keep;
 use crate::scene::Scene;
 
 /// How the per-instance buffers are used: written by the host, read as vertices or by shaders.
@@ -65,8 +66,9 @@ impl Session<'_> {
         scene: &Scene,
         clips_from_world: &[DMat4],
         size: [u32; 2],
+        keep: &[Keep],
     ) -> Result<Texture> {
-        let list = self.list(in_use, scene, clips_from_world, size, Depths::Forward, false)?;
+        let list = self.list(in_use, scene, clips_from_world, size, (Depths::Forward, keep), false)?;
         let texture = self.state.pool.texture(self.gpu, DEPTH, size, list.passes.len() as u32)?;
         in_use.textures.push(texture.clone());
         let pipelines = DepthPipelines {
@@ -81,23 +83,23 @@ impl Session<'_> {
         Ok(texture)
     }
 
-    /// What the passes of some projections draw, on the device. `turns` as [`DrawList::turns`].
+    /// What the passes of some projections draw, each what it keeps, on the device. `turns` as [`DrawList::turns`].
     pub fn list(
         &mut self,
         in_use: &mut InUse,
         scene: &Scene,
         clips_from_world: &[DMat4],
         size: [u32; 2],
-        depths: Depths,
+        (depths, keep): (Depths, &[Keep]),
         turns: bool,
     ) -> Result<PassList> {
         let on_device = self.state.scenes.get(self.gpu, scene, self.progress)?;
         let guard = GuardBand::new(self.gpu, size);
         let mut list = DrawList { turns, ..DrawList::default() };
         let mut passes = Vec::with_capacity(clips_from_world.len());
-        for clip_from_world in clips_from_world {
+        for (clip_from_world, keep) in clips_from_world.iter().zip(keep) {
             self.progress.check()?;
-            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard, depths));
+            passes.push(list.push_pass(scene, &on_device, clip_from_world, guard, depths, *keep));
         }
         let identity = list.push_identity();
         let matrices = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;

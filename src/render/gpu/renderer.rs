@@ -14,11 +14,14 @@ use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::surface::EyeSpace;
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, Surfaces};
 use crate::memory::check_images;
 use crate::parameterization::{Parameterization, Partition, PostWarp};
 use crate::progress::Progress;
-use crate::render::{Kernels, MaskSettings, Renderer, Stored, check_count, check_extent, check_size};
+use crate::render::cpu::{asked_of, casters_of, keep_of};
+use crate::render::{
+    Asked, Casters, Cull, Keep, Kernels, MaskSettings, Renderer, Stored, check_count, check_extent, check_size,
+};
 use crate::scene::{Camera, Light, Scene};
 
 /// Bytes of depth maps that are drawn in one submission; more are drawn in several. Chosen to hold sixteen maps at 2048²
@@ -61,6 +64,34 @@ impl GpuRenderer {
         (bytes / map_bytes).clamp(1, self.gpu.limits.max_texture_array_layers.into()) as usize
     }
 
+    /// The maps, each of what it keeps.
+    fn draw_maps(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        resolution: [u32; 2],
+        stored: Stored,
+        keep: &[Keep],
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
+        check_size("resolution", resolution)?;
+        self.gpu.check_texture("a shadow map", resolution, 1)?;
+        self.gpu.check_buffer("a shadow map on its way back (bytes)", depth_bytes(resolution, 1))?;
+        let count = p.partitions.len();
+        let texels = resolution[0] as usize * resolution[1] as usize;
+        let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES.min(self.gpu.limits.max_buffer_size));
+        check_images("resolution", count, resolution, size_of::<f32>())?;
+        let mut data = vec![0.0; texels * count];
+        self.work(progress, |session| {
+            let batches = p.partitions.chunks(batch).zip(keep.chunks(batch));
+            for ((partitions, keep), maps) in batches.zip(data.chunks_mut(texels * batch)) {
+                session.depth_batch(scene, partitions, resolution, (stored, keep), maps)?;
+            }
+            Ok(())
+        })?;
+        Ok(DepthMaps { layers: count as u32, size: resolution, data })
+    }
+
     /// Does one call's work while no other thread is at work.
     fn work<T>(&self, progress: &Progress, work: impl FnOnce(&mut Session) -> Result<T>) -> Result<T> {
         let mut state = lock(&self.state);
@@ -81,30 +112,54 @@ impl Renderer for GpuRenderer {
         self.gpu.info.to_string()
     }
 
-    fn depth_maps(
+    fn maps_of(
         &self,
         scene: &Scene,
         p: &Parameterization,
         resolution: [u32; 2],
         stored: Stored,
+        cull: Cull,
         progress: &Progress,
     ) -> Result<DepthMaps> {
-        check_size("resolution", resolution)?;
         check_partitions(p)?;
-        self.gpu.check_texture("a shadow map", resolution, 1)?;
-        self.gpu.check_buffer("a shadow map on its way back (bytes)", depth_bytes(resolution, 1))?;
-        let count = p.partitions.len();
-        let texels = resolution[0] as usize * resolution[1] as usize;
-        let batch = self.maps_at_once(depth_bytes(resolution, 1), BATCH_BYTES.min(self.gpu.limits.max_buffer_size));
-        check_images("resolution", count, resolution, size_of::<f32>())?;
-        let mut data = vec![0.0; texels * count];
-        self.work(progress, |session| {
-            for (partitions, maps) in p.partitions.chunks(batch).zip(data.chunks_mut(texels * batch)) {
-                session.depth_batch(scene, partitions, resolution, stored, maps)?;
+        self.draw_maps(scene, p, resolution, stored, &vec![keep_of(cull)?; p.partitions.len()], progress)
+    }
+
+    /// Of a map that no pixel asks what is in its volume: drawing it costs a device little.
+    fn seen_maps(
+        &self,
+        scene: &Scene,
+        surfaces: Surfaces,
+        camera: &Camera,
+        light: &Light,
+        p: &Parameterization,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<DepthMaps> {
+        check_partitions(p)?;
+        let asked = texels_asked(surfaces, camera, light, p, settings, progress)?;
+        let keep: Vec<Keep> = asked.iter().map(|asked| asked.as_ref().map_or(Keep::InVolume, Keep::Asked)).collect();
+        self.draw_maps(scene, p, settings.resolution, settings.stored, &keep, progress)
+    }
+
+    fn casters(
+        &self,
+        scene: &Scene,
+        p: &Parameterization,
+        cull: Cull,
+        picture: Option<(Surfaces, &Camera, &Light)>,
+        settings: &MaskSettings,
+        progress: &Progress,
+    ) -> Result<Vec<Casters>> {
+        check_partitions(p)?;
+        check_size("resolution", settings.resolution)?;
+        let asked = match (cull, picture) {
+            (Cull::Seen, Some((surfaces, camera, light))) => {
+                Some(texels_asked(surfaces, camera, light, p, settings, progress)?)
             }
-            Ok(())
-        })?;
-        Ok(DepthMaps { layers: count as u32, size: resolution, data })
+            _ => None,
+        };
+        casters_of(scene, p, cull, asked.as_deref(), settings, progress)
     }
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {
@@ -164,15 +219,18 @@ impl Renderer for GpuRenderer {
         Ok(footprint)
     }
 
-    fn shadow_mask(
+    /// What is seen stays on the device here, so [`Cull::Seen`] draws what [`Cull::Volume`] does.
+    fn mask_of(
         &self,
         scene: &Scene,
         camera: &Camera,
         light: &Light,
         p: &Parameterization,
         settings: &MaskSettings,
+        cull: Cull,
         progress: &Progress,
     ) -> Result<ShadowMask> {
+        let keep = if cull == Cull::Seen { Keep::InVolume } else { keep_of(cull)? };
         let size = check_size("size", settings.size)?;
         let resolution = check_size("resolution", settings.resolution)?;
         check_partitions(p)?;
@@ -193,9 +251,9 @@ impl Renderer for GpuRenderer {
             let drawn = session.draw_ids(&mut encoder, &mut in_use, scene, camera, size)?;
             for (first, partitions) in (0..p.partitions.len()).step_by(batch).zip(p.partitions.chunks(batch)) {
                 let mut in_use = InUse::default();
-                let stored = settings.stored;
+                let (stored, keep) = (settings.stored, vec![keep; partitions.len()]);
                 let depth_maps =
-                    session.draw_stored(&mut encoder, &mut in_use, scene, partitions, resolution, stored)?;
+                    session.draw_stored(&mut encoder, &mut in_use, scene, partitions, resolution, stored, &keep)?;
                 let lookup = lookup.part(first..first + partitions.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
                 let uniforms = (&choice, &lookup, &kernel);
@@ -216,12 +274,12 @@ impl Session<'_> {
         scene: &Scene,
         partitions: &[Partition],
         size: [u32; 2],
-        stored: Stored,
+        (stored, keep): (Stored, &[Keep]),
         maps: &mut [f32],
     ) -> Result<()> {
         let mut in_use = InUse::default();
         let mut encoder = self.gpu.encoder("depth maps");
-        let texture = self.draw_stored(&mut encoder, &mut in_use, scene, partitions, size, stored)?;
+        let texture = self.draw_stored(&mut encoder, &mut in_use, scene, partitions, size, stored, keep)?;
         let bytes = depth_bytes(size, partitions.len() as u32);
         let staging = self.state.pool.buffer(self.gpu, STAGING, bytes)?;
         copy_depth(&mut encoder, &texture, &staging);
@@ -231,6 +289,19 @@ impl Session<'_> {
         in_use.release(&mut self.state.pool);
         Ok(())
     }
+}
+
+/// What the pixels of a picture look up in each map, depths aside: a device may give a texel of a sliver any depth.
+fn texels_asked(
+    surfaces: Surfaces,
+    camera: &Camera,
+    light: &Light,
+    p: &Parameterization,
+    settings: &MaskSettings,
+    progress: &Progress,
+) -> Result<Vec<Option<Asked>>> {
+    let asked = asked_of(surfaces, camera, light, p, settings, progress)?;
+    Ok(asked.into_iter().map(|asked| asked.map(Asked::of_texels)).collect())
 }
 
 /// A parameterization has maps that can be drawn: [`check_maps`], and all are projective.

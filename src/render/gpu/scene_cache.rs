@@ -48,8 +48,6 @@ pub(super) struct DeviceScene {
     pub groups: Vec<Arc<Geometry>>,
     /// One a mesh of the scene; without meaning for meshes that no instance uses.
     pub meshes: Vec<MeshSlot>,
-    /// Instances by group, then by mesh.
-    pub order: Vec<u32>,
 }
 
 impl DeviceScene {
@@ -75,7 +73,7 @@ struct Group {
     geometry: Arc<Geometry>,
 }
 
-/// Scenes whose order of drawing is remembered; a matter of a few bytes an instance.
+/// Scenes whose meshes' places are remembered; a matter of a few bytes a mesh.
 const SCENES: usize = 16;
 
 impl SceneCache {
@@ -126,10 +124,7 @@ impl SceneCache {
             let members: Vec<&Mesh> = members.iter().map(|&m| &*scene.meshes()[m]).collect();
             groups.push(self.group(gpu, &members)?);
         }
-        let mut order: Vec<u32> = (0..scene.instances().len() as u32).collect();
-        // Stable: instances of one mesh stay in the scene's order, and so do equal depths.
-        order.sort_by_key(|&i| scene.instances()[i as usize].mesh);
-        Ok(DeviceScene { groups, meshes, order })
+        Ok(DeviceScene { groups, meshes })
     }
 
     fn group(&mut self, gpu: &Gpu, meshes: &[&Mesh]) -> Result<Arc<Geometry>> {

@@ -14,6 +14,7 @@ use super::passes::{DepthPipelines, InUse, PassList, Session, Target, depth_atta
 use super::pipelines::DEPTH;
 use crate::error::Result;
 use crate::parameterization::Partition;
+use crate::render::Keep;
 use crate::render::stored::{Format, Spacing, Stored, StoredSurface, TexelRays};
 use crate::scene::Scene;
 
@@ -102,7 +103,8 @@ impl Settings {
 }
 
 impl Session<'_> {
-    /// Records the maps of some partitions as they are stored; gives the texture, one layer each.
+    /// Records the maps of some partitions, each of what it keeps, as they are stored; gives the texture, one layer each.
+    #[allow(clippy::too_many_arguments)]
     pub fn draw_stored(
         &mut self,
         encoder: &mut CommandEncoder,
@@ -111,11 +113,12 @@ impl Session<'_> {
         partitions: &[Partition],
         size: [u32; 2],
         stored: Stored,
+        keep: &[Keep],
     ) -> Result<Texture> {
         let forward: Vec<DMat4> = partitions.iter().map(|p| p.shadow_clip_from_world).collect();
         let stored = stored.checked()?;
         if stored.is_plain() && stored.surface == StoredSurface::Front && stored.format == Format::F32 {
-            return self.draw_depth(encoder, in_use, scene, &forward, size);
+            return self.draw_depth(encoder, in_use, scene, &forward, size, keep);
         }
         let settings = partitions.iter().map(|p| Settings::new(p, scene, size, stored)).collect::<Result<Vec<_>>>()?;
         let is_reversed = !stored.is_plain();
@@ -124,7 +127,7 @@ impl Session<'_> {
             true => (forward.iter().map(reversed).collect(), Depths::Reversed),
             false => (forward, Depths::Forward),
         };
-        let list = self.list(in_use, scene, &clips, size, depths, fragments == Fragments::Averted)?;
+        let list = self.list(in_use, scene, &clips, size, (depths, keep), fragments == Fragments::Averted)?;
         let pipelines = self.layer_pipelines(&list, fragments, is_reversed)?;
         let behind = match stored.surface.takes_two() {
             true => Some(self.layer_pipelines(&list, Fragments::Behind, is_reversed)?),

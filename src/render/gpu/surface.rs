@@ -119,7 +119,7 @@ impl EyeSpace {
     /// The placements of the instances of a draw list.
     pub fn placements(&self, scene: &Scene, on_device: &DeviceScene, instances: &[u32]) -> Vec<Placement> {
         let placement = |&instance: &u32| {
-            let world_from_local: &DAffine3 = &scene.world_from_local()[instance as usize];
+            let world_from_local: DAffine3 = scene.world_from_local(instance as usize);
             let linear: DMat3 = world_from_local.matrix3;
             let translation = (world_from_local.translation - self.eye) / self.unit;
             let row = |i: usize| (linear.row(i) / self.unit).extend(translation[i]).as_vec4().to_array();

@@ -23,6 +23,7 @@ use super::surface::{EyeSpace, Placement, View, slots_by_group};
 use super::uniforms::{Choice, Lookup, Map};
 use crate::error::Result;
 use crate::image::{Footprint, GBuffer, ShadowMask};
+use crate::render::Keep;
 use crate::scene::{Camera, Scene};
 
 /// Bytes of results that one submission computes; more come in bands of rows. A quarter of the smallest binding of any
@@ -69,7 +70,8 @@ impl Session<'_> {
         let mut list = DrawList::default();
         // The depth of parallel rays is linear, whichever way it runs.
         let depths = if camera.is_orthographic() { Depths::Forward } else { Depths::Reversed };
-        let draws = list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard, depths);
+        let draws =
+            list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard, depths, Keep::InVolume);
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let mut placements = space.placements(scene, &on_device, &list.instances);

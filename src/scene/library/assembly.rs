@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::builder::Shape;
 use crate::error::Result;
+use crate::memory::with_room;
 use crate::progress::Progress;
 use crate::scene::{Instance, Mesh, Scene};
 
@@ -26,6 +28,10 @@ impl<'p> Assembly<'p> {
     pub(super) fn new(progress: &'p Progress) -> Self {
         Self { meshes: Vec::new(), instances: Vec::new(), progress }
     }
+    /// An empty one with room for so many placements.
+    pub(super) fn with_places(count: usize, progress: &'p Progress) -> Result<Self> {
+        Ok(Self { instances: with_room("instances", count)?, ..Self::new(progress) })
+    }
     /// An error where somebody wants the work to stop; asked for every mesh, and by loops that place many.
     pub(super) fn check(&self) -> Result<()> {
         self.progress.check()
@@ -39,6 +45,10 @@ impl<'p> Assembly<'p> {
     /// Places a part.
     pub(super) fn place(&mut self, part: Part, world_from_mesh: DAffine3) {
         self.instances.push(Instance { mesh: part.0, world_from_mesh });
+    }
+    /// Places parts in their order, as they are found in parallel.
+    pub(super) fn place_all(&mut self, placed: impl IndexedParallelIterator<Item = (Part, DAffine3)>) {
+        self.instances.par_extend(placed.map(|(part, world_from_mesh)| Instance { mesh: part.0, world_from_mesh }));
     }
     /// Places a part upright at a point, unturned.
     pub(super) fn place_at(&mut self, part: Part, x: f64, y: f64, z: f64) {

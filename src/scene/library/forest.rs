@@ -9,9 +9,10 @@
 //! low-discrepancy sequence, so that any number of them covers the ground evenly.
 
 use glam::{DAffine3, DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::assembly::{Assembly, standing};
-use super::random::{Noise, Random};
+use super::random::{Noise, Random, below};
 use super::spec::{LibraryParam, LibraryScene, LibrarySpec, Values};
 use super::terrain::HeightField;
 use super::trees::{oak, poplar, shrub, spruce};
@@ -55,8 +56,9 @@ pub(super) const SPEC: LibrarySpec = LibrarySpec {
 
 /// Cells of the terrain along each edge.
 const CELLS: usize = 320;
-/// What a tree and its share of the undergrowth take while the list of them grows.
-const BYTES_PER_TREE: u64 = 512;
+/// What a tree and its share of the undergrowth take while the scene is made: an instance, its box and its places in the
+/// hierarchy, 224 bytes.
+const BYTES_PER_TREE: u64 = 256;
 
 fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let (trees, extent) = (values.count("trees"), values.number("extent"));
@@ -64,7 +66,7 @@ fn build(seed: u64, values: &Values) -> Result<LibraryScene> {
     let hills = Hills { noise: Noise::new(seed, 7), extent, relief: values.number("relief") };
     let half = DVec2::splat(0.5 * extent);
     let terrain = HeightField::new(-half, half, [CELLS, CELLS], |x, z| hills.height(x, z));
-    let mut assembly = Assembly::new(values.progress);
+    let mut assembly = Assembly::with_places(trees + trees / 8 + 1, values.progress)?;
     assembly.fixed(&terrain.solid(-60.0 * hills.relief - 2.0))?;
     plant(&mut assembly, seed, trees, &hills, &terrain)?;
     undergrowth(&mut assembly, seed, trees / 8, &hills, &terrain)?;
@@ -148,36 +150,63 @@ fn plant(assembly: &mut Assembly, seed: u64, trees: usize, hills: &Hills, terrai
     let side = hills.extent - 2.0 * margin;
     let (mut u, mut v) = (random.unit(), random.unit());
     let mut planted = 0;
+    // Random numbers follow each other; what is found from them does not.
     while planted < trees {
-        // The R2 sequence (Roberts 2018 [roberts2018]): steps 1/g and 1/g^2 with g the plastic number.
-        if planted % 4096 == 0 {
-            assembly.check()?;
+        assembly.check()?;
+        let mut drawn = Vec::with_capacity(AT_ONCE.min(trees - planted));
+        while drawn.len() < AT_ONCE.min(trees - planted) {
+            // The R2 sequence (Roberts 2018 [roberts2018]): steps 1/g and 1/g^2 with g the plastic number.
+            u = (u + 0.754_877_666_246_692_8).fract();
+            v = (v + 0.569_840_290_998_053_2).fract();
+            // Jittered by less than the spacing, so that no rows show.
+            let spacing = side / (trees as f64).sqrt();
+            let jitter = random.direction() * (random.unit() * 0.45 * spacing);
+            let p = DVec2::new(u * side, v * side) + jitter;
+            let p = p.clamp(DVec2::ZERO, DVec2::splat(side)) + (margin - 0.5 * hills.extent);
+            let (heading, size, mood) = (random.direction(), random.range(0.6, 1.3), random.unit());
+            let off_glade = (p.x - hills.glade(p.y)).abs() - hills.glade_half_width(p.y);
+            let from_eye = p.distance(hills.eye());
+            if off_glade < 0.0 || from_eye < 13.0 {
+                continue;
+            }
+            drawn.push(Tree { p, heading, size, mood, kind: random.unit(), stretch: random.range(0.85, 1.2) });
         }
-        u = (u + 0.754_877_666_246_692_8).fract();
-        v = (v + 0.569_840_290_998_053_2).fract();
-        // Jittered by less than the spacing, so that no rows show.
-        let spacing = side / (trees as f64).sqrt();
-        let jitter = random.direction() * (random.unit() * 0.45 * spacing);
-        let p = DVec2::new(u * side, v * side) + jitter;
-        let p = p.clamp(DVec2::ZERO, DVec2::splat(side)) + (margin - 0.5 * hills.extent);
-        let (heading, size, draw) = (random.direction(), random.range(0.6, 1.3), random.unit());
-        let off_glade = (p.x - hills.glade(p.y)).abs() - hills.glade_half_width(p.y);
-        let from_eye = p.distance(hills.eye());
-        if off_glade < 0.0 || from_eye < 13.0 {
-            continue;
-        }
-        let mood = kinds.octaves(p.x / 90.0, p.y / 90.0, 3) + 0.5 * (draw - 0.5);
-        let kind = match mood {
-            m if m > 0.0 => random.below(3),
-            m if m > -0.12 => 6 + random.below(2),
-            _ => 3 + random.below(3),
-        };
-        let at = DVec3::new(p.x, terrain.height_at(p.x, p.y), p.y);
-        let stretch = DAffine3::from_scale(DVec3::new(1.0, random.range(0.85, 1.2), 1.0));
-        assembly.place(species[kind], standing(at, heading, size) * stretch);
-        planted += 1;
+        planted += drawn.len();
+        let placed = drawn.par_iter().map(|tree| {
+            let Tree { p, heading, size, stretch, .. } = *tree;
+            let at = DVec3::new(p.x, terrain.height_at(p.x, p.y), p.y);
+            let stretch = DAffine3::from_scale(DVec3::new(1.0, stretch, 1.0));
+            (species[tree.species(&kinds)], standing(at, heading, size) * stretch)
+        });
+        assembly.place_all(placed);
     }
     Ok(())
+}
+
+/// Trees that are placed at once, in parallel.
+const AT_ONCE: usize = 1 << 16;
+
+/// A tree as it was drawn.
+struct Tree {
+    p: DVec2,
+    heading: DVec2,
+    size: f64,
+    /// Numbers in [0, 1): how it leans among the kinds of the place, and which of the chosen kind it is.
+    mood: f64,
+    kind: f64,
+    stretch: f64,
+}
+
+impl Tree {
+    /// Index of its species.
+    fn species(&self, kinds: &Noise) -> usize {
+        let mood = kinds.octaves(self.p.x / 90.0, self.p.y / 90.0, 3) + 0.5 * (self.mood - 0.5);
+        match mood {
+            m if m > 0.0 => below(self.kind, 3),
+            m if m > -0.12 => 6 + below(self.kind, 2),
+            _ => 3 + below(self.kind, 3),
+        }
+    }
 }
 
 /// Shrubs, denser around the viewer, on the glade as well.

@@ -35,8 +35,7 @@ impl Random {
     }
     /// A whole number below `count` (which is at least 1).
     pub(super) fn below(&mut self, count: usize) -> usize {
-        // The bias of the product is 2^-53 times the count: nothing beside the handful of choices made here.
-        ((self.unit() * count as f64) as usize).min(count - 1)
+        below(self.unit(), count)
     }
     /// A point of the unit disc, all of it as likely.
     pub(crate) fn in_disc(&mut self) -> DVec2 {
@@ -57,6 +56,12 @@ impl Random {
             }
         }
     }
+}
+
+/// A whole number below `count` (which is at least 1), of a number in [0, 1).
+pub(super) fn below(unit: f64, count: usize) -> usize {
+    // The bias of the product is 2^-53 times the count: nothing beside the handful of choices made here.
+    ((unit * count as f64) as usize).min(count - 1)
 }
 
 /// Smooth noise over the plane.

@@ -57,13 +57,16 @@ pub fn receivers_outline(rows: &Rows, view: &FocusedView, scene: &Scene, tighten
         return ReceiversOutline { corners: whole().corners, is_fit };
     }
     let holds_body = receivers_in(view, scene, |instance, cut| {
-        if hull.may_grow(instance) && hull.add(cut().vertices()) {
+        let may_grow = hull.may_grow(instance);
+        if let Some(cut) = cut.filter(|_| may_grow)
+            && hull.add(cut().vertices())
+        {
             hull.settle(body);
             if hull.open.is_empty() && hull.corners.len() > 2 {
                 return ControlFlow::Break(());
             }
         }
-        ControlFlow::Continue(())
+        ControlFlow::Continue(may_grow)
     });
     let corners = if holds_body || hull.corners.is_empty() { whole().corners } else { hull.corners };
     ReceiversOutline { corners, is_fit }

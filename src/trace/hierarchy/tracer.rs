@@ -98,7 +98,8 @@ impl Tracer {
         let mut sources: Vec<(Arc<Mesh>, bool)> = Vec::new();
         let mut slot_of: HashMap<u32, u32> = HashMap::new();
         let mut placed = Vec::with_capacity(scene.instances().len());
-        for (index, (instance, map)) in scene.instances().iter().zip(scene.world_from_local()).enumerate() {
+        for (index, instance) in scene.instances().iter().enumerate() {
+            let map = scene.world_from_local(index);
             let map = DAffine3 { matrix3: map.matrix3, translation: map.translation - origin };
             let (mesh, frame) = match Frame::new(map) {
                 Some(frame) => {

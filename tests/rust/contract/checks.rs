@@ -28,9 +28,8 @@ pub struct Receivers {
 impl Receivers {
     pub fn new(v: &View) -> Self {
         let view = FocusedView::new(&v.scene, &v.camera, &v.light, Focus::SceneFit);
-        let transforms = v.scene.world_from_local().iter().enumerate();
-        let boxes: Vec<OrientedBox> =
-            transforms.map(|(i, m)| OrientedBox::new(v.scene.mesh_of(i).bounds_local(), m, view.origin)).collect();
+        let placed = |i| OrientedBox::new(v.scene.mesh_of(i).bounds_local(), &v.scene.world_from_local(i), view.origin);
+        let boxes: Vec<OrientedBox> = (0..v.scene.instances().len()).map(placed).collect();
         let inverses = boxes.iter().map(|b| DMat3::from_cols(b.half[0], b.half[1], b.half[2]).inverse()).collect();
         let pyramids = match v.light {
             Light::Directional(_) => Vec::new(),

@@ -59,7 +59,7 @@ impl Judge<'_> {
     /// The corners of a triangle, relative to the eye.
     fn corners(&self, (instance, triangle): (i32, i32)) -> [DVec3; 3] {
         let mesh = self.scene.mesh_of(instance as usize);
-        let mut map = self.scene.world_from_local()[instance as usize];
+        let mut map = self.scene.world_from_local(instance as usize);
         map.translation -= self.camera.eye();
         mesh.triangles()[triangle as usize].map(|i| map.transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
     }

@@ -4,6 +4,7 @@ mod against_truth;
 mod blending;
 mod blur;
 mod cpu;
+mod culled;
 mod edge_on;
 mod filter_text;
 mod filtered;

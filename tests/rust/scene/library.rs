@@ -49,8 +49,8 @@ struct Solids<'a>(Vec<(&'a Mesh, DAffine3)>);
 
 impl<'a> Solids<'a> {
     fn of(scene: &'a Scene) -> Self {
-        let inverses = scene.world_from_local().iter().map(DAffine3::inverse);
-        Self(inverses.enumerate().map(|(k, local_from_world)| (scene.mesh_of(k), local_from_world)).collect())
+        let placed = |k| (scene.mesh_of(k), scene.world_from_local(k).inverse());
+        Self((0..scene.instances().len()).map(placed).collect())
     }
 }
 

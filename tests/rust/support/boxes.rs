@@ -47,9 +47,8 @@ impl Boxes {
             other => vec![*other],
         };
         let origin = camera.eye();
-        let placed = scene.world_from_local().iter().enumerate();
-        let boxes: Vec<OrientedBox> =
-            placed.map(|(i, m)| OrientedBox::new(scene.mesh_of(i).bounds_local(), m, origin)).collect();
+        let placed = |i| OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local(i), origin);
+        let boxes: Vec<OrientedBox> = (0..scene.instances().len()).map(placed).collect();
         let mut nearest: f64 = 0.0;
         let mut parts = Vec::new();
         for light in lights {

@@ -61,7 +61,7 @@ fn placed(mesh: Arc<Mesh>, world_from_mesh: DAffine3) -> Scene {
 
 fn world_corners(scene: &Scene, instance: usize, triangle: usize) -> [DVec3; 3] {
     let mesh = scene.mesh_of(instance);
-    let map = &scene.world_from_local()[instance];
+    let map = &scene.world_from_local(instance);
     mesh.triangles()[triangle].map(|i| map.transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
 }
 

@@ -151,7 +151,7 @@ fn rays_meet_what_exists_alone_and_together() {
         // All that the ray meets on the plain mesh, in order: the first that exists.
         let mut best = Hit::NONE;
         for i in 0..scene.instances().len() {
-            let (mesh, map) = (scene.mesh_of(i), scene.world_from_local()[i]);
+            let (mesh, map) = (scene.mesh_of(i), scene.world_from_local(i));
             for (t, triangle) in mesh.triangles().iter().enumerate() {
                 let [a, b, c] = triangle.map(|v| map.transform_point3(mesh.positions_local()[v as usize].as_dvec3()));
                 let (e1, e2, s) = (b - a, c - a, o - a);

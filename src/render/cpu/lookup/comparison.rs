@@ -145,6 +145,25 @@ impl MapLookup {
         (reference.z + self.bias.plane * change.clamp(-reference.limit, reference.limit)).clamp(0.0, 1.0)
     }
 
+    /// A depth that is at least that of [`MapLookup::depth_at`] for each texel whose centre lies within reach of the receiver.
+    pub(super) fn farthest_within(&self, reference: &Reference, reach: DVec2) -> f64 {
+        if self.bias.plane == 0.0 {
+            return reference.z.clamp(0.0, 1.0);
+        }
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|(x, y)| DVec2::new(x, y) * reach);
+        let is_before_horizon = |texels: &DVec2| 1.0 + reference.plane.divisor.dot(*texels) > 0.0;
+        // A quotient of affine functions is largest at a corner, unless it has a pole in between.
+        let change = match &self.post_warp {
+            PostWarp::None if corners.iter().all(is_before_horizon) => {
+                corners.iter().fold(0.0, |most: f64, texels| most.max(reference.plane.change(*texels)))
+            }
+            _ => f64::INFINITY,
+        };
+        // Roundings of the change of depth at a texel between the corners.
+        let change = self.bias.plane * change.min(reference.limit) * (1.0 + 16.0 * f64::EPSILON);
+        (reference.z + change + 16.0 * f64::EPSILON).clamp(0.0, 1.0)
+    }
+
     /// How much farther the plane of a receiver, at a depth, is at another place of the map; 0 where it is seen edge on.
     fn change_on_plane(&self, p: DVec3, normal: DVec3, depth: f64, place: DVec2) -> f64 {
         let Some(q) = self.on_plane_at(p, normal, place) else { return 0.0 };

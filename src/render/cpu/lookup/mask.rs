@@ -113,7 +113,7 @@ impl MaskInput<'_> {
     }
 
     /// The light at a pixel as far as it needs no map, and the map it needs.
-    fn settle(&self, pixel: usize) -> (f32, Option<usize>) {
+    pub(super) fn settle(&self, pixel: usize) -> (f32, Option<usize>) {
         let Some((p_relative, normal)) = self.surfaces.receiver(pixel) else { return (f32::NAN, None) };
         let p_world = self.surfaces.origin + p_relative;
         if !self.light.illuminates(p_world, normal) {
@@ -125,7 +125,7 @@ impl MaskInput<'_> {
     }
 
     /// The map whose light is mixed into that of map `k` at a pixel.
-    fn next(&self, pixel: usize, k: usize) -> Option<Next> {
+    pub(super) fn next(&self, pixel: usize, k: usize) -> Option<Next> {
         if self.lookups.blend == 0.0 {
             return None;
         }

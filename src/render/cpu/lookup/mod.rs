@@ -1,5 +1,6 @@
 //! What receivers read in depth maps that are there: a lookup, the mask of an image, and probes for the causes of errors.
 
+mod asks;
 mod bias_distance;
 mod blending;
 mod comparison;

@@ -6,10 +6,11 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Bands, Bins, Draw, fill};
-use super::vertices::{OUTSIDE, Projection, ScreenVertex, Viewport};
+use super::vertices::{Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
+use crate::render::{Keep, Volume};
 use crate::scene::Scene;
 
 /// Vertices and triangles after which a batch ends. Its vertices take 16 bytes each, 16 MB. One instance is never split, so
@@ -22,6 +23,8 @@ const CHUNK: u32 = 1 << 12;
 const ROUND: usize = 64;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
+/// Matrices that one thread forms at once: some 50 µs of work.
+const MATRICES: usize = 1 << 8;
 
 /// Memory for one batch, kept from one call to the next: fresh pages cost more than the work on them.
 #[derive(Debug, Default)]
@@ -46,13 +49,13 @@ impl Scratch {
     }
 }
 
-/// The visible instances of a scene in the order of submission, cut into batches; after them those with an alpha test.
+/// The instances of a scene that are drawn, cut into batches; after those without an alpha test those with one.
 pub struct Batches<'a> {
-    draws: Vec<Draw<'a>>,
-    /// Where each batch ends in `draws`.
-    ends: Vec<usize>,
-    /// How many batches have no alpha test.
-    plain: usize,
+    scene: &'a Scene,
+    clip_from_world: DMat4,
+    faces: Faces,
+    /// Without and with alpha tests.
+    instances: [Vec<u32>; 2],
 }
 
 /// A part of what is drawn, projected and binned.
@@ -65,11 +68,17 @@ pub struct Round<'a> {
 }
 
 impl<'a> Batches<'a> {
-    /// The instances whose boxes are not outside one plane of the clip volume.
+    /// The instances that `keep` takes.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a scene whose triangles cannot be numbered in 32 bits.
-    pub fn new(scene: &'a Scene, clip_from_world: &DMat4, viewport: &Viewport, faces: Faces) -> Result<Self> {
+    pub fn new(
+        scene: &'a Scene,
+        clip_from_world: &DMat4,
+        viewport: &Viewport,
+        faces: Faces,
+        keep: Keep,
+    ) -> Result<Self> {
         if scene.triangle_count() >= u64::from(u32::MAX) {
             return Err(Error::argument(
                 "scene",
@@ -78,54 +87,16 @@ impl<'a> Batches<'a> {
                 "split the scene",
             ));
         }
-        let visible: Vec<Option<(Projection, FaceTest)>> = (0..scene.instances().len())
-            .into_par_iter()
-            .map(|i| {
-                let bounds = scene.mesh_of(i).bounds_local();
-                let clip_from_local = scene.clip_from_local(clip_from_world, i);
-                let projection = Projection::new(&clip_from_local, bounds);
-                let outside =
-                    bounds.corners().iter().fold(OUTSIDE, |all, &p| all & viewport.outcode(projection.clip(p)));
-                (outside == 0).then(|| (projection, FaceTest::new(faces, &clip_from_local)))
-            })
-            .collect();
-        let mut batches = Self { draws: Vec::new(), ends: Vec::new(), plain: 0 };
-        let is_tested = |i: usize| scene.mesh_of(i).alpha_test().is_some();
-        batches.add(scene, &visible, |i| !is_tested(i));
-        batches.plain = batches.ends.len();
-        batches.add(scene, &visible, is_tested);
-        Ok(batches)
-    }
-
-    /// Adds the visible instances that are asked for.
-    fn add(&mut self, scene: &'a Scene, visible: &[Option<(Projection, FaceTest)>], is_asked: impl Fn(usize) -> bool) {
-        let (draws, ends) = (&mut self.draws, &mut self.ends);
-        let begin = draws.len();
-        let (mut first_id, mut vertices, mut triangles) = (0u32, 0usize, 0usize);
-        for (i, visible) in visible.iter().enumerate() {
-            let mesh = scene.mesh_of(i);
-            let (v, t) = (mesh.positions_local().len(), mesh.triangles().len());
-            if let Some((projection, faces)) = visible.filter(|_| is_asked(i)) {
-                if vertices.max(triangles) > 0 && (vertices + v).max(triangles + t) > BATCH {
-                    ends.push(draws.len());
-                    (vertices, triangles) = (0, 0);
-                }
-                draws.push(Draw {
-                    mesh,
-                    projection,
-                    faces,
-                    first_vertex: vertices as u32,
-                    first_triangle: triangles as u32,
-                    first_id,
-                });
-                vertices += v;
-                triangles += t;
-            }
-            first_id += t as u32;
-        }
-        if draws.len() > begin {
-            ends.push(draws.len());
-        }
+        let plain = keep.instances(scene, &Volume::of_clip(clip_from_world, f64::from(viewport.near)));
+        let is_tested = |i: &u32| scene.mesh_of(*i as usize).alpha_test().is_some();
+        let any_tested = scene.meshes().iter().any(|mesh| mesh.alpha_test().is_some());
+        let instances = if any_tested {
+            let (tested, plain) = plain.into_iter().partition(is_tested);
+            [plain, tested]
+        } else {
+            [plain, Vec::new()]
+        };
+        Ok(Self { scene, clip_from_world: *clip_from_world, faces, instances })
     }
 
     /// Projects each batch and bins it round by round into `scratch`; calls `draw` after each round.
@@ -137,27 +108,69 @@ impl<'a> Batches<'a> {
         progress: &Progress,
         mut draw: impl FnMut(Round) -> Result<()>,
     ) -> Result<()> {
-        let mut start = 0;
-        progress.set_total(self.draws.iter().map(|draw| draw.mesh.triangles().len() as u64).sum());
-        for (batch, &end) in self.ends.iter().enumerate() {
-            let draws = &self.draws[start..end];
-            start = end;
-            let triangle_count = project(draws, viewport, scratch, progress)?;
-            // The next chunk last.
-            let mut pending: Vec<Range<u32>> = (0..triangle_count)
-                .step_by(CHUNK as usize)
-                .map(|first| first..triangle_count.min(first + CHUNK))
-                .rev()
-                .collect();
-            let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
-            while !pending.is_empty() {
-                let before = count(&pending);
-                bin(draws, &mut pending, viewport, bands, scratch, progress)?;
-                draw(Round { scratch, tested: (batch >= self.plain).then_some(draws) })?;
-                progress.advance(before - count(&pending));
+        let triangles = |i: &u32| self.scene.mesh_of(*i as usize).triangles().len() as u64;
+        progress.set_total(self.instances.iter().flatten().map(triangles).sum());
+        let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
+        for (instances, is_tested) in self.instances.iter().zip([false, true]) {
+            let mut rest = &instances[..];
+            while !rest.is_empty() {
+                let (batch, after) = rest.split_at(self.batch_len(rest));
+                rest = after;
+                let draws = &self.draws(batch);
+                let triangle_count = project(draws, viewport, scratch, progress)?;
+                // The next chunk last.
+                let mut pending: Vec<Range<u32>> = (0..triangle_count)
+                    .step_by(CHUNK as usize)
+                    .map(|first| first..triangle_count.min(first + CHUNK))
+                    .rev()
+                    .collect();
+                while !pending.is_empty() {
+                    let before = count(&pending);
+                    bin(draws, &mut pending, viewport, bands, scratch, progress)?;
+                    draw(Round { scratch, tested: is_tested.then_some(draws) })?;
+                    progress.advance(before - count(&pending));
+                }
             }
         }
         Ok(())
+    }
+
+    /// How many of some instances make a batch; at least one.
+    fn batch_len(&self, instances: &[u32]) -> usize {
+        let (mut vertices, mut triangles) = (0, 0);
+        let is_full = |&i: &u32| {
+            let mesh = self.scene.mesh_of(i as usize);
+            vertices += mesh.positions_local().len();
+            triangles += mesh.triangles().len();
+            vertices.max(triangles) > BATCH
+        };
+        instances.iter().position(is_full).unwrap_or(instances.len()).max(1)
+    }
+
+    /// The draws of a batch.
+    fn draws(&self, instances: &[u32]) -> Vec<Draw<'a>> {
+        let scene = self.scene;
+        let draw = |&i: &u32| {
+            let mesh = scene.mesh_of(i as usize);
+            let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
+            Draw {
+                mesh,
+                projection: Projection::new(&clip_from_local, mesh.bounds_local()),
+                faces: FaceTest::new(self.faces, &clip_from_local),
+                first_vertex: 0,
+                first_triangle: 0,
+                // All numbers are below 2^32, see `new`.
+                first_id: scene.first_triangles()[i as usize] as u32,
+            }
+        };
+        let mut draws: Vec<Draw> = instances.par_iter().with_min_len(MATRICES).map(draw).collect();
+        let (mut vertices, mut triangles) = (0, 0);
+        for draw in &mut draws {
+            (draw.first_vertex, draw.first_triangle) = (vertices, triangles);
+            vertices += draw.mesh.positions_local().len() as u32;
+            triangles += draw.mesh.triangles().len() as u32;
+        }
+        draws
     }
 }
 

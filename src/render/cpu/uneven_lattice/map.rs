@@ -6,7 +6,7 @@
 use std::mem::MaybeUninit;
 use std::ops::Range;
 
-use glam::{DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat4, DVec4, Vec3};
 use rayon::prelude::*;
 
 use super::lattice::{Columns, Lattice, Places};
@@ -19,6 +19,7 @@ use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::render::cpu::raster::Bands;
 use crate::render::cpu::tested_triangle::TestedTriangle;
+use crate::render::{Keep, Volume};
 use crate::scene::{Mesh, Scene};
 
 /// Vertices or triangles after which a batch ends; its vertices take 4 MB. One instance is never split.
@@ -60,11 +61,12 @@ impl Lattice {
         &self,
         scene: &Scene,
         faces: Faces,
+        keep: Keep,
         depth: &mut [MaybeUninit<f32>],
         progress: &Progress,
     ) -> Result<()> {
         let bands = depth.par_chunks_mut(self.part()).map(|band| Nearest::<false> { depth: filled(band, 1.0) });
-        self.draw_all(scene, faces, bands.collect(), progress)
+        self.draw_all(scene, (faces, keep), bands.collect(), progress)
     }
 
     /// Draws depth minus 1, 0 where nothing is, into all of `depth`.
@@ -72,24 +74,26 @@ impl Lattice {
         &self,
         scene: &Scene,
         faces: Faces,
+        keep: Keep,
         depth: &mut [MaybeUninit<f32>],
         progress: &Progress,
     ) -> Result<()> {
         let bands = depth.par_chunks_mut(self.part()).map(|band| Nearest::<true> { depth: filled(band, 0.0) });
-        self.draw_all(scene, faces, bands.collect(), progress)
+        self.draw_all(scene, (faces, keep), bands.collect(), progress)
     }
 
     /// The same for the two nearest depths that differ.
     pub fn layers_to_far(
         &self,
         scene: &Scene,
+        keep: Keep,
         first: &mut [MaybeUninit<f32>],
         second: &mut [MaybeUninit<f32>],
         progress: &Progress,
     ) -> Result<()> {
         let bands = first.par_chunks_mut(self.part()).zip(second.par_chunks_mut(self.part()));
         let bands = bands.map(|(first, second)| NearestTwo { first: filled(first, 0.0), second: filled(second, 0.0) });
-        self.draw_all(scene, Faces::All, bands.collect(), progress)
+        self.draw_all(scene, (Faces::All, keep), bands.collect(), progress)
     }
 
     /// Texels of a band.
@@ -97,10 +101,17 @@ impl Lattice {
         Bands::new(self.size).rows() * self.size[0] as usize
     }
 
-    fn draw_all<T: Texels>(&self, scene: &Scene, faces: Faces, mut texels: Vec<T>, progress: &Progress) -> Result<()> {
+    fn draw_all<T: Texels>(
+        &self,
+        scene: &Scene,
+        what: (Faces, Keep),
+        mut texels: Vec<T>,
+        progress: &Progress,
+    ) -> Result<()> {
         let bands = Bands::new(self.size);
         let (mut vertices, mut bins) = (Vec::new(), Vec::new());
-        for batch in self.batches(scene, faces) {
+        for instances in self.batches(scene, what.1) {
+            let batch = self.draws(scene, what.0, &instances);
             let triangles = self.project(&batch, &mut vertices, progress)?;
             let chunks: Vec<usize> = (0..triangles).step_by(CHUNK).collect();
             for round in chunks.chunks(ROUND) {
@@ -162,50 +173,51 @@ impl Lattice {
         }
     }
 
-    /// The instances that are not outside one plane of the map, in batches; those with alpha tests after all others, in batches
-    /// of their own.
-    fn batches<'a>(&self, scene: &'a Scene, faces: Faces) -> Vec<Vec<Draw<'a>>> {
-        let visible: Vec<Option<DMat4>> = (0..scene.instances().len())
-            .into_par_iter()
-            .map(|i| {
-                let clip_from_local = scene.clip_from_local(&self.clip_from_world, i);
-                let corners = scene.mesh_of(i).bounds_local().corners();
-                let outside = corners.iter().fold(u32::MAX, |all, p| all & self.outside(&clip_from_local, *p));
-                (outside == 0).then_some(clip_from_local)
-            })
-            .collect();
-        let mut batches: Vec<Vec<Draw>> = Vec::new();
-        let (mut first_vertex, mut first_triangle, mut was_tested) = (BATCH, BATCH, false);
-        let mut order: Vec<usize> = (0..visible.len()).filter(|&i| visible[i].is_some()).collect();
-        order.sort_by_key(|&i| scene.mesh_of(i).alpha_test().is_some());
-        for i in order {
-            let Some(clip_from_local) = visible[i] else { continue };
-            let mesh = scene.mesh_of(i);
-            let is_tested = mesh.alpha_test().is_some();
-            if is_tested && !was_tested {
-                (first_vertex, first_triangle, was_tested) = (BATCH, BATCH, true);
+    /// The instances that are drawn, in batches; those with alpha tests after all others, in batches of their own.
+    fn batches(&self, scene: &Scene, keep: Keep) -> Vec<Vec<u32>> {
+        let is_tested = |i: u32| scene.mesh_of(i as usize).alpha_test().is_some();
+        let mut instances = keep.instances(scene, &self.volume());
+        if scene.meshes().iter().any(|mesh| mesh.alpha_test().is_some()) {
+            instances.sort_by_key(|&i| is_tested(i));
+        }
+        let mut batches: Vec<Vec<u32>> = Vec::new();
+        let (mut vertices, mut triangles, mut was_tested) = (BATCH, BATCH, false);
+        for i in instances {
+            let mesh = scene.mesh_of(i as usize);
+            vertices += mesh.positions_local().len();
+            triangles += mesh.triangles().len();
+            let begins_tested = is_tested(i) && !std::mem::replace(&mut was_tested, is_tested(i));
+            match batches.last_mut() {
+                Some(last) if vertices.max(triangles) <= BATCH && !begins_tested => last.push(i),
+                _ => {
+                    batches.push(vec![i]);
+                    (vertices, triangles) = (mesh.positions_local().len(), mesh.triangles().len());
+                }
             }
-            let (vertices, triangles) = (mesh.positions_local().len(), mesh.triangles().len());
-            if (first_vertex + vertices).max(first_triangle + triangles) > BATCH {
-                batches.push(Vec::new());
-                (first_vertex, first_triangle) = (0, 0);
-            }
-            if let Some(batch) = batches.last_mut() {
-                let faces = FaceTest::new(faces, &clip_from_local);
-                batch.push(Draw { mesh, clip_from_local, faces, first_vertex, first_triangle });
-            }
-            first_vertex += vertices;
-            first_triangle += triangles;
         }
         batches
     }
 
-    /// A bit for each plane of the map that a local point is beyond.
-    fn outside(&self, clip_from_local: &DMat4, p: DVec3) -> u32 {
-        let DVec4 { x, y: down, z, w } = *clip_from_local * p.extend(1.0);
+    /// The draws of a batch.
+    fn draws<'a>(&self, scene: &'a Scene, faces: Faces, instances: &[u32]) -> Vec<Draw<'a>> {
+        let (mut first_vertex, mut first_triangle) = (0, 0);
+        let draw = |&i: &u32| {
+            let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
+            let (mesh, faces) = (scene.mesh_of(i as usize), FaceTest::new(faces, &clip_from_local));
+            let draw = Draw { mesh, clip_from_local, faces, first_vertex, first_triangle };
+            first_vertex += mesh.positions_local().len();
+            first_triangle += mesh.triangles().len();
+            draw
+        };
+        instances.iter().map(draw).collect()
+    }
+
+    /// Where the map has texels.
+    pub fn volume(&self) -> Volume {
         let ([left, right], [top, bottom]) = (self.across, self.down);
-        let beyond = [x < left * w, x > right * w, down < top * w, down > bottom * w, z < 0.0, z > w];
-        beyond.iter().enumerate().map(|(k, &b)| u32::from(b) << k).sum()
+        let (x, down, z, w) = (DVec4::X, DVec4::Y, DVec4::Z, DVec4::W);
+        let planes = [x - left * w, right * w - x, down - top * w, bottom * w - down, z, w - z];
+        Volume::new(&self.clip_from_world, planes)
     }
 
     /// Projects the vertices of a batch; the number of its triangles.

@@ -34,7 +34,7 @@ fn cloud(random: &mut Random, count: usize, size: f64) -> Vec<[DVec3; 3]> {
 fn world_triangle(scene: &Scene, instance: usize, triangle: usize) -> [DVec3; 3] {
     let mesh = scene.mesh_of(instance);
     mesh.triangles()[triangle]
-        .map(|i| scene.world_from_local()[instance].transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
+        .map(|i| scene.world_from_local(instance).transform_point3(mesh.positions_local()[i as usize].as_dvec3()))
 }
 
 /// Distance along a ray to a triangle, in units of the ray's direction.

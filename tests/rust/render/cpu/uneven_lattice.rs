@@ -53,7 +53,7 @@ fn draw(scene: &Scene, p: &Parameterization, size: [u32; 2]) -> Vec<f32> {
 /// The corners of all triangles as the scene stores them.
 fn corners(scene: &Scene) -> Vec<[DVec3; 3]> {
     let one = |i: usize| {
-        let (mesh, place) = (scene.mesh_of(i), scene.world_from_local()[i]);
+        let (mesh, place) = (scene.mesh_of(i), scene.world_from_local(i));
         let at = move |v: u32| place.transform_point3(mesh.positions_local()[v as usize].as_dvec3());
         mesh.triangles().iter().map(move |t| t.map(at)).collect::<Vec<_>>()
     };

@@ -88,7 +88,7 @@ pub fn compare(v: &View, resolution: [u32; 2], [a, b]: [&Footprint; 2], [of_a, o
     let mut found = Agreement::default();
     // How far an instance reaches, by way of its own origin.
     let reach = |i: usize| {
-        let place = v.scene.world_from_local()[i];
+        let place = v.scene.world_from_local(i);
         let corners = v.scene.mesh_of(i).bounds_local().corners();
         let reach = corners.iter().map(|c| place.transform_vector3(*c).length()).fold(0.0, f64::max);
         reach + (place.translation - v.camera.eye()).length()
@@ -164,7 +164,7 @@ impl Pixel {
         let (p_world, instance) = (g.origin + position, g.instance[i] as usize);
         let mesh = v.scene.mesh_of(instance);
         let corners = mesh.triangles()[g.triangle[i] as usize].map(|k| {
-            v.scene.world_from_local()[instance].transform_point3(mesh.positions_local()[k as usize].as_dvec3())
+            v.scene.world_from_local(instance).transform_point3(mesh.positions_local()[k as usize].as_dvec3())
         });
         let sides = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
         let longest = sides.iter().map(|s| s.length()).fold(0.0, f64::max);

@@ -1,7 +1,6 @@
 //! The texel of the shadow map at every pixel of an image: [`texel_in_image`] for all receivers that face the light.
 //!
-//! Pixels are taken in runs of [`RUN`]: what is known of them lies in arrays, the kernel is a loop without branches over
-//! these, and what it finds is written out. Where there are several maps each run asks them in the order of
+//! Pixels are taken in runs of [`RUN`]; what the kernel finds of them is written out. Where there are several maps each run asks them in the order of
 //! [`Parameterization::choose`], and skips those that none of its pixels may ask.
 
 use std::mem::MaybeUninit;
@@ -9,17 +8,15 @@ use std::mem::MaybeUninit;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::receivers::{RUN, Receivers, Shown};
 use super::texel::{Eye, Texel, TexelMap, largest_singular_value, texel_in_image, warped_texel};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
 use crate::memory::{copied, unwritten, written};
 use crate::parameterization::{Held, Parameterization, PostWarp, Rectilinear};
 use crate::progress::Progress;
-use crate::scene::{Camera, EDGE_ON, Light, unit};
+use crate::scene::{Camera, Light, unit};
 use crate::simd::dispatch;
-
-/// Pixels that are treated at once: 12 KiB of numbers, a third of the smallest first cache in use.
-const RUN: usize = 64;
 
 /// A pixel that no map has been found for yet; for the codes of the others see [`Footprint`].
 const PENDING: i16 = i16::MIN;
@@ -157,12 +154,6 @@ struct Rows<'a> {
     local: Parameterization,
 }
 
-/// Receivers and normals of a run.
-struct Run {
-    p: [[f64; RUN]; 3],
-    n: [[f64; RUN]; 3],
-}
-
 /// What the kernel finds in a run.
 struct Found {
     planes: [[f32; RUN]; Footprint::PLANES],
@@ -219,32 +210,15 @@ impl Found {
 }
 
 dispatch! {
-    /// Positions and normals, axis by axis.
-    fn spread(position: &[[f32; 3]], normal: &[[f32; 3]], run: &mut Run) = spread_body
-}
-
-#[inline(always)]
-fn spread_body(position: &[[f32; 3]], normal: &[[f32; 3]], run: &mut Run) {
-    for (i, (p, n)) in position.iter().zip(normal).enumerate().take(RUN) {
-        for axis in 0..3 {
-            run.p[axis][i] = f64::from(p[axis]);
-            run.n[axis][i] = f64::from(n[axis]);
-        }
-    }
-}
-
-dispatch! {
     /// The texels of one map at all points of a run.
-    fn texels(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) = texels_body
+    fn texels(map: &TexelMap, eye: &Eye, run: &Receivers, found: &mut Found) = texels_body
 }
 
 #[inline(always)]
-fn texels_body(map: &TexelMap, eye: &Eye, run: &Run, found: &mut Found) {
+fn texels_body(map: &TexelMap, eye: &Eye, run: &Receivers, found: &mut Found) {
     let (map, eye) = (*map, *eye);
     for i in 0..RUN {
-        let p = DVec3::new(run.p[0][i], run.p[1][i], run.p[2][i]);
-        let n = DVec3::new(run.n[0][i], run.n[1][i], run.n[2][i]);
-        let t = texel_in_image(&map, &eye, p, n);
+        let t = texel_in_image(&map, &eye, run.point(i), run.normal(i));
         let [a, b, c, d] = t.jacobian;
         let [along_t, along_s] = t.perspective_ts;
         let values = [a, b, c, d, t.major, t.perspective, along_t, along_s, t.projection, t.depth];
@@ -284,10 +258,16 @@ impl<'a> Rows<'a> {
     fn row(&self, first: usize, out: &mut RowOut) {
         let width = out.map.len();
         let (mut found, mut of_map) = (Found::NONE, Found::NONE);
+        // What shows nothing is a point like any other to the kernel, and forgotten afterwards.
+        let mut run = Receivers::NONE;
         for x in (0..width).step_by(RUN) {
             let count = RUN.min(width - x);
-            let mut state = [Footprint::NOTHING; RUN];
-            let run = self.gather(first + x, count, &mut state);
+            run.read(self.surfaces, first + x, count);
+            let mut state = run.shown(self.surfaces, self.light, first + x, count).map(|shown| match shown {
+                Shown::Nothing => Footprint::NOTHING,
+                Shown::Averted => Footprint::AVERTED,
+                Shown::Facing => PENDING,
+            });
             if self.maps.len() == 1 && state.contains(&PENDING) {
                 self.find(&run, &mut state, &mut found);
             } else {
@@ -301,35 +281,8 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Receivers and normals of some pixels, and which of them the light can reach.
-    fn gather(&self, first: usize, count: usize, state: &mut [i16; RUN]) -> Run {
-        // What shows nothing is a point like any other to the kernel, and forgotten afterwards.
-        let mut run = Run { p: [[0.0; RUN]; 3], n: [[0.0; RUN]; 3] };
-        let pixels = first..first + count;
-        spread(&self.surfaces.position[pixels.clone()], &self.surfaces.normal[pixels], &mut run);
-        if let Light::Directional(light) = self.light {
-            // What [`Light::illuminates`] says, for all at once.
-            let l = -light.direction();
-            for i in 0..count {
-                let facing = run.n[0][i] * l.x + run.n[1][i] * l.y + run.n[2][i] * l.z > EDGE_ON;
-                let seen = self.surfaces.triangle[first + i] >= 0;
-                let lit = if facing { PENDING } else { Footprint::AVERTED };
-                state[i] = if seen { lit } else { Footprint::NOTHING };
-            }
-            return run;
-        }
-        for (i, state) in state.iter_mut().enumerate().take(count) {
-            if self.surfaces.triangle[first + i] >= 0 {
-                let p_world = self.surfaces.origin + run.point(i);
-                let lit = self.light.illuminates(p_world, DVec3::new(run.n[0][i], run.n[1][i], run.n[2][i]));
-                *state = if lit { PENDING } else { Footprint::AVERTED };
-            }
-        }
-        run
-    }
-
     /// The texels of a map at all points of a run.
-    fn texels_of(&self, k: usize, run: &Run, found: &mut Found) {
+    fn texels_of(&self, k: usize, run: &Receivers, found: &mut Found) {
         texels(&self.maps[k], &self.eye, run, found);
         if let Some(warp) = self.local.partitions[k].post_warp.rectilinear() {
             found.stretch(warp);
@@ -337,7 +290,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Finds the texels of all pending pixels where there is one map.
-    fn find(&self, run: &Run, state: &mut [i16; RUN], found: &mut Found) {
+    fn find(&self, run: &Receivers, state: &mut [i16; RUN], found: &mut Found) {
         self.texels_of(0, run, found);
         let only = &self.local.partitions[0];
         let is_plain = only.post_warp == PostWarp::None && only.region.functionals().is_empty();
@@ -355,7 +308,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Finds map and texel of all pending pixels: the first map that a receiver is within, else the first that it is beyond.
-    fn find_among(&self, run: &Run, state: &mut [i16; RUN], found: &mut Found, of_map: &mut Found) {
+    fn find_among(&self, run: &Receivers, state: &mut [i16; RUN], found: &mut Found, of_map: &mut Found) {
         (0..RUN).for_each(|i| found.forget(i));
         let pending: Vec<usize> = (0..RUN).filter(|&i| state[i] == PENDING).collect();
         let first = |&i: &usize| self.local.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
@@ -387,18 +340,12 @@ impl<'a> Rows<'a> {
     }
 
     /// How a map holds a receiver: as [`crate::Partition::holds`]; not at all where it is singular.
-    fn holds(&self, k: usize, run: &Run, found: &Found, i: usize) -> Held {
+    fn holds(&self, k: usize, run: &Receivers, found: &Found, i: usize) -> Held {
         let partition = &self.local.partitions[k];
         if !partition.region.contains(run.point(i)) {
             return Held::Outside;
         }
         let ndc = DVec3::from_array([0, 1, 2].map(|axis| found.ndc[axis][i]));
         Held::of(partition.post_warp.apply(ndc, found.w[i]), found.w[i])
-    }
-}
-
-impl Run {
-    fn point(&self, i: usize) -> DVec3 {
-        DVec3::new(self.p[0][i], self.p[1][i], self.p[2][i])
     }
 }

@@ -25,6 +25,8 @@ pub struct SpotLight {
     position: DVec3,
     direction: DVec3,
     cone_angle: f64,
+    /// The cosine of half the angle: kept, because every receiver is held against it.
+    cos_half_angle: f64,
     range: f64,
 }
 
@@ -78,6 +80,11 @@ impl DirectionalLight {
     pub fn direction(&self) -> DVec3 {
         self.direction
     }
+    /// [`Light::illuminates`], without branches; the same at every point.
+    #[inline(always)]
+    pub fn illuminates(&self, normal: DVec3) -> bool {
+        faces(normal, -self.direction)
+    }
 }
 
 impl SpotLight {
@@ -93,7 +100,8 @@ impl SpotLight {
             return Err(Error::argument("cone_angle", expected, cone_angle, fix));
         }
         let (position, range) = placed(position, range)?;
-        Ok(Self { position, direction: unit_direction(direction)?, cone_angle, range })
+        let cos_half_angle = (0.5 * cone_angle).cos();
+        Ok(Self { position, direction: unit_direction(direction)?, cone_angle, cos_half_angle, range })
     }
     /// The same light along a unit vector, which is kept as it is.
     ///
@@ -118,6 +126,18 @@ impl SpotLight {
     pub fn range(&self) -> f64 {
         self.range
     }
+    /// Whether a point lies inside the cone and the range, by the vector from it to the light.
+    #[inline(always)]
+    fn reaches(&self, to_light: DVec3) -> bool {
+        let distance = to_light.length();
+        (distance <= self.range) & (-to_light.dot(self.direction) >= distance * self.cos_half_angle)
+    }
+    /// [`Light::illuminates`], without branches.
+    #[inline(always)]
+    pub fn illuminates(&self, p_world: DVec3, normal: DVec3) -> bool {
+        let to_light = self.position - p_world;
+        faces(normal, to_light) & self.reaches(to_light)
+    }
 }
 
 impl PointLight {
@@ -133,6 +153,12 @@ impl PointLight {
     /// How far it shines.
     pub fn range(&self) -> f64 {
         self.range
+    }
+    /// [`Light::illuminates`], without branches.
+    #[inline(always)]
+    pub fn illuminates(&self, p_world: DVec3, normal: DVec3) -> bool {
+        let to_light = self.position - p_world;
+        faces(normal, to_light) & (to_light.length() <= self.range)
     }
 }
 
@@ -167,22 +193,27 @@ impl Light {
     /// turned towards the light by more than [`EDGE_ON`], and the point lies within cone and range.
     #[inline]
     pub fn illuminates(&self, p_world: DVec3, normal: DVec3) -> bool {
-        let to_light = self.to_light(p_world);
-        normal.dot(to_light) > EDGE_ON * to_light.length() && self.reaches(p_world)
+        match self {
+            Self::Directional(l) => l.illuminates(normal),
+            Self::Spot(l) => l.illuminates(p_world, normal),
+            Self::Point(l) => l.illuminates(p_world, normal),
+        }
     }
     /// Whether light would arrive at a point if nothing were in the way: inside the cone and the range.
     #[inline]
     pub fn reaches(&self, p_world: DVec3) -> bool {
         match self {
             Self::Directional(_) => true,
-            Self::Spot(l) => {
-                let from_light = p_world - l.position;
-                let distance = from_light.length();
-                distance <= l.range && from_light.dot(l.direction) >= distance * (0.5 * l.cone_angle).cos()
-            }
-            Self::Point(l) => (p_world - l.position).length() <= l.range,
+            Self::Spot(l) => l.reaches(l.position - p_world),
+            Self::Point(l) => (l.position - p_world).length() <= l.range,
         }
     }
+}
+
+/// Whether a unit normal is turned towards the light by more than [`EDGE_ON`].
+#[inline(always)]
+fn faces(normal: DVec3, to_light: DVec3) -> bool {
+    normal.dot(to_light) > EDGE_ON * to_light.length()
 }
 
 fn unit_direction(direction: DVec3) -> Result<DVec3> {

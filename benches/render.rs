@@ -6,9 +6,9 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DMat4, DVec3};
 use shadowlab::parameterization::{Parameterization, Partition, PostWarp};
-use shadowlab::render::cpu::CpuRenderer;
+use shadowlab::render::cpu::{CpuRenderer, look_up};
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
-use shadowlab::scene::{DirectionalLight, Instance};
+use shadowlab::scene::{DirectionalLight, Instance, SpotLight};
 use shadowlab::{Camera, Light, Mesh, Progress, Scene};
 
 /// A grid of (n + 1) x (m + 1) vertices from a function of [0, 1]^2.
@@ -91,6 +91,30 @@ fn render(c: &mut Criterion) {
             b.iter(|| black_box(renderer.shadow_mask(&scene, &camera, &light, &p, &settings, &progress)))
         });
     }
+    // Maps and G-buffer are there: 28 bytes read and 6 written a pixel, and the texels.
+    let g = renderer.gbuffer(&scene, &camera, size, &progress).expect("a G-buffer");
+    let spot = DVec3::new(2.0, 5.0, 1.5);
+    let spot = SpotLight::new(spot, -spot, 1.0, 20.0).expect("a spot");
+    let view = glam::dcamera::rh::view::look_to_mat4(spot.position(), spot.direction(), DVec3::Z);
+    let seen = glam::dcamera::rh::proj::directx::perspective(1.0, 1.0, 1.0, 20.0) * view;
+    let by_spot = Parameterization::of_partitions(vec![Partition::of_matrix(seen)], size);
+    // Four maps of the whole, each for a quarter of the depths that are in view.
+    let ends = [5.5, 6.5, 7.5, 50.0];
+    let part = |end| Partition { eye_depth: [0.0, end], ..p.partitions[0].clone() };
+    let by_depth = Parameterization::of_partitions(ends.map(part).to_vec(), size);
+    let mut group = c.benchmark_group("lookup/1024");
+    for (name, light, p) in [("one", &light, &p), ("spot", &Light::Spot(spot), &by_spot), ("four", &light, &by_depth)] {
+        let maps = renderer.depth_maps(&scene, p, size, Stored::default(), &progress).expect("maps").data;
+        for text in ["nearest", "bilinear", "pcf:size=3", "tent:size=3px"] {
+            let filter = text.parse().expect("a filter");
+            let (bias, stored) = (Bias::default(), Stored::default());
+            let settings = MaskSettings { resolution: size, size, bias, filter, blend: 0.0, stored };
+            group.bench_function(format!("{name}/{text}"), |b| {
+                b.iter(|| black_box(look_up(&maps, g.surfaces(), &camera, light, p, &settings, &progress)))
+            });
+        }
+    }
+    group.finish();
     // A warp as the field's techniques make them: perspective over the map, small triangles at one end.
     let warp = DMat4::from_cols_array(&[1., 0., 0., 0., 0., 1.25, 0., 0.75, 0., 0., 1., 0., 0., 0.75, 0., 1.25]);
     let mut warped = p.clone();

@@ -39,8 +39,13 @@ impl Region {
     }
     /// Whether a point lies in it or, up to rounding, on its border.
     pub fn contains(&self, p: DVec3) -> bool {
+        self.functionals().iter().all(|f| Self::is_on_side(*f, p))
+    }
+    /// Whether one functional is, up to rounding, not negative at a point.
+    #[inline(always)]
+    pub(crate) fn is_on_side(functional: DVec4, p: DVec3) -> bool {
         let p4 = p.extend(1.0);
-        self.functionals().iter().all(|f| f.dot(p4) >= -Self::ROUNDING * f.abs().dot(p4.abs()))
+        functional.dot(p4) >= -Self::ROUNDING * functional.abs().dot(p4.abs())
     }
     /// Where both are; nothing where that takes more functionals than a region has.
     pub fn and(&self, other: &Self) -> Option<Self> {

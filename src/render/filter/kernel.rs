@@ -95,14 +95,44 @@ pub(crate) fn bilinear(place: DVec2, of: impl Fn(i64, i64) -> f64) -> f64 {
     let f = place - 0.5 - corner;
     // Casts saturate.
     let (i, j) = (corner.x as i64, corner.y as i64);
-    let top = (1.0 - f.x) * of(i, j) + f.x * of(i + 1, j);
-    let bottom = (1.0 - f.x) * of(i, j + 1) + f.x * of(i + 1, j + 1);
+    between(f, [of(i, j), of(i + 1, j), of(i, j + 1), of(i + 1, j + 1)])
+}
+
+/// The average of four corners, rows first, with the weights of a place between them.
+#[inline(always)]
+pub(crate) fn between(f: DVec2, [a, b, c, d]: [f64; 4]) -> f64 {
+    let top = (1.0 - f.x) * a + f.x * b;
+    let bottom = (1.0 - f.x) * c + f.x * d;
     (1.0 - f.y) * top + f.y * bottom
 }
 
 /// The average of a function of texels with weights that are products, row after row.
 fn separable(x: &Weights, y: &Weights, of: impl Fn(i64, i64) -> f64) -> f64 {
     y.each().map(|(j, b)| b * x.each().map(|(i, a)| a * of(i, j)).sum::<f64>()).sum()
+}
+
+/// The integral of a box up to a place from its middle (14.3).
+#[inline(always)]
+pub(crate) fn integral_of_box(t: f64, width: f64) -> f64 {
+    (t / width).clamp(-0.5, 0.5)
+}
+
+/// The integral of a triangle up to a place from its middle (14.4).
+#[inline(always)]
+pub(crate) fn integral_of_tent(t: f64, width: f64) -> f64 {
+    let u = (2.0 * t / width).clamp(-1.0, 1.0);
+    u - 0.5 * u * u.abs()
+}
+
+/// The first texel that a kernel about a place touches.
+#[inline(always)]
+pub(crate) fn first_texel(place: f64, width: f64) -> f64 {
+    (place - 0.5 * width).floor()
+}
+
+/// How many texels a kernel touches at most, from the first on.
+pub(crate) fn texels_across(width: f64) -> usize {
+    (width.ceil() as usize + 1).min(MOST_TEXELS)
 }
 
 /// Weights of neighbouring texels along one axis.
@@ -125,21 +155,17 @@ impl Weights {
     /// Of a box: overlap over width (14.3).
     #[inline(always)]
     fn of_box(place: f64, width: f64) -> Self {
-        Self::over(place, width, |t| (t / width).clamp(-0.5, 0.5))
+        Self::over(place, width, |t| integral_of_box(t, width))
     }
     /// Of a triangle (14.4).
     #[inline(always)]
     fn of_tent(place: f64, width: f64) -> Self {
-        Self::over(place, width, |t| {
-            let u = (2.0 * t / width).clamp(-1.0, 1.0);
-            u - 0.5 * u * u.abs()
-        })
+        Self::over(place, width, |t| integral_of_tent(t, width))
     }
     /// Of a kernel with an integral, about its middle: each texel has what the integral gains over it.
     #[inline(always)]
     fn over(place: f64, width: f64, integral: impl Fn(f64) -> f64) -> Self {
-        let first = (place - 0.5 * width).floor();
-        let count = (width.ceil() as usize + 1).min(MOST_TEXELS);
+        let (first, count) = (first_texel(place, width), texels_across(width));
         let mut values = [0.0; MOST_TEXELS];
         let mut before = integral(first - place);
         for (i, value) in values[..count].iter_mut().enumerate() {

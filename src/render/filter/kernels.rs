@@ -47,6 +47,11 @@ impl Kernels {
     pub fn fixed(&self) -> Option<Kernel> {
         self.eye.is_none().then_some(self.even.0)
     }
+    /// The kernel and its reach where its unit is a texel.
+    #[inline(always)]
+    pub(crate) fn even(&self) -> (Kernel, DVec2) {
+        self.even
+    }
     /// The kernel at a receiver `p` with a unit normal, in a map whose texel coordinates have these gradients there, and its reach.
     #[inline(always)]
     pub fn at(&self, p: DVec3, normal: DVec3, gradients: [DVec3; 2]) -> (Kernel, DVec2) {

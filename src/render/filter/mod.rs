@@ -6,8 +6,8 @@ mod kernels;
 mod text;
 mod value;
 
-pub(crate) use kernel::bilinear;
 pub use kernel::{Kernel, Tap};
+pub(crate) use kernel::{between, bilinear, first_texel, integral_of_box, integral_of_tent, texels_across};
 pub use kernels::Kernels;
 pub use text::{FILTERS, FilterSpec};
 pub use value::{Extent, Filter, MOST_POINTS, Unit, WIDEST_TEXELS};

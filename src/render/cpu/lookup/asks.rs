@@ -21,8 +21,12 @@ impl MaskInput<'_> {
         (0..rows).into_par_iter().try_for_each(|y| {
             progress.check()?;
             for pixel in y * width..(y + 1) * width {
-                let (_, Some(k)) = self.settle(pixel) else { continue };
                 let Some((p, normal)) = surfaces.receiver(pixel) else { continue };
+                let p_world = surfaces.origin + p;
+                if !self.light.illuminates(p_world, normal) {
+                    continue;
+                }
+                let Some(k) = lookups.choose(p, self.camera.depth_of(p_world)) else { continue };
                 let next = self.next(pixel, k).map(|next| next.map);
                 for k in std::iter::once(k).chain(next) {
                     let map = lookups.map(k);

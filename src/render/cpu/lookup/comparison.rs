@@ -3,9 +3,16 @@
 use glam::{DVec2, DVec3};
 
 use super::lookup::MapLookup;
+use super::parts::Parts;
 use super::projected::Projected;
 use crate::parameterization::PostWarp;
-use crate::render::{Kernel, Spacing};
+use crate::render::Kernel;
+
+/// A number held to a limit either way; to the limit where it is none.
+#[inline(always)]
+fn held(x: f64, limit: f64) -> f64 {
+    x.max(-limit).min(limit)
+}
 
 /// How a receiver is to be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,14 +38,14 @@ pub struct Reference {
     /// Depth without bias.
     unbiased: f64,
     /// How depth on the receiver's plane changes with each texel, and how much it may.
-    plane: PlaneDepth,
-    limit: f64,
+    pub(super) plane: PlaneDepth,
+    pub(super) limit: f64,
 }
 
 /// Depth on a plane about a receiver, by texels from it: theory.md (13.9).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct PlaneDepth {
-    per_texel: DVec2,
+pub(super) struct PlaneDepth {
+    pub(super) per_texel: DVec2,
     /// Relative change of what depth is divided by; zero where depth is projective.
     divisor: DVec2,
 }
@@ -54,17 +61,25 @@ impl PlaneDepth {
 
 impl MapLookup {
     /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
+    #[inline(always)]
+    pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
+        let (is_compared, reference) = self.compared(self.parts, &self.post_warp, p, normal);
+        if is_compared { Comparison::At(reference) } else { Comparison::Lit }
+    }
+
+    /// Whether a receiver is compared, and with what if it is; the map's parts in use and its post-warp are given for kernels that
+    /// know them: without branches where they are constants of a common case.
     ///
     /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
     /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
     #[inline(always)]
-    pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
-        let Some(mut at) = self.projected(p) else { return Comparison::Lit };
-        let mut p = p;
-        if self.bias.normal != 0.0 {
+    pub(super) fn compared(&self, parts: Parts, post_warp: &PostWarp, p: DVec3, normal: DVec3) -> (bool, Reference) {
+        let (mut p, mut at) = (p, self.projected(parts, post_warp, p));
+        let mut is_compared = at.is_inside;
+        if parts.normal {
             p += self.bias.normal * at.texel * normal;
-            let Some(moved) = self.projected(p) else { return Comparison::Lit };
-            at = moved;
+            at = self.projected(parts, post_warp, p);
+            is_compared &= at.is_inside;
         }
 
         // Part 1: along the ray (13.1).
@@ -72,77 +87,78 @@ impl MapLookup {
         let p4_moved = (p + shift * at.to_light).extend(1.0);
         // Moved past the light, or past the plane through it: nothing can be in between.
         let w_moved = self.rows[3].dot(p4_moved);
-        if !(w_moved > 0.0) {
-            return Comparison::Lit;
-        }
-        let moved = match self.stored.spacing {
-            Spacing::Projective => self.rows[2].dot(p4_moved) / w_moved,
-            Spacing::Linear => self.depth.at(p4_moved),
-        };
+        is_compared &= w_moved > 0.0;
+        let moved = if parts.is_linear { self.depth.at(p4_moved) } else { self.rows[2].dot(p4_moved) / w_moved };
         let mut z = moved - self.bias.ndc;
 
-        let (kernel, reach) = self.kernels.at(p, normal, [at.grad_x, at.grad_y]);
+        let (kernel, reach) =
+            if parts.is_in_pixels { self.kernels.at(p, normal, [at.grad_x, at.grad_y]) } else { self.kernels.even() };
 
         // Part 2: what the receiver's own plane gains over the filter's reach (13.2). On the plane,
         // grad_z = a grad_x + b grad_y + c normal, so a = dz/dX and b = dz/dY are quotients of triple products.
         let (mut plane, mut limit) = (PlaneDepth::default(), f64::INFINITY);
-        if self.bias.slope > 0.0 || self.bias.plane > 0.0 || self.bias.factor != 0.0 {
+        if parts.takes_plane {
             let facing = at.cross.dot(normal);
-            let [a_det, b_det] = [at.grad_z.dot(at.grad_y.cross(normal)), -at.grad_z.dot(at.grad_x.cross(normal))];
-            // On the plane, depth changes by these per texel, times det; Y grows down.
-            let bends = self.bends(at.plain.truncate(), [a_det * facing > 0.0, b_det * facing < 0.0], reach);
+            // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
+            let is_edge_on = facing == 0.0;
+            let per_facing = if is_edge_on { 0.0 } else { 1.0 / facing };
+            let (x_normal, y_normal) = (at.grad_x.cross(normal), at.grad_y.cross(normal));
+            let on_plane = |g: DVec3| DVec2::new(g.dot(y_normal), -g.dot(x_normal)) * per_facing;
+            // How depth on the plane changes per texel; Y grows down.
+            plane.per_texel = on_plane(at.grad_z);
+            if parts.is_linear && at.grad_divisor != DVec3::ZERO {
+                plane.divisor = on_plane(at.grad_divisor);
+            }
+            let rises = [plane.per_texel.x > 0.0, plane.per_texel.y < 0.0];
+            let bends = self.bends(post_warp, at.plain.truncate(), rises, reach);
             // Along x, and how much farther it is along y.
             let (due, further) = (self.bias.slope * reach.x, reach.y / reach.x);
-            if self.bias.slope_limit.is_finite() {
+            if parts.is_limited {
                 // What a surface straight across the ray gains, by the change of w alone, carries nothing along the ray.
                 let a_across = at.grad_z.dot(at.grad_y.cross(at.to_light)).abs() * bends.largest.x;
                 let b_across = at.grad_z.dot(at.grad_x.cross(at.to_light)).abs() * bends.largest.y * further;
-                let across = if at.det_ray > 0.0 { (a_across + b_across) / at.det_ray } else { 0.0 };
+                let across = (a_across + b_across) * at.per_det_ray;
                 limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + due * across;
             }
-            // A plane seen edge on (det = 0) has no finite slope in the map: the limit alone holds it.
-            let is_edge_on = facing == 0.0;
-            if !is_edge_on {
-                let on_plane = |g: DVec3| DVec2::new(g.dot(at.grad_y.cross(normal)), -g.dot(at.grad_x.cross(normal)));
-                let divisor = if at.grad_divisor == DVec3::ZERO { DVec2::ZERO } else { on_plane(at.grad_divisor) };
-                plane = PlaneDepth { per_texel: DVec2::new(a_det, b_det) / facing, divisor: divisor / facing };
-            }
-            if self.bias.slope > 0.0 {
-                let gain = || (a_det.abs() * bends.falling.x + b_det.abs() * bends.falling.y * further) / facing.abs();
-                let due = match self.stored.spacing {
-                    _ if is_edge_on => f64::INFINITY,
-                    Spacing::Projective => due * gain(),
-                    Spacing::Linear => self.bias.slope * self.fall_in_reach(&at, p, normal, &plane, reach),
-                };
-                z -= due.min(limit);
-            }
-            if self.bias.factor != 0.0 {
-                let steepest = if is_edge_on { f64::INFINITY } else { plane.per_texel.abs().max_element() };
-                z -= (self.bias.factor * steepest).clamp(-limit, limit);
+            let gain = if parts.is_linear {
+                self.bias.slope * self.fall_in_reach(&at, p, normal, &plane, reach)
+            } else {
+                let falls = plane.per_texel.abs() * bends.falling;
+                due * (falls.x + falls.y * further)
+            };
+            let or_endless = |x: f64| if is_edge_on { f64::INFINITY } else { x };
+            z -= if self.bias.slope > 0.0 { or_endless(gain).min(limit) } else { 0.0 };
+            if parts.factor {
+                z -= held(self.bias.factor * or_endless(plane.per_texel.abs().max_element()), limit);
             }
         }
-        if self.bias.units != 0.0 {
+        if parts.units {
             z -= self.bias.units * self.stored.format.step(at.depth.clamp(0.0, 1.0));
         }
         let (p_texel, unbiased) = (at.p_texel, at.depth);
-        Comparison::At(Reference { p_texel, kernel, z, p, normal, unbiased, plane, limit })
+        (is_compared, Reference { p_texel, kernel, z, p, normal, unbiased, plane, limit })
     }
 
     /// The depth that the texel with this centre is compared with (13.3), in [0, 1].
+    #[inline(always)]
+    pub fn depth_at(&self, reference: &Reference, centre: DVec2) -> f64 {
+        // (13.3), (13.9)
+        let change = match &self.post_warp {
+            _ if self.bias.plane == 0.0 => 0.0,
+            PostWarp::None => reference.plane.change(centre - reference.p_texel),
+            _ => self.change_on_plane(reference.p, reference.normal, reference.unbiased, centre),
+        };
+        self.depth_beside(reference.z, change, reference.limit)
+    }
+
+    /// The depth that a texel is compared with where the receiver's plane is so much farther than at the receiver: theory.md (13.3).
     ///
     /// Beyond the far plane casters are all nearer, and an empty texel stores 1. No bias takes a receiver out of the map's depth:
     /// nearer than the near plane is what lies there itself.
     #[inline(always)]
-    pub fn depth_at(&self, reference: &Reference, centre: DVec2) -> f64 {
-        if self.bias.plane == 0.0 {
-            return reference.z.clamp(0.0, 1.0);
-        }
-        // (13.3), (13.9)
-        let change = match &self.post_warp {
-            PostWarp::None => reference.plane.change(centre - reference.p_texel),
-            _ => self.change_on_plane(reference.p, reference.normal, reference.unbiased, centre),
-        };
-        (reference.z + self.bias.plane * change.clamp(-reference.limit, reference.limit)).clamp(0.0, 1.0)
+    pub(super) fn depth_beside(&self, z: f64, change: f64, limit: f64) -> f64 {
+        let beside = z + self.bias.plane * held(change, limit);
+        (if self.bias.plane == 0.0 { z } else { beside }).clamp(0.0, 1.0)
     }
 
     /// A depth that is at least that of [`MapLookup::depth_at`] for each texel whose centre lies within reach of the receiver.

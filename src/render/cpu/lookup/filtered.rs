@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use super::comparison::{Comparison, Reference};
 use super::lookup::MapLookup;
-use super::projected::Projected;
 use crate::render::{Kernel, Tap, bilinear};
 
 impl MapLookup {
@@ -52,8 +51,10 @@ impl MapLookup {
 
     /// The kernel at a receiver without bias; outside of the map, and before its near plane, it is lit without one.
     fn kernel_at(&self, p: DVec3, normal: DVec3) -> Kernel {
-        let at = |at: Projected| self.kernels.at(p, normal, [at.grad_x, at.grad_y]).0;
-        self.kernels.fixed().or_else(|| self.projected(p).map(at)).unwrap_or(Kernel::Nearest)
+        self.kernels.fixed().unwrap_or_else(|| {
+            let at = self.projected(self.parts, &self.post_warp, p);
+            if at.is_inside { self.kernels.at(p, normal, [at.grad_x, at.grad_y]).0 } else { Kernel::Nearest }
+        })
     }
 
     /// The texels that [`MapLookup::light`] compares a receiver with.

@@ -10,6 +10,7 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
+use super::parts::Parts;
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
@@ -35,8 +36,10 @@ pub struct MapLookup {
     /// Of a logarithm and a kernel in texels, how much depth falls over its reach along y, in units of what its slope there says:
     /// where it rises with w, and where it falls.
     pub(super) bend: [f64; 2],
+    /// Which of the settings are in use.
+    pub(super) parts: Parts,
     /// In relative space.
-    region: Region,
+    pub(super) region: Region,
 }
 
 /// The lookups into all maps of a parameterization, and which of them serves a receiver.
@@ -85,7 +88,8 @@ impl MapLookup {
         let (post_warp, region) = (partition.post_warp.clone(), partition.region.relative_to(origin));
         let (bias, stored) = (bias.checked()?, stored.checked()?);
         let depth = DepthMeasure::new(&clip_from_relative, &post_warp, stored.spacing)?;
-        let mut lookup = Self { rows, depth, stored, size, light, bias, kernels, post_warp, bend: [1.0; 2], region };
+        let (parts, bend) = (Parts::of(light, &bias, &kernels, &stored), [1.0; 2]);
+        let mut lookup = Self { rows, depth, stored, size, light, bias, kernels, post_warp, bend, parts, region };
         if let Some(kernel) = lookup.kernels.fixed() {
             lookup.bend = lookup.bend_over(kernel.reach().y);
         }
@@ -102,9 +106,13 @@ impl MapLookup {
         if !self.region.contains(p) {
             return Held::Outside;
         }
-        let p4 = p.extend(1.0);
-        let [x, y, z, w] = self.rows.map(|row| row.dot(p4));
-        Held::of(self.post_warp.apply(DVec3::new(x, y, z) / w, w), w)
+        self.holds_by(&self.post_warp, p)
+    }
+    /// How a map with all rays holds a receiver; its post-warp is given for kernels that know it.
+    #[inline(always)]
+    pub(super) fn holds_by(&self, post_warp: &PostWarp, p: DVec3) -> Held {
+        let [x, y, z, w] = self.rows.map(|row| row.dot(p.extend(1.0)));
+        Held::of(post_warp.apply(DVec3::new(x, y, z) / w, w), w)
     }
 
     /// How far a receiver lies from the map's middle towards its nearest edge: 1 at the edge.
@@ -144,6 +152,10 @@ impl<'a> Lookups<'a> {
     /// The lookup into one map.
     pub fn map(&self, k: usize) -> &MapLookup {
         &self.maps[k]
+    }
+    /// The first map that may serve a camera depth: [`Parameterization::first_map`].
+    pub(super) fn first_map(&self, eye_depth: f64) -> usize {
+        self.p.first_map(eye_depth)
     }
     /// The map that serves a receiver, `p` relative to the origin: [`Parameterization::choose`].
     pub fn choose(&self, p: DVec3, eye_depth: f64) -> Option<usize> {

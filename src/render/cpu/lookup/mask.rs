@@ -1,7 +1,8 @@
 //! The shadow mask: each pixel of a G-buffer looked up in the map that holds it.
 //!
 //! Which map that is depends on no map's content, so it is settled first; then the maps are drawn one after the other into
-//! the same memory, and only those that some pixel asks. One map is looked up as its pixels are settled, row by row.
+//! the same memory, and only those that some pixel asks. One map is looked up as its pixels are settled, row by row. A row is
+//! taken in runs of receivers, which a map answers at once where it can.
 
 use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,13 +11,22 @@ use rayon::prelude::*;
 
 use super::blending::Next;
 use super::lookup::Lookups;
+use super::runs::Compared;
+use crate::aliasing::receivers::{RUN, Receivers, Shown};
 use crate::error::{Error, Result};
 use crate::image::{ShadowMask, Surfaces};
 use crate::memory::{copied, unwritten, written, written_part};
-use crate::parameterization::Parameterization;
+use crate::parameterization::{Held, Parameterization};
 use crate::progress::Progress;
 use crate::render::MaskSettings;
 use crate::scene::{Camera, Light};
+
+/// Receivers of a run from which on all of it is looked up at once, instead of them one by one: measured, a run takes the time of
+/// about ten.
+const FEW: usize = 10;
+
+/// A row that is yet to be written.
+type RowOut<'a, T> = &'a mut [MaybeUninit<T>];
 
 /// What a mask is made of.
 pub struct MaskInput<'a> {
@@ -68,27 +78,18 @@ impl MaskInput<'_> {
         }
         let asked: Vec<AtomicBool> = (0..self.lookups.count()).map(|_| AtomicBool::new(false)).collect();
         self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
-            for (x, (light, chosen)) in light.iter_mut().zip(chosen.iter_mut()).enumerate() {
-                let (settled, map) = self.settle(first + x);
-                light.write(settled);
-                chosen.write(map.map_or(ShadowMask::NO_MAP, |k| k as i16));
-                if let Some(k) = map.filter(|_| !is_single) {
-                    asked[k].store(true, Ordering::Relaxed);
-                    if let Some(next) = self.next(first + x, k) {
-                        asked[next.map].store(true, Ordering::Relaxed);
-                    }
-                }
-            }
             if is_single {
-                // SAFETY: the map has been drawn, the row written above.
-                unsafe { self.look_up(0, written_map(&map), first, light, chosen) };
+                // SAFETY: the map has been drawn.
+                self.light_by_only_map(unsafe { written_map(&map) }, first, light, chosen);
+            } else {
+                self.settle(first, light, chosen, &asked);
             }
         })?;
         for k in (0..asked.len()).filter(|&k| asked[k].load(Ordering::Relaxed)) {
             draw(k, &mut map)?;
             self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
                 // SAFETY: the map has been drawn, the rows written when they were settled.
-                unsafe { self.look_up(k, written_map(&map), first, light, chosen) };
+                unsafe { self.look_up(k, written_map(&map), first, written_part(light), written_part(chosen)) };
             })?;
         }
         // SAFETY: every row has been written, or the error has been returned.
@@ -112,16 +113,87 @@ impl MaskInput<'_> {
         })
     }
 
-    /// The light at a pixel as far as it needs no map, and the map it needs.
-    pub(super) fn settle(&self, pixel: usize) -> (f32, Option<usize>) {
-        let Some((p_relative, normal)) = self.surfaces.receiver(pixel) else { return (f32::NAN, None) };
-        let p_world = self.surfaces.origin + p_relative;
-        if !self.light.illuminates(p_world, normal) {
-            return (0.0, None);
+    /// Writes a row of light where there is one map, and which pixels ask it.
+    fn light_by_only_map(&self, map: &[f32], first: usize, light: RowOut<f32>, chosen: RowOut<i16>) {
+        let lookup = self.lookups.map(0);
+        let (mut run, mut found, mut lit) = (Receivers::NONE, Compared::NONE, [1.0; RUN]);
+        for x in (0..light.len()).step_by(RUN) {
+            let count = RUN.min(light.len() - x);
+            run.read(&self.surfaces, first + x, count);
+            let shown = run.shown(&self.surfaces, self.light, first + x, count);
+            let facing = shown.iter().filter(|shown| **shown == Shown::Facing).count();
+            if lookup.is_common() && facing >= FEW {
+                lookup.compare_run(&run, &mut found);
+                lookup.light_of_run(map, &found, &mut lit);
+            } else {
+                for i in (0..count).filter(|&i| shown[i] == Shown::Facing) {
+                    let p = run.point(i);
+                    found.is_held[i] = lookup.holds(p) != Held::Outside;
+                    if found.is_held[i] {
+                        lit[i] = lookup.light(map, p, run.normal(i));
+                    }
+                }
+            }
+            for i in 0..count {
+                let is_held = shown[i] == Shown::Facing && found.is_held[i];
+                chosen[x + i].write(if is_held { 0 } else { ShadowMask::NO_MAP });
+                light[x + i].write(if is_held { lit[i] } else { without_map(shown[i]) });
+            }
         }
-        // What its maps give is added.
-        let map = self.lookups.choose(p_relative, self.camera.depth_of(p_world));
-        (if map.is_some() { 0.0 } else { 1.0 }, map)
+    }
+
+    /// Writes a row of light as far as it needs no map, and the map that each pixel asks; what their maps give is added.
+    fn settle(&self, first: usize, light: RowOut<f32>, chosen: RowOut<i16>, asked: &[AtomicBool]) {
+        let mut run = Receivers::NONE;
+        for x in (0..light.len()).step_by(RUN) {
+            let count = RUN.min(light.len() - x);
+            run.read(&self.surfaces, first + x, count);
+            let shown = run.shown(&self.surfaces, self.light, first + x, count);
+            let maps = self.maps_of(&run, &shown);
+            let mut last = ShadowMask::NO_MAP;
+            for i in 0..count {
+                let is_held = maps[i] != ShadowMask::NO_MAP;
+                light[x + i].write(if is_held { 0.0 } else { without_map(shown[i]) });
+                chosen[x + i].write(maps[i]);
+                // Neighbours mostly ask the same map.
+                if is_held && maps[i] != last {
+                    asked[maps[i] as usize].store(true, Ordering::Relaxed);
+                    last = maps[i];
+                }
+                if is_held && let Some(next) = self.next(first + x + i, maps[i] as usize) {
+                    asked[next.map].store(true, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+
+    /// The map that each receiver of a run asks: [`Lookups::choose`].
+    fn maps_of(&self, run: &Receivers, shown: &[Shown; RUN]) -> [i16; RUN] {
+        let (mut chosen, mut held) = ([ShadowMask::NO_MAP; RUN], [Held::Outside; RUN]);
+        // From which map on each receiver looks, of those that have not found theirs; no map for the others.
+        let none = self.lookups.count();
+        let mut from = [none; RUN];
+        for i in (0..RUN).filter(|&i| shown[i] == Shown::Facing) {
+            from[i] = self.lookups.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
+        }
+        let mut k = from.into_iter().min().unwrap_or(none);
+        while k < none {
+            self.lookups.map(k).holds_run(run, &mut held);
+            let mut next = none;
+            for i in 0..RUN {
+                if from[i] <= k {
+                    from[i] = k + 1;
+                    match held[i] {
+                        Held::Within => (chosen[i], from[i]) = (k as i16, none),
+                        Held::Beyond if chosen[i] == ShadowMask::NO_MAP => chosen[i] = k as i16,
+                        Held::Beyond | Held::Outside => {}
+                    }
+                }
+                next = next.min(from[i]);
+            }
+            k = next;
+        }
+        chosen
     }
 
     /// The map whose light is mixed into that of map `k` at a pixel.
@@ -145,28 +217,46 @@ impl MaskInput<'_> {
     }
 
     /// Adds the light of map `k` to the pixels of a row that ask it, or into which it is mixed.
-    ///
-    /// # Safety
-    /// The row has been written.
-    unsafe fn look_up(
-        &self,
-        k: usize,
-        map: &[f32],
-        first: usize,
-        light: &mut [MaybeUninit<f32>],
-        chosen: &mut [MaybeUninit<i16>],
-    ) {
-        // SAFETY: as the caller promises.
-        let (light, chosen) = unsafe { (written_part(light), written_part(chosen)) };
-        for (x, (light, &mut chosen)) in light.iter_mut().zip(chosen).enumerate() {
-            let Ok(chosen) = usize::try_from(chosen) else { continue };
-            let share = self.share(first + x, chosen, k);
-            if share > 0.0
-                && let Some((p_relative, normal)) = self.surfaces.receiver(first + x)
-            {
-                *light += share * self.lookups.map(k).light(map, p_relative, normal);
+    fn look_up(&self, k: usize, map: &[f32], first: usize, light: &mut [f32], chosen: &[i16]) {
+        let lookup = self.lookups.map(k);
+        let (mut run, mut found, mut lit) = (Receivers::NONE, Compared::NONE, [1.0; RUN]);
+        for (x, (light, chosen)) in (0..).step_by(RUN).zip(light.chunks_mut(RUN).zip(chosen.chunks(RUN))) {
+            let mut shares = [0.0; RUN];
+            for (i, (share, chosen)) in shares.iter_mut().zip(chosen).enumerate() {
+                *share = match usize::try_from(*chosen) {
+                    Ok(chosen) if self.lookups.blend != 0.0 => self.share(first + x + i, chosen, k),
+                    Ok(chosen) => f32::from(u8::from(chosen == k)),
+                    Err(_) => 0.0,
+                };
+            }
+            let count = shares.iter().filter(|share| **share > 0.0).count();
+            if count == 0 {
+                continue;
+            }
+            run.read(&self.surfaces, first + x, light.len());
+            if lookup.is_common() && count >= FEW {
+                lookup.compare_run(&run, &mut found);
+                lookup.light_of_run(map, &found, &mut lit);
+            } else {
+                for i in (0..light.len()).filter(|&i| shares[i] > 0.0) {
+                    lit[i] = lookup.light(map, run.point(i), run.normal(i));
+                }
+            }
+            for (i, light) in light.iter_mut().enumerate() {
+                if shares[i] > 0.0 {
+                    *light += shares[i] * lit[i];
+                }
             }
         }
+    }
+}
+
+/// The light of a pixel that asks no map: none to speak of where it shows nothing, all of it where no map holds the receiver.
+fn without_map(shown: Shown) -> f32 {
+    match shown {
+        Shown::Nothing => f32::NAN,
+        Shown::Averted => 0.0,
+        Shown::Facing => 1.0,
     }
 }
 

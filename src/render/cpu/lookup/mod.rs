@@ -8,8 +8,12 @@ mod filtered;
 #[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
 mod lookup;
 mod mask;
+mod parts;
 mod probe;
 mod projected;
+mod run_light;
+mod runs;
+mod wide_run_light;
 
 pub use bias_distance::bias_distance;
 pub use blending::Next;

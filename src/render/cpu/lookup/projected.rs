@@ -3,12 +3,14 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use super::lookup::MapLookup;
+use super::parts::Parts;
 use crate::parameterization::PostWarp;
-use crate::render::Spacing;
 
 /// A receiver in a map, with how what it is there changes about it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projected {
+    /// Whether the map has it, not before its near plane: elsewhere the rest means nothing.
+    pub(super) is_inside: bool,
     pub(super) p_texel: DVec2,
     /// Before the post-warp.
     pub(super) plain: DVec3,
@@ -23,8 +25,8 @@ pub(super) struct Projected {
     pub(super) grad_divisor: DVec3,
     /// The cross product of the first two.
     pub(super) cross: DVec3,
-    /// Its part along the ray.
-    pub(super) det_ray: f64,
+    /// One over its part along the ray; 0 where it has none.
+    pub(super) per_det_ray: f64,
     /// To the light: a unit vector, whether the light is placed or at infinity.
     pub(super) to_light: DVec3,
     /// World size of a texel across the ray, its longer side.
@@ -32,54 +34,66 @@ pub(super) struct Projected {
 }
 
 impl MapLookup {
-    /// The receiver in the map; nothing outside of it, and before its near plane.
+    /// The receiver in the map, whose post-warp and parts in use are given for kernels that know them: without branches where
+    /// they are constants.
     #[inline(always)]
-    pub(super) fn projected(&self, p: DVec3) -> Option<Projected> {
+    pub(super) fn projected(&self, parts: Parts, post_warp: &PostWarp, p: DVec3) -> Projected {
         let [row_x, row_y, row_z, row_w] = self.rows;
         let p4 = p.extend(1.0);
         let w = row_w.dot(p4);
-        // Written so that a NaN (of a matrix at the limits of f64) counts as outside.
-        if !(w > 0.0) {
-            return None;
-        }
         let plain = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
-        let ndc = self.post_warp.apply(plain, w);
+        let ndc = post_warp.apply(plain, w);
         let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
-        if !(ndc.z >= 0.0 && (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
-            return None;
-        }
+        let within = |x: f64| (x >= 0.0) & (x <= 1.0);
+        // A NaN (of a matrix at the limits of f64) is outside.
+        let is_inside = (w > 0.0) & (ndc.z >= 0.0) & within(u) & within(v);
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
         // (E.5), quotient rule.
-        let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) / w;
+        let per_w = 1.0 / w;
+        let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) * per_w;
         let (mut grad_x, mut grad_y) = (gradient(row_x, plain.x), gradient(row_y, plain.y));
-        match &self.post_warp {
+        match post_warp {
             PostWarp::None => {}
-            PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale / w),
+            PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale * per_w),
             PostWarp::Rectilinear(warp) => {
                 let slopes = warp.slopes(plain.truncate());
                 (grad_x, grad_y) = (grad_x * slopes.x, grad_y * slopes.y);
             }
         }
         let (grad_x, grad_y) = (grad_x * (0.5 * size.x), grad_y * (-0.5 * size.y));
-        let (cross, to_light) = (grad_x.cross(grad_y), self.way_to_light(p));
+        let to_light = if parts.is_placed { self.way_to_light(p) } else { self.light.truncate() };
+        let cross = grad_x.cross(grad_y);
         // A texel seen along the ray is a parallelogram whose sides are the columns of the inverse of [grad_x; grad_y] across
         // the ray; their lengths are |grad_y|/|det| and |grad_x|/|det|.
-        let longer = grad_x.cross(to_light).length().max(grad_y.cross(to_light).length());
+        let longer = grad_x.cross(to_light).length_squared().max(grad_y.cross(to_light).length_squared()).sqrt();
         let det_ray = cross.dot(to_light).abs();
         // det = 0 means that the matrix does not belong to this light; a texel then has no size to speak of.
-        let texel = if det_ray > 0.0 { longer / det_ray } else { 0.0 };
+        let per_det_ray = if det_ray > 0.0 { 1.0 / det_ray } else { 0.0 };
+        let texel = longer * per_det_ray;
         let p_texel = DVec2::new(u, v) * size;
-        let (depth, grad_z, grad_divisor) = match self.stored.spacing {
+        let (depth, grad_z, grad_divisor) = if parts.is_linear {
+            let (depth, divisor) = (self.depth.at(p4), self.depth.denominator);
+            // A point of the plane is an affine function of its place over 1 / w (theory.md (13.9)).
+            let grad_divisor = divisor.truncate() / divisor.dot(p4) - row_w.truncate() * per_w;
+            (depth, self.depth.gradient(p4, depth), grad_divisor)
+        } else {
             // What `self.depth` says, of numbers that are there.
-            Spacing::Projective => (ndc.z, gradient(row_z, ndc.z), DVec3::ZERO),
-            Spacing::Linear => {
-                let (depth, divisor) = (self.depth.at(p4), self.depth.denominator);
-                // A point of the plane is an affine function of its place over 1 / w (theory.md (13.9)).
-                let grad_divisor = divisor.truncate() / divisor.dot(p4) - row_w.truncate() / w;
-                (depth, self.depth.gradient(p4, depth), grad_divisor)
-            }
+            (ndc.z, gradient(row_z, ndc.z), DVec3::ZERO)
         };
-        Some(Projected { p_texel, plain, depth, grad_x, grad_y, grad_z, grad_divisor, cross, det_ray, to_light, texel })
+        Projected {
+            is_inside,
+            p_texel,
+            plain,
+            depth,
+            grad_x,
+            grad_y,
+            grad_z,
+            grad_divisor,
+            cross,
+            per_det_ray,
+            to_light,
+            texel,
+        }
     }
 }
 
@@ -94,8 +108,9 @@ pub(super) struct Bends {
 
 impl MapLookup {
     /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls; over a reach in texels.
-    pub(super) fn bends(&self, at: DVec2, rises: [bool; 2], reach: DVec2) -> Bends {
-        match &self.post_warp {
+    #[inline(always)]
+    pub(super) fn bends(&self, post_warp: &PostWarp, at: DVec2, rises: [bool; 2], reach: DVec2) -> Bends {
+        match post_warp {
             PostWarp::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
             PostWarp::Log { scale, .. } => {
                 let rises_with_w = rises[1] == (*scale > 0.0);

@@ -5,5 +5,6 @@ mod gbuffer;
 mod mask;
 mod precision;
 mod raster;
+mod runs;
 mod strong_warps;
 mod uneven_lattice;

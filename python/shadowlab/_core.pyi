@@ -81,12 +81,15 @@ __all__ = [
     "look_up",
     "mapped_states",
     "misclassified",
+    "moved_gbuffer",
     "occluded",
     "predict_wrong",
     "reads",
     "renamed_words",
     "restore",
+    "same_instances",
     "set_threads",
+    "shadows_at",
     "summarize",
     "summarize_bands",
     "technique_specs",
@@ -497,6 +500,18 @@ def face_corners(scene: Scene, instance: int, face: int) -> npt.NDArray[np.float
     """The corners (3, 3) float64 of a triangle of an instance, world, which turn counter-clockwise seen from its outer side; None
     where there is no such triangle. `face` is the row of its mesh's face array, as `first_hit` gives it.
     """
+
+def shadows_at(scene: Scene, gbuffer: GBuffer, light: _Light) -> npt.NDArray[np.int8]:
+    """(H, W) int8: what light does at the surface points of a G-buffer, as `trace_shadow_mask` says it of those it finds."""
+
+def moved_gbuffer(gbuffer: GBuffer, before: Scene, after: Scene) -> GBuffer:
+    """The surface points of a G-buffer of the scene `before`, moved with their instances to where these are in `after`.
+
+    Points whose instances stay are the same bit for bit. Points of a flattened instance that moves are left out.
+    """
+
+def same_instances(before: Scene, after: Scene) -> bool:
+    """Whether both scenes have the same meshes, by content, in the same instances, wherever these are."""
 
 def first_hit(
     scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike

@@ -112,6 +112,23 @@ class Scene:
     @property
     def dropped_faces(self) -> int:
         """Faces left out because a vertex of theirs is not finite."""
+    def with_transforms(self, indices: npt.ArrayLike, matrices: npt.ArrayLike) -> Scene:
+        """The scene with some instances placed anew; the package's `Scene` says more.
+
+        Parameters
+        ----------
+        indices : (K,) array_like of int
+            Which instances, each once.
+        matrices : (K, 4, 4) array_like of float
+            World from mesh, one for each of them.
+
+        Raises
+        ------
+        ArgumentError
+            For another shape or type, an index out of range or given twice, and a matrix that is not affine and finite or
+            takes the scene out of the range of 64-bit floats.
+        """
+
     def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]:
         """Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order."""
     @property

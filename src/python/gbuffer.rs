@@ -80,6 +80,21 @@ impl PyGBuffer {
         })
     }
 
+    /// Calls `work` with where its surfaces are, their depths, and the camera that drew it.
+    pub fn with_records<T>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&Surfaces, &[f32], &Camera) -> PyResult<T>,
+    ) -> PyResult<T> {
+        let camera = self.camera.ok_or_else(|| state_error(py, NAME, "it has no camera"))?;
+        let depth = self.depth.bind(py).readonly();
+        self.with_surfaces(py, |surfaces| work(surfaces, depth.as_slice()?, &camera))
+    }
+    /// One of the same camera and picture with other records.
+    pub fn with_other(&self, py: Python<'_>, g: GBuffer, camera: Camera) -> PyResult<Self> {
+        Ok(Self { whole: self.whole, ..Self::new(py, g, camera)? })
+    }
+
     /// The scalars of its state.
     fn head(&self, numbers: Numbers) -> Writer {
         let mut head = Writer::new(numbers);

@@ -36,6 +36,7 @@ mod settings;
 mod state;
 mod stored;
 mod summary;
+mod surfaces;
 mod survey;
 mod technique;
 mod threads;
@@ -88,6 +89,8 @@ mod _core {
     use super::stored::{PyStored, depth_rows, depth_steps};
     #[pymodule_export]
     use super::summary::{cause_counts, causes_by_depth, compared_depths, summarize, summarize_bands};
+    #[pymodule_export]
+    use super::surfaces::{moved_gbuffer, same_instances, shadows_at};
     #[pymodule_export]
     use super::survey::{drawn_samples, mapped_states, predict_wrong};
     #[pymodule_export]

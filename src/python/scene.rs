@@ -38,14 +38,23 @@ pub struct PyScene {
 /// The acceleration structure of a scene, once there is one.
 struct Traced {
     tracer: ArcSwapOption<Tracer>,
+    /// The last one that was built for this scene or one that differs in the places of instances alone: they share what
+    /// meshes need.
+    family: Arc<ArcSwapOption<Tracer>>,
     /// The process in which a thread builds the tracer, 0 for none. After a fork no other process builds for this one.
     builder: AtomicU32,
 }
 
+impl Traced {
+    /// None yet.
+    fn within(family: Arc<ArcSwapOption<Tracer>>) -> Arc<Self> {
+        Arc::new(Self { tracer: ArcSwapOption::empty(), family, builder: AtomicU32::new(0) })
+    }
+}
+
 impl From<Scene> for PyScene {
     fn from(scene: Scene) -> Self {
-        let traced = Traced { tracer: ArcSwapOption::empty(), builder: AtomicU32::new(0) };
-        Self { scene, traced: Arc::new(traced) }
+        Self { scene, traced: Traced::within(Arc::default()) }
     }
 }
 
@@ -58,8 +67,14 @@ impl PyScene {
             }
             if let Some(_building) = Building::begin(&self.traced.builder) {
                 let report = report.map(|r| r.clone_ref(py));
-                let tracer = run_watched(py, report, |progress| Tracer::new(&self.scene, progress))?;
-                self.traced.tracer.store(Some(Arc::new(tracer)));
+                let before = self.traced.family.load_full();
+                let tracer = run_watched(py, report, |progress| match before {
+                    Some(before) => before.moved(&self.scene, progress),
+                    None => Tracer::new(&self.scene, progress),
+                })?;
+                let tracer = Some(Arc::new(tracer));
+                self.traced.family.store(tracer.clone());
+                self.traced.tracer.store(tracer);
                 continue;
             }
             py.detach(|| std::thread::sleep(BUILD_POLL));
@@ -95,6 +110,16 @@ fn hash_of(py: Python<'_>, scene: &Scene) -> PyResult<[u8; 32]> {
             run_sized(py, triangles + scene.instances().len() > SOON, |progress| scene.content_hash(progress))
         }
     }
+}
+
+/// A placement from its matrix, row-major.
+fn placement(py: Python<'_>, name: impl FnOnce() -> String, rows: &[f64; 16]) -> PyResult<DAffine3> {
+    if rows[12..] != [0.0, 0.0, 0.0, 1.0] {
+        let got = format!("{:?}", &rows[12..]);
+        let fix = "a scene places meshes by affine maps; divide by the corner element or drop the projection";
+        return Err(argument_error(py, &name(), "a last row of 0, 0, 0, 1", got, fix));
+    }
+    Ok(DAffine3::from_mat4(mat4_from_rows(rows)))
 }
 
 /// A scene argument.
@@ -140,17 +165,12 @@ impl PyScene {
         }
         let mut instances = Vec::with_capacity(transforms.len());
         for (i, (&mesh, rows)) in mesh_index.iter().zip(transforms).enumerate() {
-            if rows[12..] != [0.0, 0.0, 0.0, 1.0] {
-                let name = format!("transforms[{i}]");
-                let got = format!("{:?}", &rows[12..]);
-                let fix = "a scene places meshes by affine maps; divide by the corner element or drop the projection";
-                return Err(argument_error(py, &name, "a last row of 0, 0, 0, 1", got, fix));
-            }
+            let world_from_mesh = placement(py, || format!("transforms[{i}]"), rows)?;
             let Some(mesh) = u32::try_from(mesh).ok().filter(|&mesh| (mesh as usize) < meshes.len()) else {
                 let expected = format!("the place of one of the {} meshes, from 0", meshes.len());
                 return Err(argument_error(py, &format!("mesh_index[{i}]"), expected, mesh, "give one of them"));
             };
-            instances.push(Instance { mesh, world_from_mesh: DAffine3::from_mat4(mat4_from_rows(rows)) });
+            instances.push(Instance { mesh, world_from_mesh });
         }
         let points: usize =
             instances.iter().filter_map(|i| meshes.get(i.mesh as usize)).map(|m| m.triangles().len()).sum();
@@ -175,6 +195,42 @@ impl PyScene {
     #[getter]
     fn content_hash(&self, py: Python<'_>) -> PyResult<String> {
         Ok(hex(&hash_of(py, &self.scene)?))
+    }
+    /// The scene with some instances placed anew; the package's `Scene` says more.
+    ///
+    /// Parameters
+    /// ----------
+    /// indices : (K,) array_like of int
+    ///     Which instances, each once.
+    /// matrices : (K, 4, 4) array_like of float
+    ///     World from mesh, one for each of them.
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     For another shape or type, an index out of range or given twice, and a matrix that is not affine and finite or
+    ///     takes the scene out of the range of 64-bit floats.
+    fn with_transforms(&self, indices: &Bound<'_, PyAny>, matrices: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let py = indices.py();
+        let indices = array::<i64>(indices, "indices", &[None])?;
+        let indices = indices.as_slice()?;
+        let matrices = array::<f64>(matrices, "matrices", &[Some(indices.len()), Some(4), Some(4)])?;
+        let matrices = matrices.as_slice()?.as_chunks::<16>().0;
+        let count = self.scene.instances().len();
+        let index = |(k, &given): (usize, &i64)| {
+            let found = usize::try_from(given).ok().filter(|&i| i < count);
+            found.ok_or_else(|| {
+                let expected = format!("the index of one of the {count} instances, from 0");
+                argument_error(py, &format!("indices[{k}]"), expected, given, "give one of them")
+            })
+        };
+        let indices = indices.iter().enumerate().map(index).collect::<PyResult<Vec<_>>>()?;
+        let map = |(k, rows)| placement(py, || format!("matrices[{k}]"), rows);
+        let maps = matrices.iter().enumerate().map(map).collect::<PyResult<Vec<_>>>()?;
+        let points: usize = indices.iter().map(|&i| self.scene.mesh_of(i).triangles().len()).sum();
+        let is_long = points + count > SOON;
+        let scene = run_sized(py, is_long, |progress| self.scene.with_transforms(&indices, &maps, progress))?;
+        Ok(Self { scene, traced: Traced::within(Arc::clone(&self.traced.family)) })
     }
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         let (a, b) = (&self.scene, &other.scene);

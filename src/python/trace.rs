@@ -79,7 +79,10 @@ pub fn face_corners<'py>(
     else {
         return Ok(None);
     };
-    let Some(to_world) = scene.world_from_local().get(instance) else { return Ok(None) };
+    if instance >= scene.instances().len() {
+        return Ok(None);
+    }
+    let to_world = scene.world_from_local(instance);
     let mesh = scene.mesh_of(instance);
     let Some(triangle) = mesh.triangle_of(face) else { return Ok(None) };
     let [a, b, c] = mesh.triangles()[triangle]

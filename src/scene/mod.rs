@@ -9,6 +9,7 @@ mod instance_tree;
 pub mod library;
 mod light;
 mod mesh;
+mod moved;
 #[allow(clippy::module_inception)]
 mod scene;
 mod view_volume;

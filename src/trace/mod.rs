@@ -3,16 +3,20 @@
 //! Knows no parameterization and no shadow map; its answers are what those are held against.
 //!
 //! [`hierarchy`] is what rays walk through; [`rays`] takes them into its frames; [`kernel`] has the tests on the way,
-//! [`walk`] the way itself. [`batch`], [`one_by_one`] and [`visibility`] answer the questions asked from outside.
+//! [`walk`] the way itself. [`batch`], [`one_by_one`], [`surfaces`] and [`visibility`] answer the questions asked
+//! from outside. [`moved_surfaces`] takes points along with what they lie on.
 
 mod batch;
 mod hierarchy;
 mod kernel;
+mod moved_surfaces;
 mod one_by_one;
 mod rays;
+mod surfaces;
 mod visibility;
 mod walk;
 
 pub use batch::Hit;
 pub use hierarchy::Tracer;
+pub use moved_surfaces::moved_surfaces;
 pub use one_by_one::OneByOne;

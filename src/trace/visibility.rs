@@ -77,7 +77,7 @@ impl Tracer {
         data.par_chunks_mut(width * TILE).enumerate().try_for_each(|(band, rows)| {
             for x in (0..width).step_by(TILE) {
                 progress.check()?;
-                tile(&shader, size, [x, band * TILE], rows);
+                tile(&shader, camera, size, [x, band * TILE], rows);
             }
             progress.advance((rows.len() / width) as u64);
             Ok(())
@@ -87,9 +87,8 @@ impl Tracer {
 }
 
 /// Everything a pixel needs to know.
-struct Shader<'a> {
+pub(super) struct Shader<'a> {
     scene: &'a Inner,
-    camera: &'a Camera,
     light: &'a Light,
     /// The eye, relative to the scene's origin.
     eye: DVec3,
@@ -124,14 +123,14 @@ impl Receiver {
 }
 
 dispatched! {
-    fn tile(shader: &Shader<'_>, size: [u32; 2], corner: [usize; 2], rows: &mut [i8]) = tile_with;
+    fn tile(shader: &Shader<'_>, camera: &Camera, size: [u32; 2], corner: [usize; 2], rows: &mut [i8]) = tile_with;
 }
 
 #[inline(always)]
-fn tile_with<K: Kernel>(shader: &Shader, size: [u32; 2], [left, top]: [usize; 2], rows: &mut [i8]) {
+fn tile_with<K: Kernel>(shader: &Shader, camera: &Camera, size: [u32; 2], [left, top]: [usize; 2], rows: &mut [i8]) {
     let width = size[0] as usize;
     let (tile_width, height) = (TILE.min(width - left), rows.len() / width);
-    let ray_of = shader.camera.pixel_rays(size);
+    let ray_of = camera.pixel_rays(size);
     let mut stacks = Stacks::default();
     for y in (0..height).step_by(BLOCK[1]) {
         for x in (left..left + tile_width).step_by(BLOCK[0]) {
@@ -167,16 +166,22 @@ impl<'a> Shader<'a> {
         };
         let farthest =
             camera.corners_at(start).iter().fold(0.0, |most: f64, p| most.max((eye + *p).abs().max_element()));
+        let eye_band = scene.resolution.max(EYE_ERROR * farthest);
+        let range = [near - start, far - start];
+        Self { eye, start, range, eye_band, ..Self::of_light(scene, light) }
+    }
+
+    /// For surfaces that no eye looks for.
+    pub(super) fn of_light(scene: &'a Inner, light: &'a Light) -> Self {
         let point = light.point();
-        let light_point = (point.truncate() - point.w * origin).extend(point.w);
+        let light_point = (point.truncate() - point.w * scene.scene.origin()).extend(point.w);
         let touched = if light_point.w == 0.0 {
             Touched::default()
         } else {
             Touched::new(scene, light_point.truncate(), scene.resolution)
         };
-        let eye_band = scene.resolution.max(EYE_ERROR * farthest);
-        let range = [near - start, far - start];
-        Self { scene, camera, light, eye, start, range, light_point, eye_band, touched }
+        let (eye, start, range, eye_band) = (DVec3::ZERO, 0.0, [0.0; 2], 0.0);
+        Self { scene, light, eye, start, range, light_point, eye_band, touched }
     }
 
     /// The ray of a pixel, from where rays begin.
@@ -220,7 +225,7 @@ impl<'a> Shader<'a> {
 
     /// The answers for what rays from the eye meet.
     #[inline(always)]
-    fn shade<K: Kernel, const BAND: bool>(
+    pub(super) fn shade<K: Kernel, const BAND: bool>(
         &self,
         rays: &[WorldRay; BUNDLE],
         closest: &[Closest<BAND>; BUNDLE],

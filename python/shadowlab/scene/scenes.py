@@ -40,6 +40,9 @@ NONE: Mapping[str, Any] = MappingProxyType({})
 #: Of what is pickled.
 STATE_VERSION = 1
 
+#: A recipe is there to be read and run: it names this many matrices of one move, and has this many characters.
+_RECIPE_MATRICES, _RECIPE_LENGTH = 8, 4000
+
 T = TypeVar("T")
 
 _AS_GIVEN = np.eye(4)
@@ -231,6 +234,53 @@ class Scene(_core.Scene):
         lights = _moved("light", self.lights, moved_light, m, left_out)
         warn_notes(left_out, stacklevel=3)
         return moved._with(cameras, lights)
+
+    def with_transforms(self, indices: npt.ArrayLike, matrices: npt.ArrayLike) -> Self:
+        """The scene with some of its instances in other places.
+
+        Geometry is shared, not copied: meshes, alpha tests, what renderers hold of them on a device, and the ray
+        tracer's hierarchies of meshes. The hierarchy over the instances is refitted, or built anew where refitting
+        would make it slow. Pictures and truths are those of a scene made anew, bit for bit.
+
+        Parameters
+        ----------
+        indices : (K,) array_like of int
+            Which instances, each once: rows of `transforms`, from 0. The others stay.
+        matrices : (K, 4, 4) array_like of float
+            World from mesh, one for each of them: what `transforms` then holds. Affine maps that act on column vectors,
+            last row 0, 0, 0, 1; a scene takes maps that mirror, shear or flatten, too.
+
+        Returns
+        -------
+        Scene
+            Of the same class. `source`, `cameras`, `lights` and the other attributes stay as they are. `recipe` names
+            the move where few instances move, and is "" otherwise.
+
+        Raises
+        ------
+        ArgumentError
+            For another shape or type, an index out of range or given twice, and a matrix that is not affine and finite
+            or takes the scene out of the range of 64-bit floats.
+
+        Examples
+        --------
+        >>> import numpy as np, shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> step = scene.transforms[[3]]
+        >>> step[0, :3, 3] += (0.1, 0.0, 0.0)
+        >>> moved = scene.with_transforms([3], step)
+        >>> moved == scene, moved.with_transforms([3], scene.transforms[[3]]) == scene
+        (False, True)
+        """
+        index: npt.NDArray[np.int64] = checked_array("indices", indices, np.int64, (None,))
+        places: npt.NDArray[np.float64] = checked_array("matrices", matrices, shape=(len(index), 4, 4))
+        made = type(self).__new__(type(self), super().with_transforms(index, places))
+        made.__dict__.update(self.__dict__)
+        if self.recipe:
+            few = len(index) <= _RECIPE_MATRICES
+            recipe = f"{self.recipe}.with_transforms({index.tolist()}, {places.tolist()})" if few else ""
+            made.recipe = recipe if len(recipe) <= _RECIPE_LENGTH else ""
+        return made
 
     def __add__(self, other: object) -> Scene:
         if not isinstance(other, _core.Scene):

@@ -179,3 +179,41 @@ fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<(Geometry, u64)> {
     let bytes = bytes + tests.iter().map(DeviceTest::bytes).sum::<u64>();
     Ok((Geometry { vertices, indices, tests }, bytes))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use glam::{DAffine3, DVec3};
+    use wgpu::Features;
+
+    use super::*;
+    use crate::error::Error;
+    use crate::scene::library;
+
+    #[test]
+    fn a_moved_scene_is_drawn_from_the_buffers_that_are_there() {
+        let gpu = match Gpu::open(None, Features::empty()) {
+            Ok(gpu) => gpu,
+            Err(Error::NoAdapter { .. }) if std::env::var("SHADOWLAB_REQUIRE_ALL").is_err() => {
+                writeln!(std::io::stderr(), "\nskipped: no graphics adapter").expect("standard error");
+                return;
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let (mut cache, progress) = (SceneCache::default(), Progress::new());
+        let mut scene = library::build("forest", 1, &[]).unwrap().scene;
+        let first = cache.get(&gpu, &scene, &progress).unwrap();
+        let bytes = cache.bytes();
+        let mut map = scene.instances()[3].world_from_mesh;
+        // More scenes than are remembered.
+        for _ in 0..2 * SCENES {
+            map = DAffine3::from_translation(DVec3::new(0.1, 0.0, 0.2)) * map;
+            scene = scene.with_transforms(&[3], &[map], &progress).unwrap();
+            let moved = cache.get(&gpu, &scene, &progress).unwrap();
+            assert_eq!(moved.groups.len(), first.groups.len());
+            assert!(moved.groups.iter().zip(&first.groups).all(|(a, b)| Arc::ptr_eq(a, b)));
+        }
+        assert_eq!(cache.bytes(), bytes);
+    }
+}

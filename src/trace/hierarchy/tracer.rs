@@ -11,6 +11,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::frame::{Frame, power_of_two_near};
+use super::refit::refitted_or_built;
 use super::tree::{Box3, Item, LEAF, Tree};
 use super::triangles::Packet;
 use crate::error::Result;
@@ -38,10 +39,13 @@ pub struct Tracer {
 #[derive(Debug)]
 pub struct Inner {
     pub scene: Scene,
-    pub meshes: Vec<TracedMesh>,
+    /// Shared with the scenes that this one was moved from.
+    pub meshes: Vec<Arc<TracedMesh>>,
     pub placed: Vec<Placed>,
     /// Over the instances' boxes; none where there is one instance.
     pub top: Option<Tree>,
+    /// What that tree cost when it was built, before it was refitted.
+    built_cost: f64,
     /// Scale from the world to the top tree's frame, a power of two.
     pub top_per_world: f64,
     /// Bound on the distance between a computed and the exact point of a surface, from f64 rounding, world units.
@@ -90,9 +94,26 @@ impl Tracer {
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn new(scene: &Scene, progress: &Progress) -> Result<Self> {
+        Self::after(None, scene, progress)
+    }
+    /// Those of a scene that differs from this one in the places of its instances, such as [`Scene::with_transforms`]
+    /// makes. Answers are those of [`Tracer::new`], bit for bit.
+    ///
+    /// Hierarchies of meshes that both scenes hold are shared, and the one over the instances is refitted while that is
+    /// good enough. Any scene will do; of one with other meshes or another number of instances more is built.
+    ///
+    /// # Errors
+    /// As [`Tracer::new`].
+    pub fn moved(&self, scene: &Scene, progress: &Progress) -> Result<Self> {
+        Self::after(Some(&self.inner), scene, progress)
+    }
+    fn after(before: Option<&Inner>, scene: &Scene, progress: &Progress) -> Result<Self> {
         let origin = scene.origin();
         progress.set_total(scene.meshes().len() as u64 + 1);
-        let triangles: u64 = scene.meshes().iter().map(|mesh| mesh.triangles().len() as u64).sum();
+        let known: HashMap<u64, &Arc<TracedMesh>> =
+            before.iter().flat_map(|b| &b.meshes).filter(|m| !m.is_baked).map(|m| (m.mesh.id(), m)).collect();
+        let unknown = scene.meshes().iter().filter(|mesh| !known.contains_key(&mesh.id()));
+        let triangles: u64 = unknown.map(|mesh| mesh.triangles().len() as u64).sum();
         let bytes = BYTES_PER_TRIANGLE * triangles + BYTES_PER_INSTANCE * scene.instances().len() as u64;
         check_room("scene", bytes, || format!("{triangles} triangles in {} places", scene.instances().len()))?;
         let mut sources: Vec<(Arc<Mesh>, bool)> = Vec::new();
@@ -122,7 +143,10 @@ impl Tracer {
             .into_par_iter()
             .map(|(mesh, is_baked)| {
                 progress.check()?;
-                let traced = TracedMesh::new(mesh, is_baked, progress)?;
+                let traced = match known.get(&mesh.id()) {
+                    Some(&traced) => Arc::clone(traced),
+                    None => Arc::new(TracedMesh::new(mesh, is_baked, progress)?),
+                };
                 progress.advance(1);
                 Ok(traced)
             })
@@ -140,16 +164,19 @@ impl Tracer {
                 let bounds = outward(&Aabb { min: world.min * top_per_world, max: world.max * top_per_world });
                 Item { bounds, id: id as u32 }
             };
-            Tree::build(placed.iter().enumerate().map(item).collect(), 1, progress)
+            let items = placed.iter().enumerate().map(item).collect();
+            refitted_or_built(items, before.and_then(|b| Some((b.top.as_ref()?, b.built_cost))), progress)
         });
-        let top = top.transpose()?;
+        let (top, built_cost) = top.transpose()?.unzip();
+        let built_cost = built_cost.unwrap_or_default();
         let surface_error = placed
             .iter()
             .map(|p| F64_ROUNDINGS * F64_ROUNDING * p.frame.reach().max(half_extent) * p.frame.condition())
             .fold(0.0, f64::max);
         let resolution = (F32_ROUNDINGS * F32_ROUNDING * half_extent).max(2.0 * surface_error);
         progress.advance(1);
-        let inner = Inner { scene: scene.clone(), meshes, placed, top, top_per_world, surface_error, resolution };
+        let scene = scene.clone();
+        let inner = Inner { scene, meshes, placed, top, built_cost, top_per_world, surface_error, resolution };
         Ok(Self { inner: Arc::new(inner) })
     }
     /// Bytes held beside the scene.
@@ -158,7 +185,7 @@ impl Tracer {
             let baked = if m.is_baked { m.mesh.memory() } else { 0 };
             m.tree.memory() + m.packets.capacity() * size_of::<Packet>() + baked
         };
-        self.inner.meshes.iter().map(mesh).sum::<usize>()
+        self.inner.meshes.iter().map(|m| mesh(m)).sum::<usize>()
             + self.inner.meshes.capacity() * size_of::<TracedMesh>()
             + self.inner.placed.capacity() * size_of::<Placed>()
             + self.inner.top.as_ref().map_or(0, Tree::memory)
@@ -216,4 +243,27 @@ fn outward(b: &Aabb) -> Box3 {
     let down = |v: DVec3| Vec3::from_array(v.to_array().map(|x| (x as f32).next_down()));
     let up = |v: DVec3| Vec3::from_array(v.to_array().map(|x| (x as f32).next_up()));
     Box3 { min: down(b.min), max: up(b.max) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::library;
+
+    #[test]
+    fn hierarchies_of_meshes_are_shared_with_the_moved_scene() {
+        let scene = library::build("robots", 1, &[]).unwrap().scene;
+        let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+        let lifted = DAffine3::from_translation(DVec3::Y) * scene.instances()[1].world_from_mesh;
+        let flat = scene.instances()[2].world_from_mesh * DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+        for (index, map, more) in [(1, lifted, 0), (2, flat, 1)] {
+            let moved = scene.with_transforms(&[index], &[map], &Progress::new()).unwrap();
+            let after = tracer.moved(&moved, &Progress::new()).unwrap();
+            let known = |m: &&Arc<TracedMesh>| tracer.inner.meshes.iter().any(|other| Arc::ptr_eq(m, other));
+            let shared = after.inner.meshes.iter().filter(known).count();
+            // Only what is baked is a mesh of its own.
+            assert_eq!(after.inner.meshes.len() - shared, more);
+            assert!(shared + more >= tracer.inner.meshes.len());
+        }
+    }
 }

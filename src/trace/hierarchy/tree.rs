@@ -45,7 +45,7 @@ impl Box3 {
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
-    fn half_area(&self) -> f32 {
+    pub fn half_area(&self) -> f32 {
         let e = (self.max - self.min).max(Vec3::ZERO);
         e.x * e.y + e.y * e.z + e.z * e.x
     }
@@ -75,12 +75,12 @@ pub struct Node {
 }
 
 impl Node {
-    const EMPTY: Self = {
+    pub const EMPTY: Self = {
         let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         Self { planes: [lower, upper, lower, upper, lower, upper], children: [0; WIDTH] }
     };
 
-    fn set(&mut self, slot: usize, bounds: &Box3, code: u32) {
+    pub fn set(&mut self, slot: usize, bounds: &Box3, code: u32) {
         for axis in 0..3 {
             self.planes[2 * axis][slot] = bounds.min[axis];
             self.planes[2 * axis + 1][slot] = bounds.max[axis];

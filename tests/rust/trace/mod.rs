@@ -5,5 +5,6 @@ mod holes;
 mod input;
 mod library;
 mod lights_on_surfaces;
+mod moved;
 mod piles;
 mod shadows;

@@ -1,0 +1,78 @@
+//! Surface points of G-buffers in scenes that move.
+
+use numpy::PyArray2;
+use pyo3::prelude::*;
+
+use super::convert::{image, run_watched};
+use super::gbuffer::{PyGBuffer, gbuffer};
+use super::light::light;
+use super::scene::{PyScene, scene};
+use crate::image::Surfaces;
+use crate::scene::Scene;
+use crate::trace::moved_surfaces;
+
+/// Stands for a row of a face array that no triangle came from.
+const NO_TRIANGLE: i32 = i32::MAX;
+
+/// The surface points of a G-buffer of the scene `before`, moved with their instances to where these are in `after`.
+///
+/// Points whose instances stay are the same bit for bit. Points of a flattened instance that moves are left out.
+#[pyfunction]
+#[pyo3(signature = (gbuffer, before, after))]
+pub fn moved_gbuffer(
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'_, PyGBuffer>,
+    #[pyo3(from_py_with = scene)] before: Bound<'_, PyScene>,
+    #[pyo3(from_py_with = scene)] after: Bound<'_, PyScene>,
+) -> PyResult<PyGBuffer> {
+    let (py, scenes) = (gbuffer.py(), [&before.get().scene, &after.get().scene]);
+    let (made, camera) = gbuffer.get().with_records(py, |surfaces, depth, camera| {
+        let made = run_watched(py, None, |progress| moved_surfaces(surfaces, depth, camera, scenes, progress))?;
+        Ok((made, *camera))
+    })?;
+    gbuffer.get().with_other(py, made, camera)
+}
+
+/// (H, W) int8: what light does at the surface points of a G-buffer, as `trace_shadow_mask` says it of those it finds.
+#[pyfunction]
+#[pyo3(signature = (scene, gbuffer, light))]
+pub fn shadows_at<'py>(
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+) -> PyResult<Bound<'py, PyArray2<i8>>> {
+    let (py, scene) = (gbuffer.py(), scene.get());
+    let tracer = scene.tracer(py, None)?;
+    let truth = gbuffer.get().with_surfaces(py, |surfaces| {
+        run_watched(py, None, |progress| {
+            let triangle = triangles(&scene.scene, surfaces);
+            tracer.shadows_at(&Surfaces { triangle: &triangle, ..*surfaces }, &light, progress)
+        })
+    })?;
+    let [w, h] = truth.size.map(|n| n as usize);
+    image(py, truth.data, [h, w])
+}
+
+/// The triangles of rows of face arrays: faces may have been dropped.
+fn triangles(scene: &Scene, surfaces: &Surfaces) -> Vec<i32> {
+    let triangle = |(&row, &instance): (&i32, &i32)| {
+        let instance = usize::try_from(instance).ok().filter(|&i| row >= 0 && i < scene.instances().len());
+        let Some(instance) = instance else { return row };
+        match scene.mesh_of(instance).source_faces() {
+            [] => row,
+            rows => rows.binary_search(&(row as u32)).map_or(NO_TRIANGLE, |i| i as i32),
+        }
+    };
+    surfaces.triangle.iter().zip(surfaces.instance).map(triangle).collect()
+}
+
+/// Whether both scenes have the same meshes, by content, in the same instances, wherever these are.
+#[pyfunction]
+#[pyo3(signature = (before, after))]
+pub fn same_instances(
+    py: Python<'_>,
+    #[pyo3(from_py_with = scene)] before: Bound<'_, PyScene>,
+    #[pyo3(from_py_with = scene)] after: Bound<'_, PyScene>,
+) -> PyResult<bool> {
+    let (before, after) = (&before.get().scene, &after.get().scene);
+    run_watched(py, None, |progress| after.has_instances_of(before, progress))
+}

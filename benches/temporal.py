@@ -43,6 +43,23 @@ Maps that are fitted for each frame move all their texels with each step of the 
 while their texels are on average at most `gain` times as wide across the edges of visible shadows as those of new maps
 (theory.md 10.6). Flips are then left to the frames in which maps are made anew. `uniform:stable=true` hardly flips, as
 its texels stand still, but has more wrong pixels than all others.
+
+## What is compared
+
+`sl.aliasing.temporal(scene, cameras, light, techniques)` takes one scene, camera and light or a sequence of each;
+sequences are equally long, an item per frame. Along the paths of this page only the camera moves.
+
+- A **receiver** is the surface point that a pixel of the first frame sees. In the second frame it is the same point of
+  the same instance: `scene.with_transforms` moves an instance, and its points keep their place in the frame of its
+  mesh. Points that leave the second frustum are not compared; whether something hides them there does not matter.
+- **Drift** compares the receiver's texel coordinates in both maps. On an object that moves it contains the object's
+  own way over the map, so that it is not 0 under a map that stands still. `moving` is the share of such receivers.
+- **Flips** compare both maps' verdicts on the receiver. They are counted where the truth, traced from the receiver
+  itself in each frame's scene and under each frame's light, is the same: a shadow that really changes is no flip.
+- **Wrong pixels** are those of each frame on its own.
+
+A `TemporalFit` makes new maps whenever the scene or the light changes, since what is in the shadow of what may have
+changed with it. [Scenes that move](moving.md) has an example.
 """
 
 

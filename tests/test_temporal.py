@@ -7,7 +7,7 @@ import pytest
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnknownNameError
-from shadowlab.experiments.temporal import RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS, drift_of, seen_by
+from shadowlab.experiments.frame_pair import RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS, drift_of, seen_by
 
 # Rounding of texel coordinates of a few hundred, at positions rounded to float32 once for both frames.
 NO_DRIFT = 1e-9
@@ -138,11 +138,27 @@ def test_what_a_technique_cannot_do_is_told_in_its_rows(scene):
 def test_bad_input_is_told(scene):
     with pytest.raises(ArgumentError, match="cameras"):
         sl.aliasing.temporal(scene, [scene.camera], scene.light)
-    with pytest.raises(ArgumentError, match="cameras"):
+    with pytest.raises(ArgumentError, match="cameras: expected at least two"):
         sl.aliasing.temporal(scene, scene.camera, scene.light)
+    with pytest.raises(ArgumentError, match="cameras: expected at least two"):
+        sl.aliasing.temporal([scene] * 2, [scene.camera], scene.light)
+    with pytest.raises(ArgumentError, match="scene: expected at least two"):
+        sl.aliasing.temporal([scene], scene.camera, scene.light)
+    with pytest.raises(ArgumentError, match="scene: expected one scene, or 3, one per frame as of cameras, got 2"):
+        sl.aliasing.temporal([scene] * 2, path(scene, 3), scene.light)
+    with pytest.raises(ArgumentError, match="light: expected one light, or 2, one per frame as of scene, got 3"):
+        sl.aliasing.temporal([scene] * 2, scene.camera, [scene.light] * 3)
+    with pytest.raises(ArgumentError, match=r"scene\[1\]: expected the meshes and instances of scene\[0\]"):
+        sl.aliasing.temporal([scene, sl.library.scene("robots")], scene.camera, scene.light)
+    with pytest.raises(ArgumentError, match="scene: expected a Scene, got int"):
+        sl.aliasing.temporal([scene, 3], scene.camera, scene.light)
+    with pytest.raises(ArgumentError, match="scene: expected a Scene, got int"):
+        sl.aliasing.temporal(3, path(scene, 2), scene.light)
+    with pytest.raises(ArgumentError, match="give a list of its values"):
+        sl.aliasing.temporal(scene, dict(enumerate(path(scene, 2))), scene.light)
     with pytest.raises(ArgumentError, match="camera: expected a Camera"):
         sl.aliasing.temporal(scene, [1, 2], scene.light)
-    with pytest.raises(ArgumentError, match="one a camera"):
+    with pytest.raises(ArgumentError, match="one per frame as of cameras"):
         sl.aliasing.temporal(scene, path(scene, 3), [scene.light] * 2)
     with pytest.raises(ArgumentError, match="resolution"):
         sl.aliasing.temporal(scene, path(scene, 2), scene.light, resolution=0)

@@ -95,7 +95,8 @@ def of_errors(scene: sl.Scene, camera: sl.Camera, light: types.Light, g: sl.GBuf
     sl.aliasing.causes(scene, camera, light, p, [0], [0], gbuffer=g)  # wrong: Missing named argument "maps"
     sl.aliasing.misclassified([[0]], [[0]]).counts  # wrong: "Misclassified" has no attribute "counts"
     sl.aliasing.light_at_angle(light, 30)  # wrong: expected "Camera"
-    sl.aliasing.temporal(scene, camera, light)  # wrong: expected "Iterable[Camera]"
+    sl.aliasing.temporal(scene, [light], light)  # wrong: expected "Camera"
+    scene.with_transforms("all", None)  # wrong: Argument 2 to "with_transforms"
     sl.TemporalFit(3)  # wrong: Argument 1 to "TemporalFit" has incompatible type "int"
     sl.aliasing.over_light_angle(scene, camera, [30], 5)  # wrong: Argument 4 to "over_light_angle"
 

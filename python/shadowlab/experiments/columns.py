@@ -127,6 +127,7 @@ _OF_PATHS = (
     _number("drift_rms", "texels", "Root mean square drift of the receivers."),
     _number("drift_max", "texels", "Largest drift of a receiver."),
     _number("scale", "", "Factor of at least 1 by which the length of a texel changes, geometric mean."),
+    _number("moving", "share", "Receivers on instances that move between the frames."),
     _number("switched", "share", "Receivers that look up another map in the second frame."),
     _number("lost", "share", "Receivers that one of the frames has in no map."),
     _count("judged", "px", "Receivers whose truth is the same in both frames."),
@@ -232,7 +233,7 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     ),
     "temporal": (
         "scene", "view", "technique", "frame", "receivers", "drift_mean", "drift_rms", "drift_max", "scale",
-        "switched", "lost", "judged", "flips", "flip_share", "failure",
+        "moving", "switched", "lost", "judged", "flips", "flip_share", "failure",
     ),
     "scene_optimal": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "single_side",

@@ -1,4 +1,4 @@
-"""What a moving camera does to a shadow: how far texels drift on surfaces that stand still, and which flip.
+"""What frames that differ do to a shadow: how far texels drift on surfaces, and which shadows flip.
 
 A shadow shimmers where the map's texels move over the receivers: a receiver's place in the lattice, the fraction of
 its texel coordinates, changes from frame to frame. Snapping (theory.md 1.4) moves maps by whole texels, so that it does
@@ -12,46 +12,36 @@ not; a `TemporalFit` holds them while they serve (theory.md 10.6). What that cos
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 from html import escape
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..aliasing.footprint import NO_MAP
-from ..aliasing.usage import look_up, texel_coordinates
-from ..errors import ArgumentError, ShadowlabError
+from ..errors import ShadowlabError
 from ..scene.source import Source
-from ..scene.view import LIGHTS, View, light_of
+from ..scene.view import View
 from ..techniques.labels import labelled
 from ..techniques.temporal_fit import TemporalFit
-from ..text import shown
-from ..text.arrays import checked_items
 from ..text.checked import a_flag
 from ..text.checks import renderer_of, whole
 from ..text.progress import Steps
-from ..trace import Truth
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import table
 from .evaluate import evaluate
+from .frame_pair import FramePair
+from .frames import check_instances, checked_frames
 from .run import Run
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     import pandas as pd
 
-    from .._core import Bias, Camera, Parameterization, Scene
-    from ..types import Filter, Item, Light, RendererArgument, RendererLike, ShadowMaps, Techniques
-
-
-# Where receivers lie anywhere in the lattice of the next frame, whatever they did in this one: the mean distance of a
-# point of a square of side 1 from its centre, and its root mean square.
-RANDOM_DRIFT_MEAN, RANDOM_DRIFT_RMS = 0.3825978582, 0.4082482905
+    from .._core import Bias, Camera, Scene
+    from ..types import Filter, Item, Light, RendererArgument, Techniques
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,9 +54,10 @@ class Temporal(Value):
         technique, frame (the first of the two that the row compares); of the `receivers` that look up the same map in
         both frames: drift_mean, drift_rms, drift_max (texels a frame), scale (the factor by which the length of a
         texel changes, the geometric mean of the factor or its inverse; 1 where it does not). Of all that face the
-        light and lie in both frustums: switched (share that asks another map), lost (share that one of the frames has
-        in no map, where it is lit whatever stands before it), judged (how many have the same truth in both frames),
-        flips (how many of those change their shadow all the same), flip_share. failure says why a row has no numbers.
+        light and lie in both frustums: moving (share on instances that move), switched (share that asks another map),
+        lost (share that one of the frames has in no map, where it is lit whatever stands before it), judged (how many
+        have the same truth in both frames), flips (how many of those change their shadow all the same), flip_share.
+        failure says why a row has no numbers.
     frames : DataFrame
         technique, frame; refit (whether the maps are others than those of the frame before; true of the first), reason
         (why a `TemporalFit` made new ones), maps, and the wrong pixels of the frame by the columns of `sl.compare`.
@@ -100,8 +91,8 @@ class Temporal(Value):
 
 
 def temporal(
-    scene: Scene,
-    cameras: Iterable[Camera],
+    scene: Scene | Iterable[Scene],
+    cameras: Camera | Iterable[Camera],
     light: Light | Iterable[Light],
     techniques: Techniques = ("uniform", "uniform:stable=true"),
     *,
@@ -112,18 +103,21 @@ def temporal(
     filter: Filter = "nearest",
     progress: bool = True,
 ) -> Temporal:
-    """How shadows shimmer along a camera path: drift of the texel lattice, and flips of shadows that stand still.
+    """How shadows shimmer from frame to frame: drift of the texel lattice, and flips of shadows that do not change.
 
     Receivers are the surface points that the pixels of a frame see. For each step both maps, of this frame and of the
-    next, are asked at the very same points, those that both cameras see, so what changes is the map alone.
+    next, are asked at the same points of the surfaces, those that lie in both frustums. A point of an instance that
+    moves goes with it: it keeps its place in the frame of the instance's mesh. Where nothing but the camera moves, what
+    changes between the two is the map alone.
 
     Parameters
     ----------
-    scene : Scene
-    cameras : sequence of Camera
-        The path, at least two.
+    scene : Scene, or sequence of Scene
+        One for all frames, or one per frame: the same instances in other places, as `Scene.with_transforms` makes them.
+    cameras : Camera, or sequence of Camera
+        One for all frames, or the path, one per frame.
     light : light, or sequence of lights
-        One for the whole path, or one a camera. Under a light that moves, receivers whose truth changes are left out.
+        One for all frames, or one per frame.
     techniques : sequence or dict
         As for `sl.compare`; a dict gives each its label. A fresh copy of a `TemporalFit` holds its maps along the path;
         what the given one remembers stays as it was.
@@ -141,10 +135,18 @@ def temporal(
     -------
     Temporal
 
+    Notes
+    -----
+    Flips are judged at points whose truth, traced at the point itself, is the same in both frames; where scene or light
+    move, points whose shadow really changes are left out. Drift is the way of a point over the map, so a point of
+    an object that moves drifts over a map that stands still: `moving` is the share of such points. Points of an
+    instance that is flattened and moves are left out.
+
     Raises
     ------
     ArgumentError
-        For less than two cameras, another number of lights than cameras, or arguments of another type.
+        For less than two frames, sequences of different lengths, scenes that differ in more than the places of their
+        instances, or arguments of another type.
     UnknownNameError
         For a technique, filter or renderer that does not exist.
 
@@ -163,12 +165,22 @@ def temporal(
     ... )
     >>> found.summary.set_index("technique")["refits"].to_dict()
     {'each frame': 3, 'held': 1}
+
+    A robot that walks, before a camera that stands still:
+
+    >>> steps = [scene.transforms[:1] + np.pad([[0.05 * i]], ((0, 3), (3, 0))) for i in range(3)]
+    >>> walk = [scene.with_transforms([0], step) for step in steps]
+    >>> found = sl.aliasing.temporal(
+    ...     walk, scene.camera, scene.light, ["uniform"], resolution=256, size=(160, 90), renderer="cpu", progress=False
+    ... )
+    >>> len(found.table), bool((found.table["moving"] > 0).all())
+    (2, True)
     """
     a_flag("progress", progress)
-    path = checked_path(cameras)
-    lights = checked_lights(light, len(path))
-    for camera, of in zip(path, lights, strict=True):
-        check_types(scene, camera, of, bias, filter)
+    scenes, path, lights = checked_frames(scene, cameras, light)
+    for of_scene, camera, of_light in zip(scenes, path, lights, strict=True):
+        check_types(of_scene, camera, of_light, bias, filter)
+    check_instances(scenes)
     texels = whole("resolution", resolution)
     picture = size_of(size, path[0]) if size is not None else small_size(path[0])
     entries = [
@@ -176,8 +188,8 @@ def temporal(
         for label, item in labelled(techniques, lights[0])
     ]
     draw = renderer_of(renderer)
-    name = Source.of_scene(scene).name
-    views = [View(scene, camera, of, picture) for camera, of in zip(path, lights, strict=True)]
+    name = Source.of_scene(scenes[0]).name
+    views = [View(of, camera, by, picture) for of, camera, by in zip(scenes, path, lights, strict=True)]
     rows: list[dict[str, Any]] = []
     frames: list[dict[str, Any]] = []
     drawn: dict[str, Run] = {}  # what each label has drawn for the last frame
@@ -228,122 +240,6 @@ class Holding:
     def reason(self) -> str:
         """Why the last frame has new maps."""
         return self.fit.reason
-
-
-class FramePair:
-    """Two frames of a path: the receivers of the first, and what the maps of both make of them."""
-
-    def __init__(self, before: View, after: View, renderer: RendererLike):
-        self.frames = (before, after)
-        self.gbuffer = before.gbuffer(renderer)
-        self.seen = (np.asarray(self.gbuffer.triangle) >= 0) & seen_by(after.camera, self.gbuffer.position)
-        self.steady = self.seen
-        if before.light != after.light:
-            first, second = before.truth(), replace(before, light=after.light).truth()
-            self.steady = self.seen & (first == second) & (first >= Truth.SHADOW)
-
-    def compared(self, runs: tuple[Run, Run]) -> dict[str, Any]:
-        """A row of the table."""
-        texels, which, masks = [], [], []
-        for view, run in zip(self.frames, runs, strict=True):
-            looks = (self.gbuffer, view.camera, light_of(view), cast("Parameterization", run.parameterization))
-            texel, chosen = texel_coordinates(*looks, resolution=run.resolution)
-            read = {"bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored}
-            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, **read))  # type: ignore[arg-type]
-            texels.append(texel)
-            which.append(chosen)
-        facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
-        held = facing & (which[0] >= 0) & (which[1] >= 0)
-        same = held & (which[0] == which[1])
-        # Held by no map in either frame a receiver is lit in both: nothing is judged by it.
-        judged = self.steady & facing & ((which[0] >= 0) | (which[1] >= 0))
-        flips = int(np.count_nonzero(((masks[0] >= 0.5) != (masks[1] >= 0.5)) & judged))
-        count = int(np.count_nonzero(facing))
-        row: dict[str, Any] = {"receivers": int(np.count_nonzero(same)), "judged": int(np.count_nonzero(judged))}
-        row["flips"] = flips
-        row["flip_share"] = flips / row["judged"] if row["judged"] else None
-        if count:
-            row["switched"] = int(np.count_nonzero(held & ~same)) / count
-            row["lost"] = int(np.count_nonzero(facing & ~held)) / count
-        if row["receivers"]:
-            row |= drift_of(texels[0][same], texels[1][same])
-            row["scale"] = scale_change(texels, np.where(same, which[0], -1))
-        return row
-
-
-def drift_of(first: NDArray[np.float64], second: NDArray[np.float64]) -> dict[str, float]:
-    """How far receivers have moved in the lattice: the part of their way that is no whole number of texels.
-
-    Parameters
-    ----------
-    first, second : (N, 2) float64
-        Their texel coordinates in two frames.
-
-    Returns
-    -------
-    dict
-        drift_mean, drift_rms, drift_max: lengths, texels; at most the square root of one half.
-    """
-    way = second - first
-    drift = np.linalg.norm(way - np.rint(way), axis=-1)
-    rms = float(np.sqrt(np.mean(np.square(drift))))
-    return {"drift_mean": float(drift.mean()), "drift_rms": rms, "drift_max": float(drift.max())}
-
-
-def scale_change(texels: list[NDArray[np.float64]], which: NDArray[np.int16]) -> float | None:
-    """By how much the distance of neighbouring receivers of one map, told in texels, changes: a factor of 1 or more.
-
-    Parameters
-    ----------
-    texels : two (H, W, 2) float64
-        Their texel coordinates in two frames.
-    which : (H, W) int
-        The map that both frames ask, -1 where they ask none or not the same.
-    """
-    factors = []
-    for axis in (0, 1):
-        pairs = (which >= 0) & (which == np.roll(which, -1, axis))
-        pairs[(-1,) if axis == 0 else (slice(None), -1)] = False
-        ways = [np.linalg.norm(np.roll(t, -1, axis)[pairs] - t[pairs], axis=-1) for t in texels]
-        apart = (ways[0] > 0) & (ways[1] > 0)
-        factors.append(np.abs(np.log(ways[1][apart] / ways[0][apart])))
-    logs = np.concatenate(factors)
-    return float(np.exp(logs.mean())) if logs.size else None
-
-
-def seen_by(camera: Camera, points: npt.ArrayLike) -> NDArray[np.bool_]:
-    """Which points (..., 3) lie in a camera's frustum."""
-    clip = np.asarray(points) @ np.asarray(camera.clip_from_world)[:, :3].T + np.asarray(camera.clip_from_world)[:, 3]
-    w = clip[..., 3:]
-    depth, w = clip[..., 2], w[..., 0]
-    inside: NDArray[np.bool_] = (
-        (np.abs(clip[..., :2]) <= w[..., None]).all(axis=-1) & (depth >= 0) & (depth <= w) & (w > 0)
-    )
-    return inside
-
-
-def checked_path(cameras: object) -> list[Camera]:
-    """The cameras of a path, at least two."""
-    fix = "make some with sl.Camera.look_at(eye, target)"
-    path = [] if isinstance(cameras, Mapping) else checked_items("cameras", cameras, "at least two cameras", fix)
-    if len(path) < 2:
-        raise ArgumentError(
-            f"cameras: expected at least two cameras, got {shown(cameras)}; make some with "
-            "sl.Camera.look_at(eye, target)"
-        )
-    return path
-
-
-def checked_lights(light: Light | Iterable[Light], count: int) -> list[Light]:
-    """One light a camera."""
-    if isinstance(light, LIGHTS):
-        return [light] * count
-    lights = checked_items("light", light, f"one light, or {count}, one a camera", "sl.DirectionalLight makes one")
-    if len(lights) != count:
-        raise ArgumentError(
-            f"light: expected one light, or {count}, one a camera, got {len(lights)}; give as many as cameras"
-        )
-    return lights
 
 
 def small_size(camera: Camera) -> tuple[int, int]:

@@ -124,8 +124,13 @@ fn placement(py: Python<'_>, name: impl FnOnce() -> String, rows: &[f64; 16]) ->
 
 /// A scene argument.
 pub fn scene<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyScene>> {
+    scene_named(value, "scene")
+}
+
+/// A scene argument of another name.
+pub fn scene_named<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyScene>> {
     let fix = "make one with load_scene, Scene.from_trimesh, Scene.from_arrays or library.scene";
-    instance_of(value, "scene", fix)
+    instance_of(value, name, fix)
 }
 
 #[pymethods]
@@ -214,7 +219,7 @@ impl PyScene {
         let py = indices.py();
         let indices = array::<i64>(indices, "indices", &[None])?;
         let indices = indices.as_slice()?;
-        let matrices = array::<f64>(matrices, "matrices", &[Some(indices.len()), Some(4), Some(4)])?;
+        let matrices = array::<f64>(matrices, "matrices", &[None, Some(4), Some(4)])?;
         let matrices = matrices.as_slice()?.as_chunks::<16>().0;
         let count = self.scene.instances().len();
         let index = |(k, &given): (usize, &i64)| {

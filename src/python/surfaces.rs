@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::convert::{image, run_watched};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
-use super::scene::{PyScene, scene};
+use super::scene::{PyScene, scene, scene_named};
 use crate::image::Surfaces;
 use crate::scene::Scene;
 use crate::trace::moved_surfaces;
@@ -21,9 +21,10 @@ const NO_TRIANGLE: i32 = i32::MAX;
 #[pyo3(signature = (gbuffer, before, after))]
 pub fn moved_gbuffer(
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'_, PyGBuffer>,
-    #[pyo3(from_py_with = scene)] before: Bound<'_, PyScene>,
-    #[pyo3(from_py_with = scene)] after: Bound<'_, PyScene>,
+    before: &Bound<'_, PyAny>,
+    after: &Bound<'_, PyAny>,
 ) -> PyResult<PyGBuffer> {
+    let (before, after) = (scene_named(before, "before")?, scene_named(after, "after")?);
     let (py, scenes) = (gbuffer.py(), [&before.get().scene, &after.get().scene]);
     let (made, camera) = gbuffer.get().with_records(py, |surfaces, depth, camera| {
         let made = run_watched(py, None, |progress| moved_surfaces(surfaces, depth, camera, scenes, progress))?;
@@ -68,11 +69,9 @@ fn triangles(scene: &Scene, surfaces: &Surfaces) -> Vec<i32> {
 /// Whether both scenes have the same meshes, by content, in the same instances, wherever these are.
 #[pyfunction]
 #[pyo3(signature = (before, after))]
-pub fn same_instances(
-    py: Python<'_>,
-    #[pyo3(from_py_with = scene)] before: Bound<'_, PyScene>,
-    #[pyo3(from_py_with = scene)] after: Bound<'_, PyScene>,
-) -> PyResult<bool> {
+pub fn same_instances(before: &Bound<'_, PyAny>, after: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = before.py();
+    let (before, after) = (scene_named(before, "before")?, scene_named(after, "after")?);
     let (before, after) = (&before.get().scene, &after.get().scene);
     run_watched(py, None, |progress| after.has_instances_of(before, progress))
 }

@@ -273,7 +273,7 @@ class Scene(_core.Scene):
         (False, True)
         """
         index: npt.NDArray[np.int64] = checked_array("indices", indices, np.int64, (None,))
-        places: npt.NDArray[np.float64] = checked_array("matrices", matrices, shape=(len(index), 4, 4))
+        places: npt.NDArray[np.float64] = checked_array("matrices", matrices, shape=(None, 4, 4))
         made = type(self).__new__(type(self), super().with_transforms(index, places))
         made.__dict__.update(self.__dict__)
         if self.recipe:

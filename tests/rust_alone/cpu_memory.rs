@@ -1,4 +1,5 @@
-//! Memory of the CPU renderer beside scene and image, at its peak and afterwards, by counting every allocation.
+//! Memory of the CPU renderer beside scene and image, and of the hierarchy for rays, at its peak and afterwards, by counting every
+//! allocation.
 
 #[path = "../rust/support/cpu.rs"]
 #[allow(dead_code)]
@@ -11,6 +12,7 @@ use glam::{DMat4, DVec3};
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Filter, MaskSettings, Renderer, Stored};
 use shadowlab::scene::DirectionalLight;
+use shadowlab::trace::Tracer;
 use shadowlab::{Camera, Light, Progress, Scene};
 
 use cpu_support::*;
@@ -88,6 +90,21 @@ fn memory_stays_below_a_hundred_bytes_a_triangle() {
         assert!(retained <= promised, "{name}: {retained} bytes retained, not below {promised}");
     }
     a_mask_takes_one_map_at_a_time();
+    a_hierarchy_takes_at_most_ninety_bytes_a_triangle();
+}
+
+/// While it is made: boxes of the triangles, nodes, leaves. Then the packets, which are most of what stays.
+fn a_hierarchy_takes_at_most_ninety_bytes_a_triangle() {
+    for (name, scene) in [("sheet", sheet(360, 1.0)), ("slivers", tall(65_536))] {
+        let before = NOW.load(Relaxed);
+        PEAK.store(before, Relaxed);
+        let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+        let peak = PEAK.load(Relaxed) - before;
+        let promised = 90 * scene.triangle_count() as usize + (1 << 20);
+        println!("hierarchy, {name}: peak {peak}, retained {}, promised {promised}", tracer.memory());
+        assert!(peak <= promised, "{name}: {peak} bytes at the peak, not below {promised}");
+        assert!(tracer.memory() <= peak, "{name}: more is kept than was there");
+    }
 }
 
 /// However many maps a mask asks, one is in memory.

@@ -6,7 +6,8 @@
 //! which meets the root enters a node is about the ratio of their areas. That sum is compared with the sum at the
 //! last build rather than with a limit of its own, so that it works for any scene.
 
-use super::tree::{Box3, Item, LEAF_BIT, NO_ITEM, Node, Tree, WIDTH};
+use super::build::Item;
+use super::tree::{Box3, LEAF_BIT, NO_ITEM, Node, Tree, WIDTH};
 use crate::error::Result;
 use crate::progress::Progress;
 
@@ -30,7 +31,7 @@ pub fn refitted_or_built(items: Vec<Item>, before: Option<(&Tree, f64)>, progres
             return Ok((tree, built_cost));
         }
     }
-    let tree = Tree::build(items, 1, progress)?;
+    let tree = Tree::build::<1>(items, progress)?;
     let cost = cost(&tree);
     Ok((tree, cost))
 }
@@ -41,7 +42,7 @@ fn refitted(tree: &Tree, items: &[Item], progress: &Progress) -> Result<Tree> {
     let mut bounds = vec![Box3::EMPTY; nodes.len()];
     let of_leaf = |leaf: u32| {
         let ids = tree.leaves[leaf as usize].iter().take_while(|&&id| id != NO_ITEM);
-        ids.fold(Box3::EMPTY, |b, &id| b.union(items[id as usize].bounds))
+        ids.fold(Box3::EMPTY, |b, &id| b.union(items[id as usize].bounds()))
     };
     // Backwards, since children come after their parents.
     for index in (0..nodes.len()).rev() {
@@ -90,7 +91,7 @@ mod tests {
     fn items(count: u32, place: impl Fn(f32) -> Vec3) -> Vec<Item> {
         let item = |id| {
             let min = place(id as f32);
-            Item { bounds: Box3 { min, max: min + 0.1 }, id }
+            Item::new(Box3 { min, max: min + 0.1 }, id)
         };
         (0..count).map(item).collect()
     }

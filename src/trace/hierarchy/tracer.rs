@@ -10,9 +10,10 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::build::Item;
 use super::frame::{Frame, power_of_two_near};
 use super::refit::refitted_or_built;
-use super::tree::{Box3, Item, LEAF, Tree};
+use super::tree::{Box3, LEAF, Tree};
 use super::triangles::Packet;
 use crate::error::Result;
 use crate::geometry::Aabb;
@@ -83,8 +84,8 @@ const F32_ROUNDINGS: f64 = 4.0;
 const F64_ROUNDING: f64 = f64::EPSILON / 2.0;
 const F32_ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
 
-/// What the hierarchy of a mesh takes per triangle while it is made: boxes of triangles, twice, and nodes.
-const BYTES_PER_TRIANGLE: u64 = 160;
+/// What the hierarchy of a mesh takes per triangle while it is made: boxes of triangles, nodes and leaves; then packets.
+const BYTES_PER_TRIANGLE: u64 = 90;
 /// What an instance takes: its frame, and a box in the upper hierarchy.
 const BYTES_PER_INSTANCE: u64 = 640;
 
@@ -162,7 +163,7 @@ impl Tracer {
                 let local = Aabb { min: local.min.as_dvec3(), max: local.max.as_dvec3() };
                 let world = local.transformed(&p.frame.world_from_local);
                 let bounds = outward(&Aabb { min: world.min * top_per_world, max: world.max * top_per_world });
-                Item { bounds, id: id as u32 }
+                Item::new(bounds, id as u32)
             };
             let items = placed.iter().enumerate().map(item).collect();
             refitted_or_built(items, before.and_then(|b| Some((b.top.as_ref()?, b.built_cost))), progress)
@@ -195,13 +196,12 @@ impl Tracer {
 impl TracedMesh {
     fn new(mesh: Arc<Mesh>, is_baked: bool, progress: &Progress) -> Result<Self> {
         let positions = mesh.positions_local();
-        let item = |(id, triangle): (usize, &[u32; 3])| Item {
-            bounds: triangle.iter().fold(Box3::EMPTY, |b, &i| b.with_point(positions[i as usize])),
-            id: id as u32,
+        let item = |(id, triangle): (usize, &[u32; 3])| {
+            Item::new(triangle.iter().fold(Box3::EMPTY, |b, &i| b.with_point(positions[i as usize])), id as u32)
         };
         let items: Vec<Item> = mesh.triangles().par_iter().enumerate().map(item).collect();
         progress.check()?;
-        let mut tree = Tree::build(items, LEAF, progress)?;
+        let mut tree = Tree::build::<LEAF>(items, progress)?;
         let packets = tree.leaves.par_iter().map(|&leaf| Packet::new(&mesh, leaf)).collect();
         progress.check()?;
         // The packets hold them.

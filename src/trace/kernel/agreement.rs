@@ -27,11 +27,11 @@ fn kernels_agree_to_the_bit() {
     let faces: Vec<[i64; 3]> = (0..32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let mesh = Mesh::new(&points, &faces).unwrap();
     let p = mesh.positions_local();
-    let item = |(i, t): (usize, &[u32; 3])| Item {
-        bounds: t.iter().fold(Box3::EMPTY, |b, &v| b.with_point(p[v as usize])),
-        id: i as u32,
+    let item = |(i, t): (usize, &[u32; 3])| {
+        Item::new(t.iter().fold(Box3::EMPTY, |b, &v| b.with_point(p[v as usize])), i as u32)
     };
-    let tree = Tree::build(mesh.triangles().iter().enumerate().map(item).collect(), LEAF, &Progress::new()).unwrap();
+    let items = mesh.triangles().iter().enumerate().map(item).collect();
+    let tree = Tree::build::<LEAF>(items, &Progress::new()).unwrap();
     let all = Box3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
     let (mut boxes, mut differ, mut hits, mut nears) = (0, 0, 0, 0);
     for i in 0..2000 {
@@ -90,9 +90,9 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
     };
-    let item = |id: u32, p: Vec3| Item { bounds: Box3 { min: p, max: p + Vec3::splat(0.05) }, id };
+    let item = |id: u32, p: Vec3| Item::new(Box3 { min: p, max: p + Vec3::splat(0.05) }, id);
     let items = (0..300).map(|id| item(id, DVec3::new(random(), random(), random()).as_vec3())).collect();
-    let tree = Tree::build(items, LEAF, &Progress::new()).unwrap();
+    let tree = Tree::build::<LEAF>(items, &Progress::new()).unwrap();
     let (mut met, mut spared) = (0, 0);
     for i in 0..500 {
         let reach = [1.5, 100.0][i % 2];

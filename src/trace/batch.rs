@@ -91,12 +91,16 @@ impl<'a> Rays<'a> {
     }
     /// The first ray that has no answer.
     fn first_bad(&self) -> Option<usize> {
-        // The sum of zeros is zero, and of infinities and NaN not a number; without branches.
-        let is_finite = |row: &[f64; 3]| row[0] * 0.0 + row[1] * 0.0 + row[2] * 0.0 == 0.0;
-        let is_good =
-            |i: usize| is_finite(&self.origins[i]) & is_finite(&self.directions[i]) & (self.directions[i] != [0.0; 3]);
         let t_max = self.t_max.unwrap_or_default();
-        let rays = (0..self.origins.len()).find(|&i| !is_good(i));
+        let rays = if all_finite(self.origins.as_flattened()) && all_finite(self.directions.as_flattened()) {
+            self.directions.iter().position(|d| (d[0] == 0.0) & (d[1] == 0.0) & (d[2] == 0.0))
+        } else {
+            let is_finite = |row: &[f64; 3]| row.iter().all(|x| x.is_finite());
+            let is_good = |i: usize| {
+                is_finite(&self.origins[i]) && is_finite(&self.directions[i]) && self.directions[i] != [0.0; 3]
+            };
+            (0..self.origins.len()).find(|&i| !is_good(i))
+        };
         let limits = t_max.iter().position(|t| t.is_nan());
         rays.into_iter().chain(limits).min()
     }
@@ -169,6 +173,19 @@ fn filled<T: Copy>(out: &mut [MaybeUninit<T>], value: T) -> &mut [T] {
     unsafe { &mut *(std::ptr::from_mut(out) as *mut [T]) }
 }
 
+/// Whether all are finite, eight at a time and without branches: zero times a number is zero, and of infinities and NaN it is
+/// not a number.
+fn all_finite(x: &[f64]) -> bool {
+    let (eights, rest) = x.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for eight in eights {
+        for (sum, x) in sums.iter_mut().zip(eight) {
+            *sum += x * 0.0;
+        }
+    }
+    sums.iter().chain(rest).all(|x| x * 0.0 == 0.0)
+}
+
 fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
     if origins.len() != directions.len() {
         let expected = format!("{} rows, one for each origin", origins.len());
@@ -181,7 +198,10 @@ fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
 #[inline(always)]
 fn bundle(rays: &Rays, first: usize, scene_origin: DVec3) -> ([WorldRay; BUNDLE], RayBits) {
     let last = rays.origins.len() - 1;
-    let world = std::array::from_fn(|r| rays.ray((first + r).min(last), scene_origin));
+    let mut world = [WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO }; BUNDLE];
+    for (r, ray) in world.iter_mut().enumerate() {
+        *ray = rays.ray((first + r).min(last), scene_origin);
+    }
     (world, RayBits::MAX >> (RayBits::BITS - BUNDLE.min(last + 1 - first) as u32))
 }
 
@@ -191,7 +211,10 @@ fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
     let nothing = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
     for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
         let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
-        let mut closest = world.map(|ray| nothing.with_ties(tie_reach(scene, &ray)));
+        let mut closest = [nothing; BUNDLE];
+        for (closest, ray) in closest.iter_mut().zip(&world) {
+            *closest = nothing.with_ties(tie_reach(scene, ray));
+        }
         traverse_together::<K, _>(scene, &world, bits, &mut closest, &mut stacks);
         for (r, out) in out.iter_mut().enumerate() {
             let Closest { t, face: Some(first), is_tied, .. } = closest[r] else { continue };

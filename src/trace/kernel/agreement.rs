@@ -4,7 +4,7 @@ use std::io::Write;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::{Avx2, Kernel, Portable, has_avx2};
+use super::{Avx2, Kernel, Portable, exact, has_avx2};
 use crate::progress::Progress;
 use crate::scene::Mesh;
 use crate::trace::hierarchy::{Box3, Item, LEAF, NO_ITEM, Packet, Tree, WIDTH};
@@ -41,8 +41,9 @@ fn kernels_agree_to_the_bit() {
         let band = [0.0, 1e-6, 1e-2][i % 3];
         let range = [0.0, f64::INFINITY];
         let world = WorldRay { origin, direction };
-        let (ray, alive, _) = LocalRay::new(&DAffine3::IDENTITY, &all, &[world], &[range], band, 1);
-        if alive == 0 {
+        let mut ray = LocalRay::NONE;
+        ray.fill(&DAffine3::IDENTITY, &all, &[world], &[range], band, 1, false);
+        if ray.together == 0 {
             continue;
         }
         let line = ray.line(0);
@@ -64,11 +65,23 @@ fn kernels_agree_to_the_bit() {
             let at = |lane: usize, bits: u32| (bits >> lane) & 1 != 0;
             (0..LEAF).filter(|&l| at(l, a.hit)).for_each(|l| assert_eq!(a.t[l].to_bits(), b.t[l].to_bits()));
             assert!(!at(3, a.hit), "an unused lane was met");
+            for lane in 0..LEAF {
+                let one = exact::triangle(&packet, lane, &line);
+                assert_eq!(one.map(f64::to_bits), at(lane, b.hit).then(|| b.t[lane].to_bits()));
+            }
             let (a, b) = (Portable::triangles_band(&packet, &line), Avx2::triangles_band(&packet, &line));
             assert_eq!((a.inside, a.near), (b.inside, b.near));
             assert!(a.inside & !a.near == 0 && a.hit & !a.near == 0);
-            if a.near != 0 {
-                assert_eq!((a.hit, a.t_low, a.t_high), (b.hit, b.t_low, b.t_high));
+            assert_eq!(a.hit & a.near, b.hit & b.near);
+            for lane in 0..LEAF {
+                let expected = at(lane, b.near).then(|| b.of(lane));
+                let one = exact::triangle_band(&packet, lane, &line);
+                assert_eq!(one, at(lane, a.near).then(|| a.of(lane)));
+                let told = |pass: exact::Pass| {
+                    let t = if pass.is_hit { pass.t } else { 0.0 };
+                    (pass.is_hit, pass.is_inside, t.to_bits(), pass.t_low, pass.t_high)
+                };
+                assert_eq!(one.map(told), expected.map(told));
             }
             hits += a.hit.count_ones();
             nears += (a.near & !a.inside).count_ones();
@@ -104,11 +117,13 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
             WorldRay { origin: origin + moved(), direction: towards + moved() }
         });
         let ranges = [[0.0, f64::INFINITY]; BUNDLE];
-        let (rays, bits, _) = LocalRays::new(&DAffine3::IDENTITY, &tree.bounds, &world, &ranges, 0.0, 0xff);
+        let mut rays = LocalRays::NONE;
+        rays.fill(&DAffine3::IDENTITY, &tree.bounds, &world, &ranges, 0.0, 0xff, false);
+        let bits = rays.together;
         if bits == 0 {
             continue;
         }
-        let bundle = Bundle { hull: Hull::new(&rays, bits), rays };
+        let bundle = Bundle { hull: Hull::new(&rays, bits), rays: &rays };
         let limits = [f32::INFINITY; BUNDLE];
         for node in &tree.nodes {
             let (plain, simd) = (
@@ -120,9 +135,9 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
                 let of_rays = Avx2::rays_in_box(node, child, &bundle, &limits) & bits;
                 let mut alone = 0;
                 for r in Each(bits) {
-                    let (ray, alive, _) =
-                        LocalRay::new(&DAffine3::IDENTITY, &tree.bounds, &[world[r]], &[ranges[r]], 0.0, 1);
-                    assert_eq!(alive, 1);
+                    let mut ray = LocalRay::NONE;
+                    ray.fill(&DAffine3::IDENTITY, &tree.bounds, &[world[r]], &[ranges[r]], 0.0, 1, false);
+                    assert_eq!(ray.together, 1);
                     assert_eq!(ray.line(0), bundle.rays.line(r), "a ray is another one among others");
                     alone |= ((Avx2::boxes(node, &ray, f32::INFINITY).0 >> child) & 1) << r;
                 }

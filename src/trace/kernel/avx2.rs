@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 
 use super::interface::{BandMeet, Kernel, Meet};
 use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
-use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, RayBits, SLAB_SLACK};
+use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK};
 
 /// AVX2. Only to be used below a function with that target feature, on a processor that has it.
 #[derive(Debug, Clone, Copy)]
@@ -134,6 +134,39 @@ fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE
     _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32
 }
 #[inline]
+#[target_feature(enable = "avx2,fma")]
+fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF] {
+    let (rough, axes) = (&rays.rough, rays.axes().map(|axis| axis % 3));
+    // SAFETY: eight f32, aligned to 32 bytes by Rough.
+    let load = |x: &[f32; BUNDLE]| unsafe { _mm256_load_ps(x.as_ptr()) };
+    let origin = [load(&rough.origin[0]), load(&rough.origin[1]), load(&rough.origin[2])];
+    let shear = [load(&rough.shear[0]), load(&rough.shear[1])];
+    let error = load(&rough.error);
+    let least = _mm256_mul_ps(_mm256_mul_ps(error, error), _mm256_set1_ps(4.0));
+    let sign = _mm256_set1_ps(-0.0);
+    let sheared = |vertex: usize, lane: usize| {
+        let v = &packet.vertices[vertex];
+        let relative = |k: usize| _mm256_sub_ps(_mm256_set1_ps(v[axes[k]][lane]), origin[k]);
+        let z = relative(2);
+        [_mm256_fnmadd_ps(shear[0], z, relative(0)), _mm256_fnmadd_ps(shear[1], z, relative(1))]
+    };
+    let size = |p: &[__m256; 2]| _mm256_add_ps(_mm256_andnot_ps(sign, p[0]), _mm256_andnot_ps(sign, p[1]));
+    let edge = |a: &[__m256; 2], b: &[__m256; 2]| _mm256_fmsub_ps(b[0], a[1], _mm256_mul_ps(b[1], a[0]));
+    let mut near = [0; LEAF];
+    for (lane, near) in near.iter_mut().enumerate() {
+        let [a, b, c] = [sheared(0, lane), sheared(1, lane), sheared(2, lane)];
+        let sizes = _mm256_add_ps(_mm256_add_ps(size(&a), size(&b)), size(&c));
+        let bound = _mm256_fmadd_ps(error, sizes, least);
+        let (u, v, w) = (edge(&b, &c), edge(&c, &a), edge(&a, &b));
+        let lowest = _mm256_min_ps(_mm256_min_ps(u, v), w);
+        let highest = _mm256_max_ps(_mm256_max_ps(u, v), w);
+        let forward = _mm256_cmp_ps::<_CMP_GE_OQ>(lowest, _mm256_xor_ps(bound, sign));
+        let backward = _mm256_cmp_ps::<_CMP_LE_OQ>(highest, bound);
+        *near = _mm256_movemask_ps(_mm256_or_ps(forward, backward)) as u32;
+    }
+    near
+}
+#[inline]
 #[target_feature(enable = "avx2")]
 fn triangles(packet: &Packet, ray: &Line) -> Meet {
     let vertices = [sheared(packet, ray, 0), sheared(packet, ray, 1), sheared(packet, ray, 2)];
@@ -209,6 +242,11 @@ impl Kernel for Avx2 {
     fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE]) -> RayBits {
         // SAFETY: see the type.
         unsafe { rays_in_box(node, child, bundle, limits) }
+    }
+    #[inline(always)]
+    fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF] {
+        // SAFETY: see the type.
+        unsafe { rays_near(packet, rays) }
     }
     #[inline(always)]
     fn triangles(packet: &Packet, ray: &Line) -> Meet {

@@ -1,8 +1,9 @@
 //! The inner tests in plain Rust.
 
+use super::exact;
 use super::interface::{BandMeet, Kernel, Meet};
 use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
-use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, RayBits, SLAB_SLACK};
+use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]
@@ -16,37 +17,6 @@ fn max32(a: f32, b: f32) -> f32 {
 #[inline(always)]
 fn min32(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
-}
-
-/// A vertex of each triangle in sheared coordinates: the ray is the z axis.
-struct Sheared {
-    x: [f64; LEAF],
-    y: [f64; LEAF],
-    z: [f64; LEAF],
-}
-
-impl Portable {
-    #[inline(always)]
-    fn sheared(packet: &Packet, ray: &Line, vertex: usize) -> Sheared {
-        let v = &packet.vertices[vertex];
-        let z: [f64; LEAF] = std::array::from_fn(|i| f64::from(v[ray.axes[2]][i]) - ray.origin[2]);
-        Sheared {
-            x: std::array::from_fn(|i| (f64::from(v[ray.axes[0]][i]) - ray.origin[0]) - ray.shear[0] * z[i]),
-            y: std::array::from_fn(|i| (f64::from(v[ray.axes[1]][i]) - ray.origin[1]) - ray.shear[1] * z[i]),
-            z,
-        }
-    }
-    /// The edge function of the edge a to b: twice the signed area with the ray. Exactly antisymmetric, and its sign is
-    /// never wrong, only zero at worst: rounding is monotonous. So triangles that share an edge leave no gap.
-    #[inline(always)]
-    fn edge(a: &Sheared, b: &Sheared) -> [f64; LEAF] {
-        std::array::from_fn(|i| b.x[i] * a.y[i] - b.y[i] * a.x[i])
-    }
-    /// The band's width times a bound on the edge's length.
-    #[inline(always)]
-    fn margin(a: &Sheared, b: &Sheared, band: f64) -> [f64; LEAF] {
-        std::array::from_fn(|i| ((b.x[i] - a.x[i]).abs() + (b.y[i] - a.y[i]).abs()) * band)
-    }
 }
 
 impl Kernel for Portable {
@@ -103,41 +73,50 @@ impl Kernel for Portable {
         bits
     }
     #[inline(always)]
+    fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF] {
+        let (rough, axes) = (&rays.rough, rays.axes());
+        std::array::from_fn(|lane| {
+            let mut bits = 0;
+            for r in 0..BUNDLE {
+                let [a, b, c] = [0, 1, 2].map(|vertex| {
+                    let relative = |k: usize| packet.vertices[vertex][axes[k]][lane] - rough.origin[k][r];
+                    let z = relative(2);
+                    [relative(0) - rough.shear[0][r] * z, relative(1) - rough.shear[1][r] * z]
+                });
+                let size = |p: [f32; 2]| p[0].abs() + p[1].abs();
+                let edge = |a: [f32; 2], b: [f32; 2]| b[0] * a[1] - b[1] * a[0];
+                let error = rough.error[r];
+                let bound = error * (size(a) + size(b) + size(c)) + 4.0 * error * error;
+                let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+                let is_near = min32(min32(u, v), w) >= -bound || max32(max32(u, v), w) <= bound;
+                bits |= u32::from(is_near) << r;
+            }
+            bits
+        })
+    }
+    #[inline(always)]
     fn triangles(packet: &Packet, ray: &Line) -> Meet {
-        let [a, b, c] = [0, 1, 2].map(|v| Self::sheared(packet, ray, v));
-        let (u, v, w) = (Self::edge(&b, &c), Self::edge(&c, &a), Self::edge(&a, &b));
         let mut meet = Meet { hit: 0, t: [0.0; LEAF] };
-        for i in 0..LEAF {
-            let area = (u[i] + v[i]) + w[i];
-            let forward = u[i] >= 0.0 && v[i] >= 0.0 && w[i] >= 0.0;
-            let backward = u[i] <= 0.0 && v[i] <= 0.0 && w[i] <= 0.0;
-            meet.t[i] = ((u[i] * a.z[i] + v[i] * b.z[i]) + w[i] * c.z[i]) * ray.t_per_z / area;
-            meet.hit |= u32::from((forward || backward) && area != 0.0) << i;
+        for lane in 0..LEAF {
+            if let Some(t) = exact::triangle(packet, lane, ray) {
+                meet.hit |= 1 << lane;
+                meet.t[lane] = t;
+            }
         }
         meet
     }
     #[inline(always)]
     fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet {
-        let [a, b, c] = [0, 1, 2].map(|v| Self::sheared(packet, ray, v));
-        let edges = [Self::edge(&b, &c), Self::edge(&c, &a), Self::edge(&a, &b)];
-        let band = ray.band;
-        let margins = [Self::margin(&b, &c, band), Self::margin(&c, &a, band), Self::margin(&a, &b, band)];
-        let Meet { hit, t } = Self::triangles(packet, ray);
-        let (mut inside, mut near) = (0, 0);
-        for i in 0..LEAF {
-            let all = |test: &dyn Fn(f64, f64) -> bool| (0..3).all(|k| test(edges[k][i], margins[k][i]));
-            inside |= u32::from(all(&|e, m| e > m) || all(&|e, m| e < -m)) << i;
-            near |= u32::from(all(&|e, m| e >= -m) || all(&|e, m| e <= m)) << i;
+        let none = [0.0; LEAF];
+        let mut meet = BandMeet { hit: 0, inside: 0, near: 0, t: none, t_low: none, t_high: none };
+        for lane in 0..LEAF {
+            if let Some(pass) = exact::triangle_band(packet, lane, ray) {
+                meet.near |= 1 << lane;
+                meet.hit |= u32::from(pass.is_hit) << lane;
+                meet.inside |= u32::from(pass.is_inside) << lane;
+                (meet.t[lane], meet.t_low[lane], meet.t_high[lane]) = (pass.t, pass.t_low, pass.t_high);
+            }
         }
-        let at = |z: [f64; 3]| z.map(|z| z * ray.t_per_z);
-        let t_of: [[f64; 3]; LEAF] = std::array::from_fn(|i| at([a.z[i], b.z[i], c.z[i]]));
-        BandMeet {
-            hit,
-            inside,
-            near,
-            t,
-            t_low: t_of.map(|t| t[0].min(t[1]).min(t[2])),
-            t_high: t_of.map(|t| t[0].max(t[1]).max(t[2])),
-        }
+        meet
     }
 }

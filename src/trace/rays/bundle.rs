@@ -30,9 +30,9 @@ impl Iterator for Each {
 }
 
 /// The rays, and bounds over them.
-#[derive(Debug, Clone)]
-pub struct Bundle {
-    pub rays: LocalRays<BUNDLE>,
+#[derive(Debug, Clone, Copy)]
+pub struct Bundle<'a> {
+    pub rays: &'a LocalRays<BUNDLE>,
     pub hull: Hull,
 }
 
@@ -61,11 +61,17 @@ impl Hull {
             first_plane: rays.first_plane,
         };
         let leader = bits.trailing_zeros() as usize % BUNDLE;
+        let all = bits == RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
         for a in 0..3 {
             let backward = rays.first_plane[a] & 1;
-            hull.inverse[a] = bounds(&inside(&rays.inverse[a], bits, leader));
-            hull.first_origin[a] = bounds(&inside(&rays.first_origin[a], bits, leader))[1 - backward];
-            hull.last_origin[a] = bounds(&inside(&rays.last_origin[a], bits, leader))[backward];
+            let [mut inverse, mut first, mut last] = [rays.inverse[a], rays.first_origin[a], rays.last_origin[a]];
+            if !all {
+                (inverse, first, last) =
+                    (inside(&inverse, bits, leader), inside(&first, bits, leader), inside(&last, bits, leader));
+            }
+            hull.inverse[a] = bounds(&inverse);
+            hull.first_origin[a] = bounds(&first)[1 - backward];
+            hull.last_origin[a] = bounds(&last)[backward];
         }
         hull
     }
@@ -81,13 +87,18 @@ fn inside(x: &[f32; BUNDLE], bits: RayBits, leader: usize) -> [f32; BUNDLE] {
     out
 }
 
+/// The least and the largest.
 #[inline(always)]
 fn bounds(x: &[f32; BUNDLE]) -> [f32; 2] {
-    let of = |pick: fn(f32, f32) -> f32| {
-        let four: [f32; 4] = std::array::from_fn(|i| pick(x[i], x[i + 4]));
-        pick(pick(four[0], four[2]), pick(four[1], four[3]))
-    };
-    [of(|a, b| if a < b { a } else { b }), of(|a, b| if a > b { a } else { b })]
+    // In halves, as vector instructions do it; closures over one of both would stay calls.
+    let less = |a: f32, b: f32| if a < b { a } else { b };
+    let more = |a: f32, b: f32| if a > b { a } else { b };
+    let (mut low, mut high) = ([0.0; BUNDLE / 2], [0.0; BUNDLE / 2]);
+    for i in 0..BUNDLE / 2 {
+        low[i] = less(x[i], x[i + BUNDLE / 2]);
+        high[i] = more(x[i], x[i + BUNDLE / 2]);
+    }
+    [less(less(low[0], low[2]), less(low[1], low[3])), more(more(high[0], high[2]), more(high[1], high[3]))]
 }
 
 /// The largest.

@@ -2,6 +2,7 @@
 
 mod bundle;
 mod ray;
+mod rough;
 
 pub use bundle::{BUNDLE, Bundle, Each, Hull, RayBits, largest};
 pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay};

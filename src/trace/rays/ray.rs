@@ -8,6 +8,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::rough::Rough;
 use crate::trace::hierarchy::{Box3, power_of_two_near};
 
 /// Bound on the roundings of a slab test relative to its result: direction to f32, its inverse, the product and the sum,
@@ -75,28 +76,63 @@ pub struct LocalRays<const N: usize> {
     /// `s = t * s_per_t - s_entry` is the slab test's parameter.
     s_per_t: [f64; N],
     s_entry: [f64; N],
+    /// For several rays at one triangle, where asked for.
+    pub rough: Rough<N>,
+    /// Those of the rays asked for that remain and have their largest axis and signs in common with the first.
+    pub together: u32,
+    /// The others that remain.
+    pub apart: u32,
 }
 
 /// One ray.
 pub type LocalRay = LocalRays<1>;
 
 impl<const N: usize> LocalRays<N> {
-    /// The rays `origin + t * direction` taken into a frame, each with its `t_min` and `t_max`; and which of those
-    /// asked for (bits) have their largest axis and signs in common with the first, and which of the others remain.
-    /// Left out are those that miss `bounds`, grown by the reach of `band` (both in the frame's unit).
+    /// No ray.
+    pub const NONE: Self = Self {
+        inverse: [[0.0; N]; 3],
+        first_offset: [[0.0; N]; 3],
+        last_offset: [[0.0; N]; 3],
+        first_origin: [[0.0; N]; 3],
+        last_origin: [[0.0; N]; 3],
+        first_plane: [0, 2, 4],
+        axes: [0, 1, 2],
+        origin: [[0.0; N]; 3],
+        shear: [[0.0; N]; 2],
+        t_per_z: [0.0; N],
+        band: 0.0,
+        s_per_t: [0.0; N],
+        s_entry: [0.0; N],
+        rough: Rough::NONE,
+        together: 0,
+        apart: 0,
+    };
+
+    /// The rays `origin + t * direction` taken into a frame, each with its `t_min` and `t_max`, those asked for (bits).
+    /// Left out are those that miss `bounds`, grown by the reach of `band` (both in the frame's unit). `roughly`: what
+    /// [`Rough`] needs, too.
     #[inline(always)]
-    pub fn new(
+    #[allow(clippy::too_many_arguments)]
+    pub fn fill(
+        &mut self,
         local_from_world: &DAffine3,
         bounds: &Box3,
         rays: &[WorldRay; N],
         ranges: &[[f64; 2]; N],
         band: f64,
         asked: u32,
-    ) -> (Self, u32, u32) {
+        roughly: bool,
+    ) {
         let linear = local_from_world.matrix3.to_cols_array_2d();
         let moved = local_from_world.translation.to_array();
-        let from_world: [[f64; N]; 3] = std::array::from_fn(|a| std::array::from_fn(|r| rays[r].origin[a]));
-        let towards_world: [[f64; N]; 3] = std::array::from_fn(|a| std::array::from_fn(|r| rays[r].direction[a]));
+        let (mut from_world, mut towards_world) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        for r in 0..N {
+            let (origin, direction) = (rays[r].origin.to_array(), rays[r].direction.to_array());
+            for a in 0..3 {
+                from_world[a][r] = origin[a];
+                towards_world[a][r] = direction[a];
+            }
+        }
         let turned = |v: &[[f64; N]; 3], a: usize, r: usize| {
             (linear[0][a] * v[0][r] + linear[1][a] * v[1][r]) + linear[2][a] * v[2][r]
         };
@@ -107,22 +143,34 @@ impl<const N: usize> LocalRays<N> {
                 direction[a][r] = turned(&towards_world, a, r);
             }
         }
-        let largest_of = |v: &[[f64; N]; 3]| -> [f64; N] {
-            std::array::from_fn(|r| larger(larger(v[0][r].abs(), v[1][r].abs()), v[2][r].abs()))
-        };
         let (reach, size) = (largest_of(&origin), largest_of(&direction));
         // Otherwise so far out of this frame's scale that nothing in it has any extent.
-        let has_scale = |r: usize| size[r] > 0.0 && size[r].is_finite() && reach[r].is_finite();
-        let mut alive = (0..N).fold(0, |bits, r| bits | (u32::from(has_scale(r)) << r)) & asked;
-        let scale = size.map(power_of_two_near);
-        let per_scale = scale.map(f64::recip);
-        let unit: [[f64; N]; 3] = std::array::from_fn(|a| std::array::from_fn(|r| direction[a][r] * per_scale[r]));
-        let raised = |x: f64| if x.abs() < SMALLEST_COMPONENT { SMALLEST_COMPONENT.copysign(x) } else { x };
-        let slab = unit.map(|axis| axis.map(raised));
+        let mut has_scale = [0u64; N];
+        for r in 0..N {
+            has_scale[r] = u64::from((size[r] > 0.0) & (size[r] < f64::INFINITY) & (reach[r] < f64::INFINITY));
+        }
+        let mut alive = packed(&has_scale) & asked;
+        let (mut scale, mut per_scale) = ([0.0; N], [0.0; N]);
+        for r in 0..N {
+            scale[r] = power_of_two_near(size[r]);
+            per_scale[r] = scale[r].recip();
+        }
+        let (mut unit, mut slab) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        for a in 0..3 {
+            for r in 0..N {
+                let x = direction[a][r] * per_scale[r];
+                unit[a][r] = x;
+                slab[a][r] = if x.abs() < SMALLEST_COMPONENT { SMALLEST_COMPONENT.copysign(x) } else { x };
+            }
+        }
 
-        let (mut entered, mut entry) = (origin, [0.0; N]);
+        let (mut entered, mut entry, mut entered_reach) = (origin, [0.0; N], [0.0; N]);
         let band_reach = BAND_REACH * band;
-        let mut pad = reach.map(|reach| F32_PAD * larger(reach, 1.0) + F64_PAD * reach + band_reach);
+        let mut pad = [0.0; N];
+        for r in 0..N {
+            entered_reach[r] = larger(reach[r], 1.0);
+            pad[r] = F32_PAD * entered_reach[r] + F64_PAD * reach[r] + band_reach;
+        }
         if (0..N).any(|r| reach[r] > NEAR_ORIGIN) {
             // Where the rays enter the padded box, in units of `unit`. The entered points have magnitude 1 and the pad.
             let (low, high) = (bounds.min.as_dvec3().to_array(), bounds.max.as_dvec3().to_array());
@@ -142,58 +190,65 @@ impl<const N: usize> LocalRays<N> {
                 }
                 entry[r] = first;
                 (0..3).for_each(|a| entered[a][r] = origin[a][r] + unit[a][r] * first);
+                entered_reach[r] =
+                    larger(1.0, larger(larger(entered[0][r].abs(), entered[1][r].abs()), entered[2][r].abs()));
             }
         }
-        let leader = alive.trailing_zeros() as usize % N;
-        let backward: [usize; 3] = std::array::from_fn(|a| usize::from(slab[a][leader] < 0.0));
-        let axis_of = |r: usize| {
-            let [x, y, z] = [0, 1, 2].map(|a: usize| unit[a][r].abs());
-            if x >= y && x >= z {
-                0
-            } else if y >= z {
-                1
-            } else {
-                2
-            }
-        };
-        let last = axis_of(leader);
-        let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let joins = |r: usize| (0..3).all(|a| (slab[a][r] < 0.0) == (backward[a] != 0)) & (axis_of(r) == last);
-        let together = (0..N).fold(0, |bits, r| bits | (u32::from(joins(r)) << r)) & alive;
+        // Signs and largest axis in one number.
+        let mut way = [0u64; N];
+        for r in 0..N {
+            let (x, y, z) = (unit[0][r].abs(), unit[1][r].abs(), unit[2][r].abs());
+            let axis = if (x >= y) & (x >= z) { 0 } else { 2 - u64::from(y >= z) };
+            let backward = |a: usize| u64::from(slab[a][r] < 0.0) << a;
+            way[r] = backward(0) | backward(1) | backward(2) | (axis << 3);
+        }
+        let leader = way[alive.trailing_zeros() as usize % N];
+        let backward = |a: usize| (leader >> a & 1) as usize;
+        let last = (leader >> 3) as usize % 3;
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last];
+        for r in 0..N {
+            way[r] = u64::from(way[r] == leader);
+        }
+        let together = packed(&way) & alive;
 
-        let mut out = Self {
-            inverse: slab.map(|axis| axis.map(|x| 1.0 / x as f32)),
-            first_offset: [[0.0; N]; 3],
-            last_offset: [[0.0; N]; 3],
-            first_origin: [[0.0; N]; 3],
-            last_origin: [[0.0; N]; 3],
-            first_plane: [backward[0], 2 + backward[1], 4 + backward[2]],
-            axes,
-            origin: axes.map(|a| origin[a]),
-            shear: [[0.0; N]; 2],
-            t_per_z: [0.0; N],
-            // A displacement of length b moves a sheared point by at most b * sqrt(1 + 1 + 1): both shears are at
-            // most 1.
-            band: band * 3f64.sqrt(),
-            s_per_t: scale,
-            s_entry: entry,
-        };
+        for r in 0..N {
+            let per_z = unit[last][r].recip();
+            self.shear[0][r] = unit[axes[0]][r] * per_z;
+            self.shear[1][r] = unit[axes[1]][r] * per_z;
+            self.t_per_z[r] = per_z * per_scale[r];
+        }
+        self.first_plane = [backward(0), 2 + backward(1), 4 + backward(2)];
+        self.axes = axes;
+        for k in 0..3 {
+            self.origin[k] = origin[axes[k]];
+        }
+        // A displacement of length b moves a sheared point by at most b * sqrt(1 + 1 + 1): both shears are at most 1.
+        self.band = band * 3f64.sqrt();
+        self.s_per_t = scale;
+        self.s_entry = entry;
         for a in 0..3 {
             for r in 0..N {
                 let padding = pad[r].copysign(slab[a][r]);
-                out.first_origin[a][r] = (entered[a][r] + padding) as f32;
-                out.last_origin[a][r] = (entered[a][r] - padding) as f32;
-                out.first_offset[a][r] = out.first_origin[a][r] * out.inverse[a][r];
-                out.last_offset[a][r] = out.last_origin[a][r] * out.inverse[a][r];
+                let inverse = 1.0 / slab[a][r] as f32;
+                let (first, last) = ((entered[a][r] + padding) as f32, (entered[a][r] - padding) as f32);
+                self.inverse[a][r] = inverse;
+                self.first_origin[a][r] = first;
+                self.last_origin[a][r] = last;
+                self.first_offset[a][r] = first * inverse;
+                self.last_offset[a][r] = last * inverse;
             }
         }
-        for r in 0..N {
-            let per_z = unit[last][r].recip();
-            out.shear[0][r] = unit[axes[0]][r] * per_z;
-            out.shear[1][r] = unit[axes[1]][r] * per_z;
-            out.t_per_z[r] = per_z * per_scale[r];
+        if roughly {
+            let points = [&entered[axes[0]], &entered[axes[1]], &entered[axes[2]]];
+            self.rough.fill(points, &self.shear, self.band, &entered_reach, &reach);
         }
-        (out, together, alive & !together)
+        self.together = together;
+        self.apart = alive & !together;
+    }
+    /// As in [`Line`].
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        self.axes
     }
     /// What the test of triangles needs of one of the rays.
     #[inline(always)]
@@ -218,4 +273,24 @@ impl<const N: usize> LocalRays<N> {
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
+}
+
+/// Per ray the largest magnitude of three numbers.
+#[inline(always)]
+fn largest_of<const N: usize>(v: &[[f64; N]; 3]) -> [f64; N] {
+    let mut out = [0.0; N];
+    for r in 0..N {
+        out[r] = larger(larger(v[0][r].abs(), v[1][r].abs()), v[2][r].abs());
+    }
+    out
+}
+
+/// A bit for each of some zeros and ones.
+#[inline(always)]
+fn packed<const N: usize>(bits: &[u64; N]) -> u32 {
+    let mut out = 0;
+    for r in 0..N {
+        out |= (bits[r] as u32) << r;
+    }
+    out
 }

@@ -7,44 +7,27 @@ use glam::DVec2;
 
 use crate::scene::Presence;
 use crate::trace::hierarchy::{Packet, TracedMesh};
-use crate::trace::kernel::BandMeet;
+use crate::trace::kernel::Pass;
 use crate::trace::rays::Line;
 
-/// Of the lanes that a ray meets those where the triangle exists.
+/// Whether a triangle exists where a ray meets it.
 #[cold]
 #[inline(never)]
-pub fn existing(mesh: &TracedMesh, packet: &Packet, hit: u32, ray: &Line) -> u32 {
-    let Some(test) = mesh.mesh.alpha_test() else { return hit };
-    let exists = |lane: u32| test.exists(Coordinates::new(mesh, packet, lane as usize, ray).uv);
-    (0..4).filter(|lane| hit >> lane & 1 != 0 && exists(*lane)).map(|lane| 1 << lane).sum()
+pub fn exists(mesh: &TracedMesh, packet: &Packet, lane: usize, ray: &Line) -> bool {
+    mesh.mesh.alpha_test().is_none_or(|test| test.exists(Coordinates::new(mesh, packet, lane, ray).uv))
 }
 
-/// Takes from what a ray meets and nearly meets those lanes where nothing within its band exists; those where parts of it exist
-/// are no longer inside.
+/// What is left of a triangle that a ray meets or nearly meets: nothing where nothing within its band exists; where parts of it
+/// exist the ray is no longer inside.
 #[cold]
 #[inline(never)]
-pub fn sift(mesh: &TracedMesh, packet: &Packet, meet: &mut BandMeet, ray: &Line) {
-    let Some(test) = mesh.mesh.alpha_test() else { return };
-    for lane in 0..4 {
-        let bit = 1 << lane;
-        if (meet.near & packet.used()) & bit == 0 {
-            continue;
-        }
-        let Coordinates { uv, reach } = Coordinates::new(mesh, packet, lane, ray);
-        match test.presence(uv, reach) {
-            Presence::Full => {}
-            Presence::Empty => {
-                meet.hit &= !bit;
-                meet.inside &= !bit;
-                meet.near &= !bit;
-            }
-            Presence::Mixed => {
-                meet.inside &= !bit;
-                if !test.exists(uv) {
-                    meet.hit &= !bit;
-                }
-            }
-        }
+pub fn sifted(mesh: &TracedMesh, packet: &Packet, lane: usize, pass: Pass, ray: &Line) -> Option<Pass> {
+    let Some(test) = mesh.mesh.alpha_test() else { return Some(pass) };
+    let Coordinates { uv, reach } = Coordinates::new(mesh, packet, lane, ray);
+    match test.presence(uv, reach) {
+        Presence::Full => Some(pass),
+        Presence::Empty => None,
+        Presence::Mixed => Some(Pass { is_hit: pass.is_hit && test.exists(uv), is_inside: false, ..pass }),
     }
 }
 

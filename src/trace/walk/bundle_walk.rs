@@ -3,13 +3,16 @@
 use glam::{DAffine3, DVec3};
 
 use super::one_ray::{Stack, traverse_instance, walk};
-use super::visitors::Visitor;
+use super::visitors::{Shown, Visitor};
 use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, TracedMesh, Tree, WIDTH};
-use crate::trace::kernel::Kernel;
+use crate::trace::kernel::{Kernel, Lanes};
 use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRay, largest};
 
 /// Rays below which each goes alone: a node costs the bundle about as much as two rays.
 const FEW: u32 = 3;
+
+/// Rays at a leaf from which on it pays to look roughly first: that costs about as much as two of them.
+const WORTH_THE_ROUGH_TEST: u32 = 2;
 
 /// Of a ray that has nothing left to look for: no box is met at a negative parameter.
 const ENDED: f32 = -1.0;
@@ -21,19 +24,46 @@ pub struct Stacks {
     alone: Stack,
 }
 
-/// A child still to be entered, and a lower bound of where any ray enters it.
-#[derive(Debug, Clone, Copy)]
-struct Waiting {
-    node: u32,
-    child: u32,
-    entry: f32,
+/// A child still to be entered, and a lower bound of where any ray enters it, which is not negative: ordered by it.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(node: u32, child: usize, entry: f32) -> Self {
+        // Numbers that are not negative have the order of their bits, and a tree has at most 2^29 nodes.
+        Self(u64::from(entry.to_bits()) << 32 | u64::from(node << 3 | child as u32))
+    }
+    #[inline(always)]
+    fn entry(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+    #[inline(always)]
+    fn node(self) -> usize {
+        (self.0 as u32 >> 3) as usize
+    }
+    #[inline(always)]
+    fn child(self) -> usize {
+        self.0 as usize % WIDTH
+    }
+}
+
+/// Rays of a bundle at a leaf.
+struct AtLeaf {
+    /// Those whose walk ends.
+    ended: RayBits,
+    /// Those that may have seen anything.
+    seen: RayBits,
 }
 
 /// What a tree holds.
 trait Leaves<V> {
+    /// Whether it holds triangles, which several rays look at roughly first.
+    const TRIANGLES: bool;
+
     /// Shows one ray what is in a leaf; true ends its walk.
     fn alone<K: Kernel>(&self, leaf: usize, lane: usize, ray: &LocalRay, visitor: &mut V, stack: &mut Stack) -> bool;
-    /// Shows several rays what is in a leaf; those whose walk ends.
+    /// Shows several rays what is in a leaf.
     fn together<K: Kernel>(
         &self,
         leaf: usize,
@@ -41,7 +71,7 @@ trait Leaves<V> {
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         stacks: &mut Stacks,
-    ) -> RayBits;
+    ) -> AtLeaf;
 }
 
 struct Triangles<'a> {
@@ -49,10 +79,19 @@ struct Triangles<'a> {
     instance: u32,
 }
 
+impl Triangles<'_> {
+    #[inline(always)]
+    fn shown(&self, leaf: usize) -> Shown<'_> {
+        Shown { mesh: self.mesh, packet: &self.mesh.packets[leaf], instance: self.instance }
+    }
+}
+
 impl<V: Visitor> Leaves<V> for Triangles<'_> {
+    const TRIANGLES: bool = true;
+
     #[inline(always)]
     fn alone<K: Kernel>(&self, leaf: usize, _: usize, ray: &LocalRay, visitor: &mut V, _: &mut Stack) -> bool {
-        visitor.visit::<K>(self.mesh, &self.mesh.packets[leaf], &ray.line(0), self.instance)
+        visitor.visit::<K>(&self.shown(leaf), &ray.line(0))
     }
     #[inline(always)]
     fn together<K: Kernel>(
@@ -62,13 +101,28 @@ impl<V: Visitor> Leaves<V> for Triangles<'_> {
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         _: &mut Stacks,
-    ) -> RayBits {
-        let packet = &self.mesh.packets[leaf];
+    ) -> AtLeaf {
+        let leaf = self.shown(leaf);
         let mut ended = 0;
-        for r in Each(bits) {
-            ended |= u32::from(visitors[r].visit::<K>(self.mesh, packet, &bundle.rays.line(r), self.instance)) << r;
+        if bits.count_ones() < WORTH_THE_ROUGH_TEST {
+            for r in Each(bits) {
+                ended |= u32::from(visitors[r].visit::<K>(&leaf, &bundle.rays.line(r))) << r;
+            }
+            return AtLeaf { ended, seen: bits };
         }
-        ended
+        let near = K::rays_near(leaf.packet, bundle.rays);
+        let seen = (near[0] | near[1] | near[2] | near[3]) & bits;
+        for r in Each(seen) {
+            let line = bundle.rays.line(r);
+            let lane = |lane: usize| (near[lane] >> r & 1) << lane;
+            for lane in Lanes(lane(0) | lane(1) | lane(2) | lane(3)) {
+                if visitors[r].visit_one(&leaf, lane, &line) {
+                    ended |= 1 << r;
+                    break;
+                }
+            }
+        }
+        AtLeaf { ended, seen }
     }
 }
 
@@ -86,6 +140,8 @@ impl Instances<'_> {
 }
 
 impl<V: Visitor> Leaves<V> for Instances<'_> {
+    const TRIANGLES: bool = false;
+
     #[inline(always)]
     fn alone<K: Kernel>(&self, leaf: usize, lane: usize, _: &LocalRay, visitor: &mut V, stack: &mut Stack) -> bool {
         self.of(leaf).any(|i| traverse_instance::<K, V>(self.scene, i, &self.rays[lane], visitor, stack))
@@ -98,12 +154,12 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         stacks: &mut Stacks,
-    ) -> RayBits {
+    ) -> AtLeaf {
         let mut ended = 0;
         for i in self.of(leaf) {
             ended |= instance_together::<K, V>(self.scene, i, self.rays, bits & !ended, visitors, stacks);
         }
-        ended
+        AtLeaf { ended, seen: bits }
     }
 }
 
@@ -155,14 +211,19 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
 ) -> RayBits {
     // All visitors of a bundle ask for the same band.
     let band = visitors[0].band() * local_per_world;
-    let ranges = std::array::from_fn(|r| visitors[r].range());
-    let (local, together, apart) = LocalRays::new(local_from_world, &tree.bounds, rays, &ranges, band, bits);
+    let mut ranges = [[0.0; 2]; BUNDLE];
+    for r in 0..BUNDLE {
+        ranges[r] = visitors[r].range();
+    }
+    let mut local = LocalRays::NONE;
+    local.fill(local_from_world, &tree.bounds, rays, &ranges, band, bits, L::TRIANGLES);
+    let (together, apart) = (local.together, local.apart);
     let walk = Walk { tree, local_from_world, band, leaves, rays };
     if together.count_ones() < FEW {
         return walk.alone::<K, V>(tree.root, together | apart, visitors, stacks);
     }
-    let hull = Hull::new(&local, together);
-    let ended = walk.together::<K, V>(&Bundle { rays: local, hull }, together, visitors, stacks);
+    let bundle = Bundle { hull: Hull::new(&local, together), rays: &local };
+    let ended = walk.together::<K, V>(&bundle, together, visitors, stacks);
     ended | walk.alone::<K, V>(tree.root, apart, visitors, stacks)
 }
 
@@ -192,8 +253,9 @@ impl<L> Walk<'_, L> {
         for r in Each(bits) {
             let visitor = &mut visitors[r];
             let (world, range) = ([self.rays[r]], [visitor.range()]);
-            let (ray, alive, _) = LocalRay::new(self.local_from_world, &self.tree.bounds, &world, &range, self.band, 1);
-            if alive == 0 {
+            let mut ray = LocalRay::NONE;
+            ray.fill(self.local_from_world, &self.tree.bounds, &world, &range, self.band, 1, false);
+            if ray.together == 0 {
                 continue;
             }
             let at_leaf =
@@ -227,26 +289,30 @@ impl<L> Walk<'_, L> {
                 let (children, entry) = K::hull_boxes(&self.tree.nodes[code as usize], &bundle.hull, limit);
                 push::<V>(&mut stacks.together, code, children, &entry);
             } else {
-                ended |= if is_leaf {
+                let at = if is_leaf {
                     self.leaves.together::<K>((code & !LEAF_BIT) as usize, bundle, met, visitors, stacks)
                 } else {
-                    self.alone::<K, V>(code, met, visitors, stacks)
+                    AtLeaf { ended: self.alone::<K, V>(code, met, visitors, stacks), seen: met }
                 };
-                for r in Each(met) {
-                    let is_ended = (ended >> r) & 1 != 0;
-                    limits[r] = if is_ended { ENDED } else { bundle.rays.slab_limit(r, visitors[r].range()[1]) };
+                ended |= at.ended;
+                let changed = if V::IN_ORDER { at.seen } else { at.ended };
+                if changed != 0 {
+                    for r in Each(changed) {
+                        let is_ended = (at.ended >> r) & 1 != 0;
+                        limits[r] = if is_ended { ENDED } else { bundle.rays.slab_limit(r, visitors[r].range()[1]) };
+                    }
+                    limit = largest(&limits);
                 }
-                limit = largest(&limits);
             }
             loop {
                 if stacks.together.len() == floor {
                     return ended;
                 }
                 let Some(next) = stacks.together.pop() else { return ended };
-                if next.entry > limit {
+                if next.entry() > limit {
                     continue;
                 }
-                let (node, child) = (&self.tree.nodes[next.node as usize], next.child as usize % WIDTH);
+                let (node, child) = (&self.tree.nodes[next.node()], next.child());
                 met = K::rays_in_box(node, child, bundle, &limits);
                 if met != 0 {
                     code = node.children[child];
@@ -261,14 +327,16 @@ impl<L> Walk<'_, L> {
 #[inline(always)]
 fn push<V: Visitor>(stack: &mut Vec<Waiting>, node: u32, mut children: u32, entry: &[f32; WIDTH]) {
     let base = stack.len();
+    // Once for all: then nothing below asks for memory.
+    stack.reserve(WIDTH);
     while children != 0 {
         let child = children.trailing_zeros() as usize % WIDTH;
         children &= children - 1;
-        let pushed = Waiting { node, child: child as u32, entry: entry[child] };
+        let pushed = Waiting::new(node, child, entry[child]);
+        let mut at = stack.len();
         stack.push(pushed);
         if V::IN_ORDER {
-            let mut at = stack.len() - 1;
-            while at > base && stack[at - 1].entry < pushed.entry {
+            while at > base && stack[at - 1] < pushed {
                 stack[at] = stack[at - 1];
                 at -= 1;
             }

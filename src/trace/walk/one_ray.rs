@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::visitors::Visitor;
+use super::visitors::{Shown, Visitor};
 use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, Tree, WIDTH};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::{LocalRay, WorldRay};
@@ -16,8 +16,9 @@ pub fn traverse_one<K: Kernel, V: Visitor>(scene: &Inner, ray: &WorldRay, visito
     let Some(top) = &scene.top else { return traverse_instance::<K, V>(scene, 0, ray, visitor, stack) };
     let map = DAffine3::from_scale(DVec3::splat(scene.top_per_world));
     let band = visitor.band() * scene.top_per_world;
-    let (local, alive, _) = LocalRay::new(&map, &top.bounds, &[*ray], &[visitor.range()], band, 1);
-    alive != 0
+    let mut local = LocalRay::NONE;
+    local.fill(&map, &top.bounds, &[*ray], &[visitor.range()], band, 1, false);
+    local.together != 0
         && walk::<K, V>(top, top.root, &local, visitor, stack, |leaf, visitor, stack| {
             let mut instances = top.leaves[leaf].into_iter().take_while(|&i| i != NO_ITEM);
             instances.any(|i| traverse_instance::<K, V>(scene, i, ray, visitor, stack))
@@ -38,13 +39,14 @@ pub fn traverse_instance<K: Kernel, V: Visitor>(
     let frame = &placed.frame;
     let band = visitor.band() * frame.local_per_world;
     let bounds = &mesh.tree.bounds;
-    let (local, alive, _) = LocalRay::new(&frame.local_from_world, bounds, &[*ray], &[visitor.range()], band, 1);
-    if alive == 0 {
+    let mut local = LocalRay::NONE;
+    local.fill(&frame.local_from_world, bounds, &[*ray], &[visitor.range()], band, 1, false);
+    if local.together == 0 {
         return false;
     }
     let line = local.line(0);
     walk::<K, V>(&mesh.tree, mesh.tree.root, &local, visitor, stack, |leaf, visitor, _| {
-        visitor.visit::<K>(mesh, &mesh.packets[leaf], &line, instance)
+        visitor.visit::<K>(&Shown { mesh, packet: &mesh.packets[leaf], instance }, &line)
     })
 }
 

@@ -6,10 +6,9 @@
 
 use glam::DVec3;
 
-use super::alpha::existing;
 use super::one_ray::{Stack, traverse_one};
-use super::visitors::Visitor;
-use crate::trace::hierarchy::{Face, Inner, Packet, TracedMesh};
+use super::visitors::{Shown, Visitor};
+use crate::trace::hierarchy::{Face, Inner};
 use crate::trace::kernel::Kernel;
 use crate::trace::rays::{Line, WorldRay};
 
@@ -41,6 +40,15 @@ struct Gathered {
     hits: Vec<(f64, Face)>,
 }
 
+impl Gathered {
+    fn gather(&mut self, face: Face, t: f64) -> bool {
+        if (self.range[0]..=self.range[1]).contains(&t) {
+            self.hits.push((t, face));
+        }
+        false
+    }
+}
+
 impl Visitor for Gathered {
     const IN_ORDER: bool = false;
 
@@ -50,15 +58,11 @@ impl Visitor for Gathered {
     fn band(&self) -> f64 {
         0.0
     }
-    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let mut meet = K::triangles(packet, ray);
-        if mesh.is_tested && meet.hit != 0 {
-            meet.hit = existing(mesh, packet, meet.hit, ray);
-        }
-        let is_met =
-            |lane: &usize| (meet.hit >> lane) & 1 != 0 && (self.range[0]..=self.range[1]).contains(&meet.t[*lane]);
-        self.hits.extend((0..4).filter(is_met).map(|lane| (meet.t[lane], (instance, packet.triangles[lane]))));
-        false
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
+        leaf.meet::<K>(ray, |face, t| self.gather(face, t))
+    }
+    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
+        leaf.meet_one(lane, ray, |face, t| self.gather(face, t))
     }
 }
 

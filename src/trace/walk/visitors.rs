@@ -1,21 +1,92 @@
 //! What is looked for along a ray.
 
-use super::alpha::{existing, sift};
+use super::alpha::{exists, sifted};
 use super::touched::Touched;
-use crate::trace::hierarchy::{Face, Packet, TracedMesh};
-use crate::trace::kernel::Kernel;
+use crate::trace::hierarchy::{Face, NO_ITEM, Packet, TracedMesh};
+use crate::trace::kernel::{Kernel, Lanes, Pass, exact};
 use crate::trace::rays::Line;
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor {
-    /// Whether near boxes are worth entering first.
+    /// Whether what it sees shortens the part of the ray that matters, so that near boxes are worth entering first.
     const IN_ORDER: bool;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
     fn band(&self) -> f64;
     /// Looks at four triangles of a mesh; true ends the walk.
-    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool;
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool;
+    /// Looks at one of them.
+    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool;
+}
+
+/// Four triangles of a mesh, and the instance whose they are.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    pub mesh: &'a TracedMesh,
+    pub packet: &'a Packet,
+    pub instance: u32,
+}
+
+impl Shown<'_> {
+    #[inline(always)]
+    fn face(&self, lane: usize) -> Face {
+        (self.instance, self.packet.triangles[lane])
+    }
+    /// Shows the triangles that a ray meets, and where, until one ends it.
+    #[inline(always)]
+    pub fn meet<K: Kernel>(&self, ray: &Line, mut see: impl FnMut(Face, f64) -> bool) -> bool {
+        let meet = K::triangles(self.packet, ray);
+        for lane in Lanes(meet.hit) {
+            if self.is_there(lane, ray) && see(self.face(lane), meet.t[lane]) {
+                return true;
+            }
+        }
+        false
+    }
+    /// The same of one.
+    #[inline(always)]
+    pub fn meet_one(&self, lane: usize, ray: &Line, see: impl FnOnce(Face, f64) -> bool) -> bool {
+        match exact::triangle(self.packet, lane, ray) {
+            Some(t) => self.is_there(lane, ray) && see(self.face(lane), t),
+            None => false,
+        }
+    }
+    /// Shows the triangles that a ray meets or nearly meets, until one ends it.
+    #[inline(always)]
+    fn pass<K: Kernel>(&self, ray: &Line, mut see: impl FnMut(Face, Pass) -> bool) -> bool {
+        let meet = K::triangles_band(self.packet, ray);
+        if meet.near == 0 {
+            return false;
+        }
+        for lane in Lanes(meet.near & self.packet.used()) {
+            if let Some(pass) = self.sifted(lane, meet.of(lane), ray)
+                && see(self.face(lane), pass)
+            {
+                return true;
+            }
+        }
+        false
+    }
+    /// The same of one.
+    #[inline(always)]
+    fn pass_one(&self, lane: usize, ray: &Line, see: impl FnOnce(Face, Pass) -> bool) -> bool {
+        if self.packet.triangles[lane] != NO_ITEM
+            && let Some(pass) = exact::triangle_band(self.packet, lane, ray)
+            && let Some(pass) = self.sifted(lane, pass, ray)
+        {
+            return see(self.face(lane), pass);
+        }
+        false
+    }
+    #[inline(always)]
+    fn is_there(&self, lane: usize, ray: &Line) -> bool {
+        !self.mesh.is_tested || exists(self.mesh, self.packet, lane, ray)
+    }
+    #[inline(always)]
+    fn sifted(&self, lane: usize, pass: Pass, ray: &Line) -> Option<Pass> {
+        if self.mesh.is_tested { sifted(self.mesh, self.packet, lane, pass, ray) } else { Some(pass) }
+    }
 }
 
 /// The first triangle along a ray. Of several at the same t, the lowest instance, then the lowest triangle.
@@ -47,22 +118,26 @@ impl<const BAND: bool> Closest<BAND> {
         self.t_near_edge <= self.t
     }
     #[inline(always)]
-    fn offer(&mut self, mut hit: u32, t: &[f64; 4], packet: &Packet, instance: u32) {
-        while hit != 0 {
-            let lane = hit.trailing_zeros() as usize % 4;
-            hit &= hit - 1;
-            let face = (instance, packet.triangles[lane]);
-            if t[lane] <= self.t_min || t[lane] > self.t + self.tie {
-                continue;
+    fn offer(&mut self, face: Face, t: f64) {
+        if t <= self.t_min || t > self.t + self.tie {
+            return;
+        }
+        if let Some(best) = self.face {
+            self.is_tied |= t >= self.t - self.tie;
+            if t < self.t || (t == self.t && face < best) {
+                (self.t, self.face) = (t, Some(face));
             }
-            if let Some(best) = self.face {
-                self.is_tied |= t[lane] >= self.t - self.tie;
-                if t[lane] < self.t || (t[lane] == self.t && face < best) {
-                    (self.t, self.face) = (t[lane], Some(face));
-                }
-            } else if t[lane] < self.t {
-                (self.t, self.face) = (t[lane], Some(face));
-            }
+        } else if t < self.t {
+            (self.t, self.face) = (t, Some(face));
+        }
+    }
+    #[inline(always)]
+    fn offer_pass(&mut self, face: Face, pass: Pass) {
+        if pass.is_hit {
+            self.offer(face, pass.t);
+        }
+        if !pass.is_inside && pass.t_high >= self.t_min {
+            self.t_near_edge = self.t_near_edge.min(pass.t_low.max(self.t_min));
         }
     }
 }
@@ -79,31 +154,32 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
         if BAND { self.band } else { 0.0 }
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
         if BAND {
-            let mut meet = K::triangles_band(packet, ray);
-            if meet.near != 0 {
-                if mesh.is_tested {
-                    sift(mesh, packet, &mut meet, ray);
-                }
-                self.offer(meet.hit, &meet.t, packet, instance);
-                let mut edge = meet.near & !meet.inside & packet.used();
-                while edge != 0 {
-                    let lane = edge.trailing_zeros() as usize % 4;
-                    edge &= edge - 1;
-                    if meet.t_high[lane] >= self.t_min {
-                        self.t_near_edge = self.t_near_edge.min(meet.t_low[lane].max(self.t_min));
-                    }
-                }
-            }
+            leaf.pass::<K>(ray, |face, pass| {
+                self.offer_pass(face, pass);
+                false
+            })
         } else {
-            let mut meet = K::triangles(packet, ray);
-            if mesh.is_tested && meet.hit != 0 {
-                meet.hit = existing(mesh, packet, meet.hit, ray);
-            }
-            self.offer(meet.hit, &meet.t, packet, instance);
+            leaf.meet::<K>(ray, |face, t| {
+                self.offer(face, t);
+                false
+            })
         }
-        false
+    }
+    #[inline(always)]
+    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
+        if BAND {
+            leaf.pass_one(lane, ray, |face, pass| {
+                self.offer_pass(face, pass);
+                false
+            })
+        } else {
+            leaf.meet_one(lane, ray, |face, t| {
+                self.offer(face, t);
+                false
+            })
+        }
     }
 }
 
@@ -115,6 +191,13 @@ pub struct Blocked<'a> {
     pub except: Option<Face>,
     /// More that is left out.
     pub touched: &'a Touched,
+}
+
+impl Blocked<'_> {
+    #[inline(always)]
+    fn is_blocked_by(&self, face: Face, t: f64) -> bool {
+        t > self.t_min && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
+    }
 }
 
 impl Visitor for Blocked<'_> {
@@ -129,19 +212,12 @@ impl Visitor for Blocked<'_> {
         0.0
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let mut meet = K::triangles(packet, ray);
-        if mesh.is_tested && meet.hit != 0 {
-            meet.hit = existing(mesh, packet, meet.hit, ray);
-        }
-        (0..4).any(|lane| {
-            let t = meet.t[lane];
-            (meet.hit >> lane) & 1 != 0
-                && t > self.t_min
-                && t < self.t_max
-                && self.except != Some((instance, packet.triangles[lane]))
-                && !self.touched.has((instance, packet.triangles[lane]))
-        })
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
+        leaf.meet::<K>(ray, |face, t| self.is_blocked_by(face, t))
+    }
+    #[inline(always)]
+    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
+        leaf.meet_one(lane, ray, |face, t| self.is_blocked_by(face, t))
     }
 }
 
@@ -161,6 +237,20 @@ pub struct SurelyBlocked<'a> {
     pub is_possible: bool,
 }
 
+impl SurelyBlocked<'_> {
+    #[inline(always)]
+    fn is_surely_blocked_by(&mut self, face: Face, pass: &Pass) -> bool {
+        if self.except == face || self.touched.has(face) {
+            return false;
+        }
+        if pass.is_inside && pass.t > self.sure[0] && pass.t < self.sure[1] {
+            return true;
+        }
+        self.is_possible |= pass.t_high > self.possible[0] && pass.t_low < self.possible[1];
+        false
+    }
+}
+
 impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
 
@@ -173,25 +263,11 @@ impl Visitor for SurelyBlocked<'_> {
         self.band
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, mesh: &TracedMesh, packet: &Packet, ray: &Line, instance: u32) -> bool {
-        let mut meet = K::triangles_band(packet, ray);
-        if mesh.is_tested && meet.near != 0 {
-            sift(mesh, packet, &mut meet, ray);
-        }
-        let mut near = meet.near & packet.used();
-        while near != 0 {
-            let lane = near.trailing_zeros() as usize % 4;
-            near &= near - 1;
-            let face = (instance, packet.triangles[lane]);
-            if self.except == face || self.touched.has(face) {
-                continue;
-            }
-            let t = meet.t[lane];
-            if (meet.inside >> lane) & 1 != 0 && t > self.sure[0] && t < self.sure[1] {
-                return true;
-            }
-            self.is_possible |= meet.t_high[lane] > self.possible[0] && meet.t_low[lane] < self.possible[1];
-        }
-        false
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
+        leaf.pass::<K>(ray, |face, pass| self.is_surely_blocked_by(face, &pass))
+    }
+    #[inline(always)]
+    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
+        leaf.pass_one(lane, ray, |face, pass| self.is_surely_blocked_by(face, &pass))
     }
 }

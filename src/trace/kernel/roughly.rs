@@ -1,0 +1,117 @@
+//! The rough test against the exact ones: whatever rays and triangles it is given, it leaves out no ray that they keep.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::{Kernel, Portable, exact};
+use crate::trace::hierarchy::{Box3, LEAF, NO_ITEM, Packet};
+use crate::trace::rays::{BUNDLE, Each, LocalRays, RayBits, WorldRay};
+
+struct Random(u64);
+
+impl Random {
+    /// Between -1 and 1.
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+    }
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+}
+
+/// Corners of a triangle near the middle: ordinary ones of many sizes, slivers, degenerate ones, and such that lie along axes.
+fn triangle(random: &mut Random, case: usize) -> [DVec3; 3] {
+    let size = [1.0, 0.1, 3e-3, 1e-5, 1e-7][case % 5];
+    let a = 0.5 * random.vector();
+    let (ab, ac) = (size * random.vector(), size * random.vector());
+    match (case / 5) % 6 {
+        0 | 1 => [a, a + ab, a + ac],
+        2 => [a, a + ab, a + 0.3 * ab + 1e-6 * ac],
+        3 => [a, a + ab, a + 2.0 * ab],
+        4 => [a, a, a + ab],
+        _ => [a.with_y(0.25), (a + ab).with_y(0.25), (a + ac).with_y(0.25)],
+    }
+}
+
+/// Rays at such a triangle: at its inside, its corners and its edges exactly, past it by a hair, along its plane, and past it.
+fn ray(random: &mut Random, [a, b, c]: [DVec3; 3], aim: usize, origin: DVec3) -> WorldRay {
+    let share = 0.5 + 0.5 * random.number();
+    let inside = a.lerp(b, share).lerp(c, 0.5 + 0.5 * random.number());
+    let target = match aim {
+        0 => inside,
+        1 => a,
+        2 => a.lerp(b, share),
+        3 => a + 1e-7 * random.vector(),
+        4 => inside + (b - a) * 1e-6 + 1e-9 * random.vector(),
+        5 => a + 4.0 * (b - c),
+        _ => inside + 0.2 * random.vector(),
+    };
+    // Along the plane, from a point in it.
+    let origin = if aim == 6 { b + 2.0 * (b - a) } else { origin };
+    WorldRay { origin, direction: target - origin }
+}
+
+/// Bits of the rays that the exact tests keep.
+fn kept(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>) -> RayBits {
+    let is_kept = |r: usize| {
+        let line = rays.line(r);
+        exact::triangle(packet, lane, &line).is_some() || exact::triangle_band(packet, lane, &line).is_some()
+    };
+    Each(rays.together).filter(|&r| is_kept(r)).fold(0, |bits, r| bits | 1 << r)
+}
+
+fn leaves_out_no_ray<K: Kernel>() {
+    let mut random = Random(7);
+    let bounds = Box3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
+    let (mut met, mut spared, mut asked) = (0, 0, 0);
+    for case in 0..12_000 {
+        // As a packet has them, the last lane unused.
+        let corners = [0, 1, 2, 0].map(|k| triangle(&mut random, case / 3 + k).map(|p| p.as_vec3().as_dvec3()));
+        let mut packet = Packet { vertices: [[[0.0; LEAF]; 3]; 3], triangles: [0, 1, 2, NO_ITEM] };
+        for (lane, corners) in corners.iter().enumerate() {
+            for vertex in 0..3 {
+                let p = if lane == 3 { corners[0] } else { corners[vertex] };
+                (0..3).for_each(|axis| packet.vertices[vertex][axis][lane] = p[axis] as f32);
+            }
+        }
+        // On a surface, near, where rays are not yet moved to the box, and far beyond what single precision resolves.
+        let far = [0.5, 3.0, 15.0, 40.0, 1e3, 1e7, 1e11][case % 7];
+        let origin = if case % 11 == 0 { corners[0][0] } else { far * random.vector() };
+        let band = [0.0, 1e-7, 1e-3, 0.1][case % 4];
+        let world: [WorldRay; BUNDLE] = std::array::from_fn(|r| {
+            let origin = if case % 2 == 0 { origin } else { origin + 1e-3 * random.vector() };
+            ray(&mut random, corners[r % 3], (case + r) % 8, origin)
+        });
+        let mut rays = LocalRays::NONE;
+        rays.fill(&DAffine3::IDENTITY, &bounds, &world, &[[0.0, f64::INFINITY]; BUNDLE], band, 0xff, true);
+        let near = K::rays_near(&packet, &rays);
+        for lane in 0..LEAF {
+            let kept = kept(&packet, lane, &rays);
+            assert_eq!(kept & !near[lane], 0, "case {case}, lane {lane}: left out; {rays:?} {packet:?}");
+            met += kept.count_ones();
+            // Where the band is narrow and the origin is near, the test is of use.
+            if band <= 1e-7 && far < 16.0 {
+                asked += (rays.together & !kept).count_ones();
+                spared += (rays.together & !kept & !near[lane]).count_ones();
+            }
+        }
+    }
+    assert!(met > 10_000 && asked > 10_000 && spared * 10 > asked * 4, "{met} {spared} of {asked}");
+}
+
+#[test]
+fn the_portable_rough_test_leaves_out_no_ray() {
+    leaves_out_no_ray::<Portable>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn the_rough_test_in_avx2_leaves_out_no_ray() {
+    use std::io::Write;
+
+    if !super::has_avx2() {
+        writeln!(std::io::stderr(), "\nskipped: this processor has no AVX2").expect("standard error");
+        return;
+    }
+    leaves_out_no_ray::<super::Avx2>();
+}

@@ -118,6 +118,27 @@ def test_a_view_is_drawn_and_traced_once_for_all_runs_and_clear_forgets(monkeypa
     assert (renderer.calls["gbuffer"], len(traced)) == (2, 2)
 
 
+def test_lights_of_a_view_are_traced_together_and_are_what_each_is_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    from shadowlab import _core
+
+    together = []
+    trace = _core.trace_shadow_masks
+    monkeypatch.setattr(_core, "trace_shadow_masks", lambda *a, **k: together.append(len(a[2])) or trace(*a, **k))
+    scene = sl.library.scene("dueling")
+    lights = [scene.light, sl.DirectionalLight((0.4, -1.0, 0.2)), sl.PointLight((0.0, 5.0, 1.0)), scene.light]
+    view = sl.View(scene, scene.camera, lights, size=(96, 64))
+    view.clear()
+    truths = view.truth()
+    assert together == [3], "equal lights are one"
+    assert view.truth_ms > 0 and together == [3], "kept"
+    for light, truth in zip(lights, truths, strict=True):
+        assert np.array_equal(truth, sl.trace.shadow_mask(scene, scene.camera, light, size=(96, 64)))
+    assert not np.array_equal(truths[0], truths[1])
+    more = sl.View(scene, scene.camera, [lights[1], sl.DirectionalLight((-0.3, -1.0, 0.1))], size=(96, 64))
+    assert np.array_equal(more.truth()[0], truths[1]) and together == [3], "only one is new"
+    view.clear()
+
+
 def test_a_truth_that_is_shared_cannot_be_written_to(view: sl.View) -> None:
     with pytest.raises(ValueError, match="read-only"):
         view.truth()[0, 0] = 1

@@ -97,6 +97,7 @@ __all__ = [
     "threads",
     "trace_memory",
     "trace_shadow_mask",
+    "trace_shadow_masks",
 ]
 
 _Float: TypeAlias = npt.NDArray[np.float64]
@@ -495,6 +496,11 @@ def trace_shadow_mask(
     progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.int8]:
     """(H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there."""
+
+def trace_shadow_masks(
+    scene: Scene, camera: Camera, lights: Sequence[_Light], *, size: _Size
+) -> list[npt.NDArray[np.int8]]:
+    """The same for each of several lights, whose rays from the eye are traced once: a list of (H, W) int8."""
 
 def face_corners(scene: Scene, instance: int, face: int) -> npt.NDArray[np.float64] | None:
     """The corners (3, 3) float64 of a triangle of an instance, world, which turn counter-clockwise seen from its outer side; None

@@ -98,7 +98,7 @@ mod _core {
     #[pymodule_export]
     use super::threads::{set_threads, thread_count};
     #[pymodule_export]
-    use super::trace::{face_corners, first_hit, occluded, trace_memory, trace_shadow_mask};
+    use super::trace::{face_corners, first_hit, occluded, trace_memory, trace_shadow_mask, trace_shadow_masks};
     #[pymodule_export]
     use super::travel::restore;
     #[pymodule_export]

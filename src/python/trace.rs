@@ -7,11 +7,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
-use super::arguments::{callable, number_or, paired_rows, whole};
+use super::arguments::{callable, items, number_or, paired_rows, whole};
 use super::camera::{PyCamera, camera};
-use super::convert::{array, image, rows3, run_watched, size2};
+use super::convert::{argument_error, array, image, rows3, run_watched, size2};
 use super::light::light;
 use super::scene::{PyScene, scene};
+use crate::image::TruthMask;
 use crate::trace::Hit;
 
 /// (H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there.
@@ -32,6 +33,36 @@ pub fn trace_shadow_mask<'py>(
     let truth = run_watched(py, progress, |progress| tracer.shadow_mask(camera, &light, size, progress))?;
     let [w, h] = truth.size.map(|n| n as usize);
     image(py, truth.data, [h, w])
+}
+
+/// The same for each of several lights, whose rays from the eye are traced once: a list of (H, W) int8.
+#[pyfunction]
+#[pyo3(signature = (scene, camera, lights, *, size))]
+pub fn trace_shadow_masks<'py>(
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    lights: &Bound<'py, PyAny>,
+    size: &Bound<'py, PyAny>,
+) -> PyResult<Vec<Bound<'py, PyArray2<i8>>>> {
+    let py = size.py();
+    let lights = items(lights, "lights", "a light, or several", "give a list of lights")?;
+    let named = |(i, one): (usize, &Bound<'py, PyAny>)| {
+        let expected = "a DirectionalLight, SpotLight or PointLight";
+        light(one).or_else(|_| {
+            let got = one.get_type().name()?;
+            Err(argument_error(py, &format!("lights[{i}]"), expected, got, "construct one"))
+        })
+    };
+    let lights: Vec<crate::Light> = lights.iter().enumerate().map(named).collect::<PyResult<_>>()?;
+    let size = size2(size, "size")?;
+    let (scene, camera) = (scene.get(), &camera.get().camera);
+    let tracer = scene.tracer(py, None)?;
+    let truths = run_watched(py, None, |progress| tracer.shadow_masks(camera, &lights, size, progress))?;
+    let of = |truth: TruthMask| {
+        let [w, h] = truth.size.map(|n| n as usize);
+        image(py, truth.data, [h, w])
+    };
+    truths.into_iter().map(of).collect()
 }
 
 /// First hits of rays: t (N,) float64 (infinity for none), triangle (N,) int32, instance (N,) int32 (-1 for none).

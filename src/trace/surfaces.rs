@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::{Kernel, dispatched};
 use super::rays::{BUNDLE, WorldRay};
-use super::visibility::Shader;
+use super::shading::{Lamp, Shader};
 use super::walk::{Closest, Stacks};
 use crate::error::{Error, Result};
 use crate::image::{Surfaces, TruthMask};
@@ -35,13 +35,13 @@ impl Tracer {
             let fix = "draw it in this scene, or in one that this one was moved from";
             return Err(Error::argument("gbuffer", "surfaces of the scene", got, fix));
         }
-        let shader = Shader::of_light(scene, light);
+        let (shader, lamp) = (Shader::without_eye(scene), Lamp::new(scene, light));
         let mut data = with_room("gbuffer", pixels)?;
         data.resize(pixels, TruthMask::NOTHING);
         progress.set_total(pixels.div_ceil(AT_ONCE) as u64);
         data.par_chunks_mut(AT_ONCE).enumerate().try_for_each(|(part, answers)| {
             progress.check()?;
-            run(&shader, scene, surfaces, part * AT_ONCE, answers);
+            run(&shader, &lamp, scene, surfaces, part * AT_ONCE, answers);
             progress.advance(1);
             Ok::<_, Error>(())
         })?;
@@ -58,11 +58,20 @@ fn exists(scene: &Inner, surfaces: &Surfaces, pixel: usize) -> bool {
 }
 
 dispatched! {
-    fn run(shader: &Shader<'_>, scene: &Inner, surfaces: &Surfaces<'_>, first: usize, answers: &mut [i8]) = run_with;
+    fn run(
+        shader: &Shader<'_>, lamp: &Lamp<'_>, scene: &Inner, surfaces: &Surfaces<'_>, first: usize, answers: &mut [i8]
+    ) = run_with;
 }
 
 #[inline(always)]
-fn run_with<K: Kernel>(shader: &Shader, scene: &Inner, surfaces: &Surfaces, first: usize, answers: &mut [i8]) {
+fn run_with<K: Kernel>(
+    shader: &Shader,
+    lamp: &Lamp,
+    scene: &Inner,
+    surfaces: &Surfaces,
+    first: usize,
+    answers: &mut [i8],
+) {
     let mut stacks = Stacks::default();
     let shift = surfaces.origin - scene.scene.origin();
     for (bundle, answers) in answers.chunks_mut(BUNDLE).enumerate() {
@@ -78,7 +87,7 @@ fn run_with<K: Kernel>(shader: &Shader, scene: &Inner, surfaces: &Surfaces, firs
             found[r].face = Some((surfaces.instance[pixel] as u32, surfaces.triangle[pixel] as u32));
             bits |= 1 << r;
         }
-        let shaded = shader.shade::<K, false>(&rays, &found, bits, &mut stacks);
+        let shaded = shader.shade::<K, false>(lamp, &rays, &found, bits, &mut stacks);
         answers.copy_from_slice(&shaded[..answers.len()]);
     }
 }

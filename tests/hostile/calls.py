@@ -302,6 +302,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "_core.library_build": {"name": lambda: "forest", "params": lambda: [("trees", 3.0)]},
     "_core.restore": {"parts": lambda: sl.Bias().__reduce__()[1]},
     "_core.trace_shadow_mask": {"progress": lambda: None},
+    "_core.trace_shadow_masks": {"lights": lambda: [world().light]},
     "Footprint.of_arrays": {
         "arrays": lambda: _core.footprint(world().gbuffer, world().camera, world().light, world().p),
         "depth": lambda: None, "resolution": lambda: (16, 16), "size": lambda: None,

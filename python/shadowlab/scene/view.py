@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast, get_args
 
@@ -190,14 +190,13 @@ class View(Value):
             As of `trace.shadow_mask`: 1 lit, 0 in shadow, -1 undecided, -2 nothing there. One per light where `light`
             is a sequence. Read-only, since it is shared.
         """
-        if isinstance(self.light, tuple):
-            return tuple(view.truth() for view in self.views)
-        return self._traced()[0]
+        traced = self._traced()
+        return tuple(truth for truth, _ in traced) if isinstance(self.light, tuple) else traced[0][0]
 
     @property
     def truth_ms(self) -> float:
         """Milliseconds that tracing the truth of all lights took when it was traced."""
-        return sum(view._traced()[1] for view in self.views)
+        return sum(ms for _, ms in self._traced())
 
     def filled(self, renderer: RendererArgument = None) -> float:
         """Share of the picture's pixels that show a surface."""
@@ -248,14 +247,33 @@ class View(Value):
         key = ("samples", self.light, pixels, shadows, count, *identity_of(draw))
         return KEPT_VIEWS.get(self._seen, key, make, lambda made: SAMPLE_BYTES * made[0].receivers)
 
-    def _traced(self) -> tuple[NDArray[np.int8], float]:
-        def trace() -> tuple[NDArray[np.int8], float]:
-            start = time.perf_counter()
-            truth = _core.trace_shadow_mask(self.scene, self.camera, light_of(self), size=self.size)
-            truth.flags.writeable = False
-            return truth, 1e3 * (time.perf_counter() - start)
+    def _traced(self) -> tuple[tuple[NDArray[np.int8], float], ...]:
+        """The truth of each light, and the milliseconds that it took."""
 
-        return KEPT_VIEWS.get(self._seen, ("truth", self.light), trace, lambda made: made[0].nbytes)
+        def trace(lights: Sequence[Light]) -> dict[Light, tuple[NDArray[np.int8], float]]:
+            start = time.perf_counter()
+            if len(lights) == 1:
+                truths = [_core.trace_shadow_mask(self.scene, self.camera, lights[0], size=self.size)]
+            else:
+                truths = _core.trace_shadow_masks(self.scene, self.camera, lights, size=self.size)
+            each_ms = 1e3 * (time.perf_counter() - start) / len(lights)
+            for truth in truths:
+                truth.flags.writeable = False
+            return {light: (truth, each_ms) for light, truth in zip(lights, truths, strict=True)}
+
+        # Lights that are traced together share the rays from the eye.
+        missing = [light for light in dict.fromkeys(self.lights) if not KEPT_VIEWS.holds(self._seen, ("truth", light))]
+        made = trace(missing) if len(missing) > 1 else {}
+
+        def kept(light: Light) -> tuple[NDArray[np.int8], float]:
+            return KEPT_VIEWS.get(
+                self._seen,
+                ("truth", light),
+                lambda: made[light] if light in made else trace([light])[light],
+                lambda one: one[0].nbytes,
+            )
+
+        return tuple(kept(light) for light in self.lights)
 
 
 def checked_light(light: object) -> Light | tuple[Light, ...]:

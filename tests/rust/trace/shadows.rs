@@ -262,3 +262,22 @@ fn the_near_and_far_planes_cut() {
     assert_eq!(cut(2.5, 2.9), TruthMask::NOTHING);
     assert_eq!(cut(3.5, 9.0), TruthMask::NOTHING);
 }
+
+#[test]
+fn several_lights_say_what_each_says_alone() {
+    let scene = scene(vec![quads(&[level(6.0, 0.0)]), sphere(40, 20, 1.0, DVec3::new(0.0, 1.2, 0.0))]);
+    let camera = camera(DVec3::new(3.0, 5.0, 7.0), DVec3::ZERO);
+    let lamp = Light::Point(PointLight::new(DVec3::new(1.0, 4.0, 2.0), 50.0).unwrap());
+    let lights = [sun(0.3, -1.0, 0.2), lamp, sun(-1.0, -0.4, 0.3), sun(0.3, -1.0, 0.2)];
+    let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+    // Neither side is a multiple of a tile's.
+    let size = [157, 83];
+    let together = tracer.shadow_masks(&camera, &lights, size, &Progress::new()).unwrap();
+    assert_eq!(together.len(), lights.len());
+    for (light, mask) in lights.iter().zip(&together) {
+        assert_eq!(*mask, tracer.shadow_mask(&camera, light, size, &Progress::new()).unwrap());
+        assert!(count(&mask.data, TruthMask::SHADOW) > 100 && count(&mask.data, TruthMask::LIT) > 100);
+    }
+    assert_ne!(together[0], together[1]);
+    assert!(tracer.shadow_masks(&camera, &[], size, &Progress::new()).unwrap().is_empty());
+}

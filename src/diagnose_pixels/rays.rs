@@ -154,7 +154,7 @@ impl<'a> LightRays<'a> {
     /// the light.
     pub fn is_averted(&self, met: &Met) -> bool {
         let [a, b, c] = self.corners(met);
-        let mirrored = self.scene.world_from_local()[met.face.0 as usize].matrix3.determinant().signum();
+        let mirrored = self.scene.world_from_local(met.face.0 as usize).matrix3.determinant().signum();
         (b - a).cross(c - a).dot(self.to_light(met.at)) * mirrored < 0.0
     }
 

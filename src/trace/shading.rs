@@ -233,7 +233,7 @@ impl<'a> Shader<'a> {
 
     /// The surface that a ray from the eye meets at `t`, or the answer where that needs no other ray.
     #[inline(always)]
-    fn receiver(&self, lamp: &Lamp, ray: &WorldRay, face: Face, t: f64) -> std::result::Result<Receiver, i8> {
+    fn receiver(&self, lamp: &Lamp, ray: &WorldRay, face: Face, t: f64) -> Result<Receiver, i8> {
         let [a, b, c] = self.scene.corners(face.0, face.1);
         let (ab, ac) = (b - a, c - a);
         // Scaled, so that the squares of tiny triangles do not underflow.

@@ -107,7 +107,7 @@ mod tests {
         fn check(tree: &Tree, items: &[Item], code: u32) -> (Box3, usize) {
             if code & LEAF_BIT != 0 {
                 let id = tree.leaves[(code & !LEAF_BIT) as usize][0];
-                return (items[id as usize].bounds, 1);
+                return (items[id as usize].bounds(), 1);
             }
             let node = &tree.nodes[code as usize];
             used(node).fold((Box3::EMPTY, 0), |(bounds, count), slot| {
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn items_without_extent_are_built() {
-        let flat: Vec<Item> = (0..50).map(|id| Item { bounds: Box3 { min: Vec3::ONE, max: Vec3::ONE }, id }).collect();
+        let flat: Vec<Item> = (0..50).map(|id| Item::new(Box3 { min: Vec3::ONE, max: Vec3::ONE }, id)).collect();
         let (tree, cost) = built(&flat);
         assert!(cost.is_nan());
         let (again, _) = refitted_or_built(flat, Some((&tree, cost)), &Progress::new()).unwrap();

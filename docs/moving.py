@@ -38,7 +38,7 @@ FRAMES, PHASE, STEP = 9, 1 / 24, 0.25
 TECHNIQUES = (
     "uniform", "uniform:stable=true", "lispsm:near=delta-z,range=body,fit=exact", "lispsm", "scene_optimal",
 )  # fmt: skip
-ROUNDS, FEW = 7, 100
+ROUNDS, FEW = 3, 100
 
 
 def animation(world: Moving) -> None:

@@ -117,7 +117,7 @@ def test_words_of_biases():
         ("lispsm:filter=median", UnknownNameError, "median"),
         ("lispsm:mix=2", ArgumentError, "mix: expected a number from 0 to 1"),
         ("lispsm:mix=some", ArgumentError, "mix: expected a number from 0 to 1"),
-        ("lispsm:stored=(back:format=f16,format=f32)", ArgumentError, "stored: format: expected one value"),
+        ("lispsm:stored=(back:format=f16,format=f32)", ArgumentError, "format: expected one value"),
         ("preset:filament,near=3", ArgumentError, "no parameters"),
         ("preset:filamint,bias=none", UnknownNameError, "filamint"),
     ],

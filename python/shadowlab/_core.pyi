@@ -29,13 +29,22 @@ from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
 from ._core_scene import SpotLight as SpotLight
 from ._core_stored import Stored as Stored
+from ._core_stored import depth_rows as depth_rows
+from ._core_stored import depth_steps as depth_steps
 from ._core_summary import cause_counts as cause_counts
 from ._core_summary import causes_by_depth as causes_by_depth
 from ._core_summary import compared_depths as compared_depths
 from ._core_summary import summarize as summarize
 from ._core_summary import summarize_bands as summarize_bands
-from ._core_stored import depth_rows as depth_rows
-from ._core_stored import depth_steps as depth_steps
+from ._core_trace import face_corners as face_corners
+from ._core_trace import first_hit as first_hit
+from ._core_trace import moved_gbuffer as moved_gbuffer
+from ._core_trace import occluded as occluded
+from ._core_trace import same_instances as same_instances
+from ._core_trace import shadows_at as shadows_at
+from ._core_trace import trace_memory as trace_memory
+from ._core_trace import trace_shadow_mask as trace_shadow_mask
+from ._core_trace import trace_shadow_masks as trace_shadow_masks
 from ._core_types import Cull, FootprintLike, Matrices
 
 __version__: str
@@ -486,51 +495,6 @@ def library_specs() -> list[dict[str, Any]]:
 
 def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> tuple[Scene, Camera, _Light]:
     """The library scene of that name, its camera and its light."""
-
-def trace_shadow_mask(
-    scene: Scene,
-    camera: Camera,
-    light: _Light,
-    *,
-    size: _Size,
-    progress: Callable[[int, int], object] | None = None,
-) -> npt.NDArray[np.int8]:
-    """(H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there."""
-
-def trace_shadow_masks(
-    scene: Scene, camera: Camera, lights: Sequence[_Light], *, size: _Size
-) -> list[npt.NDArray[np.int8]]:
-    """The same for each of several lights, whose rays from the eye are traced once: a list of (H, W) int8."""
-
-def face_corners(scene: Scene, instance: int, face: int) -> npt.NDArray[np.float64] | None:
-    """The corners (3, 3) float64 of a triangle of an instance, world, which turn counter-clockwise seen from its outer side; None
-    where there is no such triangle. `face` is the row of its mesh's face array, as `first_hit` gives it.
-    """
-
-def shadows_at(scene: Scene, gbuffer: GBuffer, light: _Light) -> npt.NDArray[np.int8]:
-    """(H, W) int8: what light does at the surface points of a G-buffer, as `trace_shadow_mask` says it of those it finds."""
-
-def moved_gbuffer(gbuffer: GBuffer, before: Scene, after: Scene) -> GBuffer:
-    """The surface points of a G-buffer of the scene `before`, moved with their instances to where these are in `after`.
-
-    Points whose instances stay are the same bit for bit. Points of a flattened instance that moves are left out.
-    """
-
-def same_instances(before: Scene, after: Scene) -> bool:
-    """Whether both scenes have the same meshes, by content, in the same instances, wherever these are."""
-
-def first_hit(
-    scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike
-) -> tuple[_Float, npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """First hits of rays: t (N,) float64 (infinity for none), triangle (N,) int32, instance (N,) int32 (-1 for none)."""
-
-def occluded(
-    scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike, t_max: npt.ArrayLike | None = None
-) -> npt.NDArray[np.bool_]:
-    """Whether anything lies at 0 < t < t_max on each ray: (N,) bool."""
-
-def trace_memory(scene: Scene) -> int:
-    """Bytes of the acceleration structure (built if it is not there yet)."""
 
 def mapped_states(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
     """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""

@@ -16,18 +16,20 @@ pub(super) struct Settings<'a> {
 }
 
 impl<'a> Settings<'a> {
-    /// Of what has a name and settings that are known.
+    /// Of a kind of thing and its name, which has settings that are known.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a setting that does not exist; [`Error::InvalidArgument`] for one that is given twice, and for any
     /// where there are none.
-    pub fn read(of: String, known: &[&'static str], text: &'a str) -> Result<Self> {
+    pub fn read(kind: &str, name: &str, known: &[&'static str], text: &'a str) -> Result<Self> {
+        let of = format!("{kind} {name}");
         let mut given: Vec<(&'static str, &'a str)> = Vec::new();
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             let (key, value) = part.split_once('=').map_or((part, ""), |(key, value)| (key.trim(), value.trim()));
             let Some(&key) = known.iter().find(|name| **name == key) else {
                 if known.is_empty() {
-                    return Err(Error::argument(of, "no settings", format!("{part:?}"), "write the name alone"));
+                    let fix = format!("write {name} alone");
+                    return Err(Error::argument(of, "no settings", format!("{part:?}"), fix));
                 }
                 let (kind, valid) = (format!("setting of {of}"), known.iter().map(ToString::to_string));
                 return Err(Error::UnknownName { kind: kind.into(), name: key.into(), valid: valid.collect() });
@@ -57,15 +59,14 @@ mod tests {
     fn settings_are_read_once_each() {
         assert_eq!(split(" a : b=1, c "), ("a", "b=1, c"));
         assert_eq!(split("a"), ("a", ""));
-        let read = |text| Settings::read("filter a".into(), &["b", "c"], text);
+        let read = |text| Settings::read("filter", "a", &["b", "c"], text);
         let settings = read("c = 2 ,, b=1").unwrap();
         assert_eq!((settings.value("b"), settings.value("c"), settings.value("d")), (Some("1"), Some("2"), None));
         assert_eq!(settings.name("b"), "filter a: b");
         assert_eq!(read("b").unwrap().value("b"), Some(""));
         assert!(matches!(read("d=1"), Err(Error::UnknownName { .. })));
         assert!(read("b=1,b=1").unwrap_err().to_string().contains("give it once"));
-        assert!(
-            Settings::read("filter a".into(), &[], "b=1").unwrap_err().to_string().contains("write the name alone")
-        );
+        let alone = Settings::read("filter", "a", &[], "b=1").unwrap_err().to_string();
+        assert!(alone.contains("write a alone"), "{alone}");
     }
 }

@@ -14,6 +14,7 @@ mod stored;
 mod tested_triangle;
 mod uneven_lattice;
 
+#[cfg(feature = "gpu")]
 pub(super) use casters::{asked_of, casters_of, keep_of};
 pub use lookup::look_up;
 pub use renderer::CpuRenderer;

@@ -154,6 +154,7 @@ impl Level {
 
 impl Asked {
     /// The same for a renderer whose depths are not known to lie between those of a triangle's corners: texels alone count.
+    #[cfg(feature = "gpu")]
     pub fn of_texels(self) -> Self {
         Self { format: None, ..self }
     }

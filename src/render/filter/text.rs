@@ -56,7 +56,7 @@ impl FromStr for Filter {
     /// missing, given twice, not a number or out of its limits.
     fn from_str(text: &str) -> Result<Self> {
         let (name, rest) = split(text);
-        let settings = |name, known| Settings::read(format!("filter {name}"), known, rest);
+        let settings = |name, known| Settings::read("filter", name, known, rest);
         match name {
             "nearest" => settings("nearest", &[]).map(|_| Self::Nearest),
             "bilinear" | PCF_2X2 => settings("bilinear", &[]).map(|_| Self::Bilinear),

@@ -53,7 +53,7 @@ impl FromStr for Stored {
     fn from_str(text: &str) -> Result<Self> {
         let (surface, rest) = split(text);
         let mut stored = Self { surface: StoredSurface::named(surface)?, ..Self::default() };
-        let settings = Settings::read("stored".into(), &["spacing", "format", "limit"], rest)?;
+        let settings = Settings::read("stored", surface, &["spacing", "format", "limit"], rest)?;
         if let Some(name) = settings.value("spacing") {
             stored.spacing = Spacing::named(name)?;
         }
@@ -118,6 +118,6 @@ mod tests {
         }
         assert!("dual:limit=nan".parse::<Stored>().is_err());
         let twice = "front:format=f16,format=f32".parse::<Stored>().unwrap_err().to_string();
-        assert!(twice.contains("stored: format") && twice.contains("give it once"), "{twice}");
+        assert!(twice.contains("stored front: format") && twice.contains("give it once"), "{twice}");
     }
 }

@@ -62,7 +62,7 @@ pub trait Kernel: Copy {
     /// The rays that may meet a child's box, each before its limit.
     fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE]) -> RayBits;
     /// For each triangle the rays that may meet it, or pass it within the rays' band, at any t: none that the exact tests find
-    /// to do so is left out ([`Rough`](crate::trace::rays::Rough)).
+    /// to do so is left out (`Rough` in `rays`).
     fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF];
     /// The triangles the ray meets, at any t.
     fn triangles(packet: &Packet, ray: &Line) -> Meet;

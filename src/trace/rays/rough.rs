@@ -1,6 +1,6 @@
 //! Rays in single precision beside triangles: which of them may come near one, with an error bound.
 //!
-//! The exact test ([`exact`](crate::trace::kernel::exact)) shears a triangle's vertices, in f64, so that the ray is the z axis, and
+//! The exact test (`kernel::exact`) shears a triangle's vertices, in f64, so that the ray is the z axis, and
 //! looks at the signs of three edge functions. The rough one does the same in f32 for all rays of a bundle at once, and leaves out
 //! those that the exact one would leave out whatever was rounded. Those that remain get the exact test, so the rough one never
 //! decides what is met.

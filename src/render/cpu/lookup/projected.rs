@@ -44,7 +44,7 @@ impl MapLookup {
         let plain = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
         let ndc = post_warp.apply(plain, w);
         let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
-        let within = |x: f64| (x >= 0.0) & (x <= 1.0);
+        let within = |x: f64| x.clamp(0.0, 1.0) == x;
         // A NaN (of a matrix at the limits of f64) is outside.
         let is_inside = (w > 0.0) & (ndc.z >= 0.0) & within(u) & within(v);
         let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));

@@ -141,6 +141,18 @@ class Renderer:
     @property
     def adapter(self) -> str:
         """The device in words."""
+    def release(self) -> None:
+        """Gives back the memory that the renderer keeps between calls.
+
+        On a device these are the geometry of the scenes drawn last (at most 1 GiB) and images and buffers that wait for calls of
+        the same sizes (at most 64 of each and 512 MiB together); on the processor the scratch memory of finished calls. The next
+        call makes them anew. Everything goes with the renderer, too.
+
+        Raises
+        ------
+        DeviceError
+            The device was lost.
+        """
     def shadow_map(
         self,
         scene: Scene,

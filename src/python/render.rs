@@ -97,6 +97,19 @@ impl PyRenderer {
         // It tells how many threads there are where it is asked.
         py.detach(|| threads::install(|| self.renderer.adapter())).or_raise(py)
     }
+    /// Gives back the memory that the renderer keeps between calls.
+    ///
+    /// On a device these are the geometry of the scenes drawn last (at most 1 GiB) and images and buffers that wait for calls of
+    /// the same sizes (at most 64 of each and 512 MiB together); on the processor the scratch memory of finished calls. The next
+    /// call makes them anew. Everything goes with the renderer, too.
+    ///
+    /// Raises
+    /// ------
+    /// DeviceError
+    ///     The device was lost.
+    fn release(&self, py: Python<'_>) -> PyResult<()> {
+        self.run(py, |renderer, _| renderer.release())
+    }
     /// The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
     ///
     /// Parameters

@@ -36,6 +36,9 @@ pub trait Renderer: Send + Sync {
     fn backend(&self) -> &'static str;
     /// The device in words.
     fn adapter(&self) -> String;
+    /// Gives back what it keeps between calls: memory for images and, on a device, the geometry of scenes. The next call makes
+    /// it anew.
+    fn release(&self) -> Result<()>;
     /// The shadow maps of all partitions, `resolution` texels (width, height) each, as they are stored.
     fn depth_maps(
         &self,

@@ -72,6 +72,13 @@ impl Renderer for CpuRenderer {
         format!("{} ({threads} thread{})", std::env::consts::ARCH, if threads == 1 { "" } else { "s" })
     }
 
+    fn release(&self) -> Result<()> {
+        if let Ok(mut free) = self.scratch.try_lock() {
+            *free = Vec::new();
+        }
+        Ok(())
+    }
+
     fn maps_of(
         &self,
         scene: &Scene,

@@ -65,9 +65,9 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             lock(&seen).lost.get_or_insert_with(|| format!("{reason:?} {message}").trim_end().to_string());
         });
-        // Three storage buffers to read geometry from, one of placements, one to write to.
+        // Of a mask: view, placements, vertices, indices, light, maps and lookup to read from, one to write to. WebGPU has as many.
         let has_compute = flags.contains(DownlevelFlags::COMPUTE_SHADERS)
-            && limits.max_storage_buffers_per_shader_stage >= 5
+            && limits.max_storage_buffers_per_shader_stage >= 8
             && limits.max_compute_workgroups_per_dimension > 0;
         Ok(Self { device, queue, info, limits, has_compute, failures })
     }
@@ -134,6 +134,15 @@ impl Gpu {
         }
     }
 
+    /// Waits until the device has nothing to do, so that what nobody holds is gone.
+    pub fn settle(&self) -> Result<()> {
+        self.device.poll(PollType::wait_indefinitely()).map_err(|error| {
+            let fix = "make a new renderer, or use backend \"cpu\"".into();
+            Error::Device { what: error.to_string(), fix }
+        })?;
+        self.check()
+    }
+
     /// The error of a size that is over one of the device's limits.
     pub fn over_limit(&self, what: &str, wanted: u64, limit: &str, most: u64) -> Error {
         Error::Device {
@@ -179,5 +188,31 @@ impl Gpu {
             return Err(self.over_limit(what, bytes, "max_storage_buffer_binding_size (bytes)", most));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    /// A device with at most the given features; none, which is told, on a machine without adapters.
+    pub fn opened(allowed: Features) -> Option<Gpu> {
+        match Gpu::open(None, allowed) {
+            Ok(gpu) => Some(gpu),
+            Err(Error::NoAdapter { .. })
+                if !std::env::var("SHADOWLAB_REQUIRE_ALL").is_ok_and(|v| v != "0" && !v.is_empty()) =>
+            {
+                // Not eprintln: the test harness swallows what it prints in tests that pass, and skips are counted.
+                writeln!(
+                    std::io::stderr(),
+                    "\nskipped: no graphics adapter (SHADOWLAB_REQUIRE_ALL=1 makes this a failure)"
+                )
+                .expect("standard error");
+                None
+            }
+            Err(error) => panic!("{error}"),
+        }
     }
 }

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::render::{Extent, Filter, Kernels, MOST_POINTS, Unit};
 
-/// `Kernel` of filter.wgsl.
+/// `Kernel` of filter.wgsl, a part of [`super::uniforms::Lookup`].
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Kernel {

@@ -32,11 +32,19 @@ enum Source {
     TestedExact,
 }
 
-/// What has been compiled.
+/// How drawn depths become stored ones: the constants of stored.wgsl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Encoding {
+    pub surface: u32,
+    pub spacing: u32,
+    pub format: u32,
+}
+
+/// What has been compiled: a few dozen pipelines at most.
 #[derive(Default)]
 pub(super) struct LayerPipelines {
     depth: HashMap<(Fragments, bool, Source), RenderPipeline>,
-    encode: Option<RenderPipeline>,
+    encodings: HashMap<Encoding, RenderPipeline>,
 }
 
 impl LayerPipelines {
@@ -83,12 +91,13 @@ impl LayerPipelines {
     }
 
     /// What turns drawn depths into stored ones.
-    pub fn encode(&mut self, gpu: &Gpu) -> RenderPipeline {
-        self.encode.get_or_insert_with(|| encode_pipeline(gpu)).clone()
+    pub fn encoding(&mut self, gpu: &Gpu, encoding: Encoding) -> RenderPipeline {
+        self.encodings.entry(encoding).or_insert_with(|| encoding_pipeline(gpu, encoding)).clone()
     }
 }
 
-fn encode_pipeline(gpu: &Gpu) -> RenderPipeline {
+fn encoding_pipeline(gpu: &Gpu, Encoding { surface, spacing, format }: Encoding) -> RenderPipeline {
+    let constants = [("surface", surface), ("spacing", spacing), ("format", format)].map(|(name, x)| (name, x.into()));
     let module = module(&gpu.device, "stored", include_str!("shaders/stored.wgsl").into());
     gpu.device.create_render_pipeline(&RenderPipelineDescriptor {
         label: Some("stored"),
@@ -111,7 +120,7 @@ fn encode_pipeline(gpu: &Gpu) -> RenderPipeline {
         fragment: Some(FragmentState {
             module: &module,
             entry_point: Some("stored"),
-            compilation_options: PipelineCompilationOptions::default(),
+            compilation_options: PipelineCompilationOptions { constants: &constants, ..Default::default() },
             targets: &[],
         }),
         multiview_mask: None,

@@ -34,6 +34,14 @@ pub(super) struct State {
     pub layers: LayerPipelines,
 }
 
+impl State {
+    /// Lets go of scenes, textures and buffers; what has been compiled stays.
+    pub fn release(&mut self) {
+        self.scenes = SceneCache::default();
+        self.pool = Pool::default();
+    }
+}
+
 /// One call at work.
 pub(super) struct Session<'a> {
     pub gpu: &'a Gpu,

@@ -1,4 +1,8 @@
 //! The compiled shaders and the fixed state around them.
+//!
+//! No branch or loop of a shader is decided by uniform buffers alone: what decides is in storage, or constant in the pipeline.
+//! Mesa's software device (lavapipe 22.3) takes the values of such uniforms for constants, compiles the shader for them each
+//! time its pipeline is bound, and keeps what it has compiled: 0.3 to 1.6 MB and several milliseconds a call.
 
 use std::sync::OnceLock;
 
@@ -108,7 +112,10 @@ impl Pipelines {
     /// [`Error::Device`] on a device that has no compute shaders.
     pub fn surface(&self, gpu: &Gpu) -> Result<&SurfacePipelines> {
         self.surface.as_ref().ok_or_else(|| Error::Device {
-            what: format!("{} has no compute shaders with five storage buffers, so it gives depth maps only", gpu.info),
+            what: format!(
+                "{} has no compute shaders with eight storage buffers, so it gives depth maps only",
+                gpu.info
+            ),
             fix: "name another adapter, or use backend \"cpu\"".into(),
         })
     }

@@ -4,12 +4,12 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use wgpu::{
-    BindGroupDescriptor, BindGroupEntry, BindingResource, BufferUsages, CommandEncoder, RenderPassDescriptor, Texture,
-    TextureView,
+    BindGroupDescriptor, BindGroupEntry, BindingResource, BufferUsages, CommandEncoder, RenderPassDescriptor,
+    RenderPipeline, Texture, TextureView,
 };
 
 use super::exact::Depths;
-use super::layer_pipelines::Fragments;
+use super::layer_pipelines::{Encoding, Fragments};
 use super::passes::{DepthPipelines, InUse, PassList, Session, Target, depth_attachment, layer_view};
 use super::pipelines::DEPTH;
 use crate::error::Result;
@@ -31,20 +31,11 @@ struct Settings {
     columns: [[f32; 4]; 4],
     size: [f32; 2],
     limit: f32,
-    surface: u32,
-    spacing: u32,
-    format: u32,
-    unused: [u32; 2],
+    unused: f32,
 }
 
-/// A functional of (x, y, 1), x and y in [-1, 1], by its least value and what it gains to the right and down.
-fn by_gains(f: DVec3) -> [f32; 4] {
-    // y goes up.
-    [f.z - f.x.abs() - f.y.abs(), 2.0 * f.x, -2.0 * f.y, 0.0].map(|x| x as f32)
-}
-
-impl Settings {
-    fn new(partition: &Partition, scene: &Scene, size: [u32; 2], stored: Stored) -> Result<Self> {
+impl Encoding {
+    fn new(stored: Stored) -> Self {
         let surface = match stored.surface {
             _ if stored.is_plain() => 0,
             StoredSurface::Front | StoredSurface::Back => 1,
@@ -57,11 +48,20 @@ impl Settings {
             Format::F16 => 1,
             Format::Unorm16 | Format::Unorm24 => stored.format.levels().map_or(0, |levels| levels as u32),
         };
+        Self { surface, spacing: u32::from(stored.spacing == Spacing::Linear), format }
+    }
+}
+
+/// A functional of (x, y, 1), x and y in [-1, 1], by its least value and what it gains to the right and down.
+fn by_gains(f: DVec3) -> [f32; 4] {
+    // y goes up.
+    [f.z - f.x.abs() - f.y.abs(), 2.0 * f.x, -2.0 * f.y, 0.0].map(|x| x as f32)
+}
+
+impl Settings {
+    fn new(partition: &Partition, scene: &Scene, size: [u32; 2], stored: Stored) -> Result<Self> {
         let settings = Self {
             size: size.map(|n| n as f32),
-            surface,
-            spacing: u32::from(stored.spacing == Spacing::Linear),
-            format,
             limit: stored.limit.min(f64::from(f32::MAX)) as f32,
             ..Self::zeroed()
         };
@@ -142,6 +142,8 @@ impl Session<'_> {
         };
         let first = layer()?;
         let second = if behind.is_some() { layer()? } else { first.clone() };
+        let encoding = self.state.layers.encoding(self.gpu, Encoding::new(stored));
+        self.gpu.check()?;
         for (k, settings) in settings.iter().enumerate() {
             self.progress.check()?;
             let target = if is_reversed { Target::REVERSED } else { Target::FORWARD };
@@ -150,7 +152,7 @@ impl Session<'_> {
                 let target = Target { first: Some(&first), ..Target::REVERSED };
                 self.record(encoder, in_use, &list, k, &second, behind, target)?;
             }
-            self.encode(encoder, in_use, settings, [&first, &second], &layer_view(&texture, k as u32))?;
+            self.encode(encoder, in_use, &encoding, settings, [&first, &second], &layer_view(&texture, k as u32))?;
         }
         self.gpu.check()?;
         Ok(texture)
@@ -169,6 +171,7 @@ impl Session<'_> {
         &mut self,
         encoder: &mut CommandEncoder,
         in_use: &mut InUse,
+        pipeline: &RenderPipeline,
         settings: &Settings,
         [first, second]: [&TextureView; 2],
         into: &TextureView,
@@ -177,8 +180,6 @@ impl Session<'_> {
         let uniform = self.state.pool.buffer(self.gpu, UNIFORM, bytes.len() as u64)?;
         in_use.buffers.push(uniform.clone());
         self.gpu.queue.write_buffer(&uniform, 0, bytes);
-        let pipeline = self.state.layers.encode(self.gpu);
-        self.gpu.check()?;
         let group = self.gpu.device.create_bind_group(&BindGroupDescriptor {
             label: Some("stored"),
             layout: &pipeline.get_bind_group_layout(0),
@@ -193,7 +194,7 @@ impl Session<'_> {
             depth_stencil_attachment: Some(depth_attachment(into, 1.0)),
             ..Default::default()
         });
-        pass.set_pipeline(&pipeline);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
         Ok(())
@@ -212,6 +213,6 @@ mod tests {
     #[test]
     fn records_have_the_layout_of_the_shader() {
         // WGSL aligns a vec4f to 16 bytes, and the whole as well.
-        assert_eq!((size_of::<Settings>(), std::mem::offset_of!(Settings, format)), (160, 148));
+        assert_eq!((size_of::<Settings>(), std::mem::offset_of!(Settings, limit)), (144, 136));
     }
 }

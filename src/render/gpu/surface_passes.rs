@@ -14,7 +14,6 @@ use wgpu::{
 use super::draw_list::DrawList;
 use super::exact::Depths;
 use super::guard_band::GuardBand;
-use super::kernel::Kernel;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, TestedIds, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
@@ -39,7 +38,6 @@ const FOOTPRINT_WORDS: usize = Footprint::PLANES + 1;
 const OTHER_BATCH: i32 = -2;
 
 const RESULT: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC);
-const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
 
 /// A view drawn: which triangle each pixel shows, and what it takes to make sense of that.
 pub(super) struct Drawn {
@@ -72,6 +70,8 @@ impl Session<'_> {
         let depths = if camera.is_orthographic() { Depths::Forward } else { Depths::Reversed };
         let draws =
             list.push_pass(scene, &on_device, &camera.reversed_clip_from_world(), guard, depths, Keep::InVolume);
+        // Never empty, as a binding and a buffer of vertices must not be.
+        list.push_identity();
         let space = EyeSpace::new(scene, camera);
         let clips = self.upload(in_use, "the matrices of all visible instances (bytes)", &list.clip_from_local)?;
         let mut placements = space.placements(scene, &on_device, &list.instances);
@@ -82,7 +82,10 @@ impl Session<'_> {
         let placements = self.upload(in_use, "the placements of all visible instances (bytes)", &placements)?;
         self.gpu.check_binding("the placements of all visible instances (bytes)", placements.size())?;
         let exact = self.upload_exact(in_use, &draws.exact)?;
-        let exact_ids = self.upload(in_use, "the numbers of such triangles (bytes)", &draws.exact.ids)?;
+        let exact_ids = match &exact {
+            Some(_) => Some(self.upload(in_use, "the numbers of such triangles (bytes)", &draws.exact.ids)?),
+            None => None,
+        };
         let tested = if draws.is_tested(&on_device) { self.pipelines.tested(self.gpu)?.ids.as_ref() } else { None };
         let tested_exact = self.upload_tested(in_use, &draws)?;
         let groups = slots_by_group(&on_device, &draws.draws);
@@ -130,10 +133,10 @@ impl Session<'_> {
                 }
             }
         }
-        if let Some(corners) = &exact {
+        if let (Some(corners), Some(ids)) = (&exact, &exact_ids) {
             pass.set_pipeline(&pipelines.ids_exact);
             pass.set_vertex_buffer(0, corners.slice(..));
-            pass.set_vertex_buffer(1, exact_ids.slice(..));
+            pass.set_vertex_buffer(1, ids.slice(..));
             pass.draw(0..draws.exact.corners.len() as u32, 0..1);
         }
         if let Some(TestedIds { ids, ids_exact }) = tested {
@@ -188,21 +191,20 @@ impl Session<'_> {
         encoder: CommandEncoder,
         in_use: &mut InUse,
         drawn: &Drawn,
-        (choice, lookup, kernel): (&Choice, &Lookup, &Kernel),
+        (choice, lookup): (&Choice, &Lookup),
         maps: &[Map],
         depth_maps: &Texture,
         into: &mut ShadowMask,
     ) -> Result<()> {
         let pipeline = &self.pipelines.surface(self.gpu)?.mask;
         let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
-        let lookup = self.uniform(in_use, bytemuck::bytes_of(lookup))?;
-        let kernel = self.uniform(in_use, bytemuck::bytes_of(kernel))?;
+        let lookup = self.upload(in_use, "a lookup (bytes)", &[*lookup])?;
         let depth_maps = depth_maps.create_view(&TextureViewDescriptor {
             dimension: Some(TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let [choice, maps, lookup, kernel] = [&choice, &maps, &lookup, &kernel].map(Buffer::as_entire_binding);
-        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps), kernel];
+        let [choice, maps, lookup] = [&choice, &maps, &lookup].map(Buffer::as_entire_binding);
+        let resources = [choice, maps, lookup, BindingResource::TextureView(&depth_maps)];
         self.in_bands(encoder, drawn, pipeline, &resources, MASK_WORDS, |pixels, bytes| {
             let (values, maps) = bytes.split_at(bytes.len() / MASK_WORDS);
             let values = bytemuck::cast_slice::<u8, f32>(values).iter().zip(bytemuck::cast_slice::<u8, i32>(maps));
@@ -246,7 +248,7 @@ impl Session<'_> {
     /// What choose.wgsl reads, on the device.
     fn upload_choice(&mut self, in_use: &mut InUse, choice: &Choice, maps: &[Map]) -> Result<(Buffer, Buffer)> {
         let what = "the records of all maps (bytes)";
-        let choice = self.uniform(in_use, bytemuck::bytes_of(choice))?;
+        let choice = self.upload(in_use, "how maps are chosen (bytes)", &[*choice])?;
         let maps = self.upload(in_use, what, maps)?;
         self.gpu.check_binding(what, maps.size())?;
         Ok((choice, maps))
@@ -289,7 +291,7 @@ impl Session<'_> {
             for (group, slots) in &drawn.groups {
                 let geometry = &drawn.on_device.groups[*group as usize];
                 let view = drawn.view.part(first_row..first_row + rows, slots.clone());
-                let view = self.uniform(&mut in_use, bytemuck::bytes_of(&view))?;
+                let view = self.upload(&mut in_use, "a view (bytes)", &[view])?;
                 let group_0 = [
                     view.as_entire_binding(),
                     BindingResource::TextureView(&ids),
@@ -316,13 +318,6 @@ impl Session<'_> {
         }
         self.state.pool.put_buffer(result);
         Ok(())
-    }
-
-    fn uniform(&mut self, in_use: &mut InUse, bytes: &[u8]) -> Result<Buffer> {
-        let buffer = self.state.pool.buffer(self.gpu, UNIFORM, bytes.len() as u64)?;
-        in_use.buffers.push(buffer.clone());
-        self.gpu.queue.write_buffer(&buffer, 0, bytes);
-        Ok(buffer)
     }
 
     /// A bind group of resources in the order of their bindings.

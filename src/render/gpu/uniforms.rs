@@ -7,6 +7,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4};
 
+use super::kernel::Kernel;
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
@@ -77,6 +78,7 @@ pub(super) struct Lookup {
     /// Binary digits of a float's step, 0 of a normalised format.
     digits: i32,
     unused: [u32; 3],
+    kernel: Kernel,
 }
 
 impl Lookup {
@@ -109,11 +111,11 @@ impl EyeSpace {
         }
     }
 
-    /// Bias and blending; the maps at hand are for the caller to fill in.
+    /// Bias, blending and filter; the maps at hand are for the caller to fill in.
     ///
     /// # Errors
     /// [`crate::Error::InvalidArgument`] for an unusable bias or blend.
-    pub fn lookup(&self, settings: &MaskSettings) -> Result<Lookup> {
+    pub fn lookup(&self, settings: &MaskSettings, kernel: Kernel) -> Result<Lookup> {
         let (bias, format) = (settings.bias.checked()?, settings.stored.format);
         Ok(Lookup {
             bias_world: self.length(bias.world).clamp(f32::MIN, f32::MAX),
@@ -136,6 +138,7 @@ impl EyeSpace {
                 None => -format.step(1.0).log2() as i32,
             },
             unused: [0; 3],
+            kernel,
         })
     }
 
@@ -344,7 +347,7 @@ mod tests {
         // WGSL aligns structs to 16 bytes, and a vec3f to as much.
         assert_eq!(
             (size_of::<Choice>(), size_of::<Map>(), size_of::<Gradient>(), size_of::<Lookup>()),
-            (48, 352, 32, 64)
+            (48, 352, 32, 64 + 16 + 16 * 128)
         );
         assert_eq!((std::mem::offset_of!(Map, texel), std::mem::offset_of!(Map, log_offset)), (272, 300));
     }

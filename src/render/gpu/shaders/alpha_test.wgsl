@@ -17,14 +17,10 @@ struct AlphaTest {
 
 // The place in [0, 1] that a coordinate reads.
 fn folded(u: f32, wrap: u32) -> f32 {
-    if wrap == 0 {
-        return u - floor(u);
-    }
-    if wrap == 1 {
-        let twice = u - 2.0 * floor(0.5 * u);
-        return min(twice, 2.0 - twice);
-    }
-    return clamp(u, 0.0, 1.0);
+    let twice = u - 2.0 * floor(0.5 * u);
+    // No branch asks a uniform: see pipelines.rs.
+    let mirrored_or_clamped = select(clamp(u, 0.0, 1.0), min(twice, 2.0 - twice), wrap == 1);
+    return select(mirrored_or_clamped, u - floor(u), wrap == 0);
 }
 
 // The texel at a place, at most one beside the texture.

@@ -52,7 +52,7 @@ struct Gradient {
     turn: vec3f,
 }
 
-@group(1) @binding(0) var<uniform> choice: Choice;
+@group(1) @binding(0) var<storage, read> choice: Choice;
 @group(1) @binding(1) var<storage, read> maps: array<Map>;
 
 const NO_MAP = 0xffffffffu;

@@ -1,7 +1,7 @@
 // The light that a filter makes of comparisons; twin of render/filter/kernel.rs and kernels.rs; lookup.wgsl comes before this text.
 //
 // Space: "eye" of surface.wgsl. Space "texel": the map in texels, x to the right, y down.
-// Group 1: 4 the filter.
+// The filter is a part of lookup.wgsl's group 1.
 
 struct Kernel {
     // NEAREST and so on.
@@ -15,8 +15,6 @@ struct Kernel {
     // Points of the unit disc, two each.
     disc: array<vec4f, 128>,
 }
-
-@group(1) @binding(4) var<uniform> kernel: Kernel;
 
 const NEAREST = 0u;
 const BILINEAR = 1u;
@@ -58,15 +56,15 @@ fn held_row(row: vec2f, axis: vec2f) -> vec2f {
 // The kernel at a receiver in a map whose texel coordinates have these gradients there.
 fn shape_at(p: vec3f, normal: vec3f, grad_x: vec3f, grad_y: vec3f) -> Shape {
     var shape: Shape;
-    shape.kind = kernel.kind;
-    if kernel.kind == NEAREST || kernel.kind == BILINEAR {
-        shape.reach = vec2f(select(0.5, 1.0, kernel.kind == BILINEAR));
+    shape.kind = lookup.kernel.kind;
+    if lookup.kernel.kind == NEAREST || lookup.kernel.kind == BILINEAR {
+        shape.reach = vec2f(select(0.5, 1.0, lookup.kernel.kind == BILINEAR));
         return shape;
     }
     // Steps of the kernel's unit to the right and down, in texels.
     var x = vec2f(1.0, 0.0);
     var y = vec2f(0.0, 1.0);
-    if kernel.unit != TEXELS {
+    if lookup.kernel.unit != TEXELS {
         // How far the point moves on its plane as its pixel moves by one.
         let ray = select(p, view.forward, view.rays == PARALLEL);
         let w = w_at(dot(p, view.forward));
@@ -78,21 +76,21 @@ fn shape_at(p: vec3f, normal: vec3f, grad_x: vec3f, grad_y: vec3f) -> Shape {
         x = vec2f(dot(grad_x, step_across), dot(grad_x, step_down));
         y = vec2f(dot(grad_y, step_across), dot(grad_y, step_down));
     }
-    if kernel.kind == DISC {
-        shape.axes_x = kernel.length * x;
-        shape.axes_y = kernel.length * y;
-        if kernel.unit != TEXELS {
+    if lookup.kernel.kind == DISC {
+        shape.axes_x = lookup.kernel.length * x;
+        shape.axes_y = lookup.kernel.length * y;
+        if lookup.kernel.unit != TEXELS {
             shape.axes_x = held_row(shape.axes_x, vec2f(1.0, 0.0));
             shape.axes_y = held_row(shape.axes_y, vec2f(0.0, 1.0));
         }
         shape.reach = vec2f(length(shape.axes_x), length(shape.axes_y)) + 0.5;
         return shape;
     }
-    shape.widths = kernel.length * vec2f(length(x), length(y));
-    if kernel.unit != TEXELS {
+    shape.widths = lookup.kernel.length * vec2f(length(x), length(y));
+    if lookup.kernel.unit != TEXELS {
         shape.widths = vec2f(held_width(shape.widths.x, 1.0, WIDEST), held_width(shape.widths.y, 1.0, WIDEST));
     }
-    if kernel.kind == BOX && shape.widths.x == 1.0 && shape.widths.y == 1.0 {
+    if lookup.kernel.kind == BOX && shape.widths.x == 1.0 && shape.widths.y == 1.0 {
         shape.kind = BILINEAR;
     }
     shape.reach = 0.5 * shape.widths + 0.5;
@@ -158,13 +156,13 @@ fn light(map: u32, p: vec3f, normal: vec3f) -> f32 {
         }
         case DISC: {
             var sum = 0.0;
-            for (var i = 0u; i < kernel.points; i++) {
-                let two = kernel.disc[i / 2u];
+            for (var i = 0u; i < lookup.kernel.points; i++) {
+                let two = lookup.kernel.disc[i / 2u];
                 let q = select(two.xy, two.zw, i % 2u == 1u);
                 let place = at.p_texel + vec2f(dot(at.shape.axes_x, q), dot(at.shape.axes_y, q));
                 sum += lit(layer, vec2i(floor(place)), at);
             }
-            return sum / f32(kernel.points);
+            return sum / f32(lookup.kernel.points);
         }
         default: {
             return separable(layer, at);

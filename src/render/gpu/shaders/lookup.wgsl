@@ -2,9 +2,8 @@
 // before this text, filter.wgsl after it.
 //
 // Space: "eye" of surface.wgsl, lengths in its unit. Space "texel": the map in texels, x to the right, y down.
-// Group 1, beside choose.wgsl's: 2 bias, blending and batch, 3 the maps of this batch, 4 that of filter.wgsl, 5 result: for the n
-// pixels of the rows at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none.
-// The value of a pixel is the sum of those of all batches; one that no map of this batch lights has OTHER_BATCH, and a value
+// Group 1, beside choose.wgsl's: 2 bias, blending, batch and filter, 3 the maps of this batch, 4 result: for the n pixels of the
+// rows at hand n values in [0, 1], -1 where nothing is, then the index of the map that each asks, NO_MAP for none. The value of a pixel is the sum of those of all batches; one that no map of this batch lights has OTHER_BATCH, and a value
 // that says nothing.
 
 struct Lookup {
@@ -27,11 +26,13 @@ struct Lookup {
     unused_0: u32,
     unused_1: u32,
     unused_2: u32,
+    // See filter.wgsl.
+    kernel: Kernel,
 }
 
-@group(1) @binding(2) var<uniform> lookup: Lookup;
+@group(1) @binding(2) var<storage, read> lookup: Lookup;
 @group(1) @binding(3) var depth_maps: texture_depth_2d_array;
-@group(1) @binding(5) var<storage, read_write> result: array<u32>;
+@group(1) @binding(4) var<storage, read_write> result: array<u32>;
 
 const OTHER_BATCH = 0xfffffffeu;
 

@@ -21,15 +21,16 @@ struct Settings {
     size: vec2f,
     // Largest share of the way between two depths: dual layers' in texels.
     limit: f32,
-    // PLAIN, FRONT, SECOND, MIDPOINT or DUAL.
-    surface: u32,
-    // 0: projective. 1: linear.
-    spacing: u32,
-    // FLOAT, HALF, or the largest whole number of a normalised integer.
-    format: u32,
-    unused_0: u32,
-    unused_1: u32,
+    unused: f32,
 }
+
+// Constants of a pipeline, not uniforms: see pipelines.rs.
+// PLAIN, FRONT, SECOND, MIDPOINT or DUAL.
+override surface: u32;
+// 0: projective. 1: linear.
+override spacing: u32;
+// FLOAT, HALF, or the largest whole number of a normalised integer.
+override format: u32;
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var first: texture_depth_2d;
@@ -98,19 +99,19 @@ fn value(texel: vec2f, z: vec2f) -> f32 {
     let is_alone = z.y <= 0.0;
     var to = z.y;
     var part = 0.0;
-    if settings.surface == SECOND {
+    if surface == SECOND {
         part = 1.0;
-    } else if settings.surface == MIDPOINT {
+    } else if surface == MIDPOINT {
         part = 0.5;
-    } else if settings.surface == DUAL {
+    } else if surface == DUAL {
         // A ray without a second depth goes towards the far plane.
         to = select(z.y, 0.0, is_alone);
         part = dual_share(ray, z.x, to, select(0.5, BOUNDLESS, is_alone));
     }
-    if is_alone && (settings.surface == SECOND || settings.surface == MIDPOINT) {
+    if is_alone && (surface == SECOND || surface == MIDPOINT) {
         return 1.0;
     }
-    if settings.spacing == 1 {
+    if spacing == 1 {
         let start = linear_depth(ray, z.x);
         if part == 0.0 {
             return start;
@@ -118,7 +119,7 @@ fn value(texel: vec2f, z: vec2f) -> f32 {
         return start + part * (linear_depth(ray, to) - start);
     }
     if part >= 1.0 {
-        return select(1.0 - to, 1.0, settings.surface == DUAL);
+        return select(1.0 - to, 1.0, surface == DUAL);
     }
     // w is an affine function of the way along the ray, and depth one of 1 / w.
     let w = vec2f(ray.w.x * (1.0 - z.x) + ray.w.y * z.x, ray.w.x * (1.0 - to) + ray.w.y * to);
@@ -127,15 +128,15 @@ fn value(texel: vec2f, z: vec2f) -> f32 {
 
 // The nearest number of the format: Format::quantise.
 fn quantised(z: f32) -> f32 {
-    if settings.format == FLOAT {
+    if format == FLOAT {
         return z;
     }
-    if settings.format == HALF {
+    if format == HALF {
         // Powers of two: nothing is rounded but the quotient, halves to even.
         let exponent = max(i32(bitcast<u32>(z) >> 23) - 127, -14);
         return ldexp(round(ldexp(z, 10 - exponent)), exponent - 10);
     }
-    let levels = f32(settings.format);
+    let levels = f32(format);
     return round(z * levels) / levels;
 }
 
@@ -149,7 +150,7 @@ fn everything(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
 fn stored(@builtin(position) p: vec4f) -> @builtin(frag_depth) f32 {
     let texel = vec2i(p.xy);
     let z = vec2f(textureLoad(first, texel, 0), textureLoad(second, texel, 0));
-    if settings.surface == PLAIN {
+    if surface == PLAIN {
         return quantised(z.x);
     }
     if z.x <= 0.0 {

@@ -2,7 +2,7 @@
 //
 // Space "eye": world axes, origin at a perspective eye, or of parallel rays on the view axis, in units of a power of two near the size of scene and view, so that single
 // precision is relative to the eye and its range is never left.
-// Group 0: 0 view, 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
+// Group 0: 0 view (storage: see pipelines.rs), 1 ids (see ids.wgsl), 2 placements of the visible instances, 3 p_local of the meshes of a group, 4 their
 // vertex indices.
 // Part of gbuffer.wgsl, lookup.wgsl and footprint.wgsl, which see to one pixel an invocation.
 
@@ -47,7 +47,7 @@ struct Placement {
     unused: u32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(0) var<storage, read> view: View;
 @group(0) @binding(1) var ids: texture_2d<u32>;
 @group(0) @binding(2) var<storage, read> placements: array<Placement>;
 @group(0) @binding(3) var<storage, read> vertices: array<f32>;

@@ -11,6 +11,8 @@ mod failure;
 mod guard_band;
 mod kernel;
 mod layer_pipelines;
+mod mask_pipelines;
+mod pairs;
 mod passes;
 mod pipelines;
 mod pool;

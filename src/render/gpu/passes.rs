@@ -14,6 +14,7 @@ use super::draw_list::{DrawList, PassDraws};
 use super::exact::{Depths, ExactTriangles};
 use super::guard_band::GuardBand;
 use super::layer_pipelines::LayerPipelines;
+use super::mask_pipelines::MaskPipelines;
 use super::pipelines::{DEPTH, Pipelines};
 use super::pool::Pool;
 use super::scene_cache::{DeviceScene, RECORD, SceneCache};
@@ -32,6 +33,7 @@ pub(super) struct State {
     pub scenes: SceneCache,
     pub pool: Pool,
     pub layers: LayerPipelines,
+    pub masks: MaskPipelines,
 }
 
 impl State {

@@ -24,10 +24,12 @@ pub(super) const IDS: TextureFormat = TextureFormat::Rg32Uint;
 /// Pixels along each side of a workgroup; `@workgroup_size` in the shaders.
 pub(super) const WORKGROUP: u32 = 8;
 
+/// The numbers of shaders that see to pixels, with and without double precision.
+const NUMBERS: [&str; 2] = [include_str!("shaders/single.wgsl"), include_str!("shaders/double.wgsl")];
 /// What a pixel shows.
-const SURFACE: &str = include_str!("shaders/surface.wgsl");
+pub(super) const SURFACE: &str = include_str!("shaders/surface.wgsl");
 /// Which map serves it.
-const CHOOSE: &str = include_str!("shaders/choose.wgsl");
+pub(super) const CHOOSE: &str = include_str!("shaders/choose.wgsl");
 /// Which points of a mesh exist.
 pub(super) const ALPHA_TEST: &str = include_str!("shaders/alpha_test.wgsl");
 
@@ -61,7 +63,6 @@ pub(super) struct SurfacePipelines {
     /// Of triangles that the host has projected.
     pub ids_exact: RenderPipeline,
     pub gbuffer: ComputePipeline,
-    pub mask: ComputePipeline,
     pub footprint: ComputePipeline,
 }
 
@@ -83,16 +84,17 @@ impl Pipelines {
         let surface = gpu.has_compute.then(|| SurfacePipelines {
             ids: ids_pipeline(device),
             ids_exact: ids_exact_pipeline(device),
-            gbuffer: compute_pipeline(device, "gbuffer", &[SURFACE, include_str!("shaders/gbuffer.wgsl")]),
-            mask: compute_pipeline(
+            gbuffer: compute_pipeline(
                 device,
-                "shadow_mask",
-                &[SURFACE, CHOOSE, include_str!("shaders/lookup.wgsl"), include_str!("shaders/filter.wgsl")],
+                "gbuffer",
+                &[numbers(device), SURFACE, include_str!("shaders/gbuffer.wgsl")],
+                &[],
             ),
             footprint: compute_pipeline(
                 device,
                 "footprint",
-                &[SURFACE, CHOOSE, include_str!("shaders/footprint.wgsl")],
+                &[NUMBERS[0], SURFACE, CHOOSE, include_str!("shaders/footprint.wgsl")],
+                &[],
             ),
         });
         gpu.check()?;
@@ -255,15 +257,25 @@ fn render_pipeline(
     })
 }
 
-/// A pipeline of the entry point `name` in texts that follow each other.
-fn compute_pipeline(device: &Device, name: &str, sources: &[&str]) -> ComputePipeline {
+/// The numbers that shaders have on a device.
+pub(super) fn numbers(device: &Device) -> &'static str {
+    NUMBERS[usize::from(device.features().contains(Features::SHADER_F64))]
+}
+
+/// A pipeline of the entry point `name` in texts that follow each other, with their constants.
+pub(super) fn compute_pipeline(
+    device: &Device,
+    name: &str,
+    sources: &[&str],
+    constants: &[(&str, f64)],
+) -> ComputePipeline {
     let module = module(device, name, sources.join("\n"));
     device.create_compute_pipeline(&ComputePipelineDescriptor {
         label: Some(name),
         layout: None,
         module: &module,
         entry_point: Some(name),
-        compilation_options: PipelineCompilationOptions::default(),
+        compilation_options: PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
     })
 }

@@ -8,6 +8,7 @@ use super::adapter::AdapterInfo;
 use super::device::Gpu;
 use super::failure::{guarded, lock};
 use super::kernel::Kernel;
+use super::mask_pipelines::MaskKind;
 use super::passes::{InUse, Session, State};
 use super::pipelines::Pipelines;
 use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
@@ -28,6 +29,9 @@ use crate::scene::{Camera, Light, Scene};
 /// and to keep what one call takes on the device, twice this, well inside any device's memory.
 const BATCH_BYTES: u64 = 256 << 20;
 
+/// What is used of a device where it has it: numbers of triangles in shaders, and double precision.
+pub(super) const FEATURES: Features = Features::PRIMITIVE_INDEX.union(Features::SHADER_F64);
+
 /// Draws on a graphics device. Scenes, textures and buffers stay there between calls; threads take turns.
 pub struct GpuRenderer {
     gpu: Gpu,
@@ -42,10 +46,10 @@ impl GpuRenderer {
     /// # Errors
     /// [`crate::Error::NoAdapter`] with the adapters found, [`crate::Error::Device`] where it cannot be opened.
     pub fn new(adapter: Option<&str>) -> Result<Self> {
-        guarded(|| Self::on(Gpu::open(adapter, Features::PRIMITIVE_INDEX)?))
+        guarded(|| Self::on(Gpu::open(adapter, FEATURES)?))
     }
 
-    fn on(gpu: Gpu) -> Result<Self> {
+    pub(super) fn on(gpu: Gpu) -> Result<Self> {
         let pipelines = Pipelines::new(&gpu)?;
         Ok(Self { gpu, pipelines, state: Mutex::default() })
     }
@@ -53,6 +57,12 @@ impl GpuRenderer {
     /// The adapter in use.
     pub fn adapter_info(&self) -> &AdapterInfo {
         &self.gpu.info
+    }
+
+    /// Whether positions and places in maps are computed in double precision, so that masks have the light of the processor but
+    /// for the rounding of weights; without it places are rounded to a few 2^-24 of the map's size (docs/filters.md).
+    pub fn has_double(&self) -> bool {
+        self.gpu.device.features().contains(Features::SHADER_F64)
     }
 
     /// How many maps of so many bytes are drawn in one submission.
@@ -242,7 +252,7 @@ impl Renderer for GpuRenderer {
         self.gpu.check_texture("a shadow map", resolution, 1)?;
         let space = EyeSpace::new(scene, camera);
         let kernels = Kernels::new(settings.filter, Some(Eye::new(camera, scene.origin(), size)))?;
-        let kernel = Kernel::new(&settings.filter, &kernels);
+        let (kind, kernel) = (MaskKind::new(settings), Kernel::new(&settings.filter, &kernels));
         let (choice, lookup) = (space.choice(light, p), space.lookup(settings, kernel)?);
         let maps = space.maps_of(p, resolution, settings.stored)?;
         let pixels = size[0] as usize * size[1] as usize;
@@ -259,7 +269,15 @@ impl Renderer for GpuRenderer {
                     session.draw_stored(&mut encoder, &mut in_use, scene, partitions, resolution, stored, &keep)?;
                 let lookup = lookup.part(first..first + partitions.len());
                 let recorded = std::mem::replace(&mut encoder, self.gpu.encoder("shadow mask"));
-                session.read_mask(recorded, &mut in_use, &drawn, (&choice, &lookup), &maps, &depth_maps, &mut mask)?;
+                session.read_mask(
+                    recorded,
+                    &mut in_use,
+                    &drawn,
+                    (kind, &choice, &lookup),
+                    &maps,
+                    &depth_maps,
+                    &mut mask,
+                )?;
                 in_use.release(&mut session.state.pool);
             }
             in_use.release(&mut session.state.pool);

@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::draw_list::Draw;
+use super::pairs::pairs;
 use super::scene_cache::DeviceScene;
 use crate::scene::{Camera, Scene};
 
@@ -42,14 +43,16 @@ pub(super) struct View {
     shift: [f32; 2],
     depth_at_origin: f32,
     unused: u32,
+    /// Rests of right, up, forward, `eye_minus_origin` and center; vectors have four numbers there.
+    low: [[f32; 4]; 5],
 }
 
 /// `Placement` of surface.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Placement {
-    /// Rows.
-    eye_from_local: [[f32; 4]; 3],
+    /// Rows, each with its rest.
+    eye_from_local: [[[f32; 4]; 2]; 3],
     first_vertex: u32,
     first_index: u32,
     instance: u32,
@@ -98,18 +101,22 @@ impl EyeSpace {
         let unit = if parallel { self.unit } else { 1.0 };
         let (right, up) = (camera.right() * (half.x / unit), camera.up() * (half.y / unit));
         let straight = if parallel { DVec3::ZERO } else { camera.forward() };
+        let center = straight + right * shift.x + up * shift.y;
+        let vectors = [right, up, camera.forward(), self.eye - scene.origin(), center].map(|v| pairs(v.to_array()));
+        let [right, up, forward, eye_minus_origin, center] = vectors.map(|[high, _]| high);
         View {
-            right: right.as_vec3().to_array(),
+            right,
             width: size[0],
-            up: up.as_vec3().to_array(),
+            up,
             height: size[1],
-            forward: camera.forward().as_vec3().to_array(),
+            forward,
             rays: u32::from(parallel),
-            center: (straight + right * shift.x + up * shift.y).as_vec3().to_array(),
+            center,
             nearest: if parallel { self.camera_depth(camera.near()).max(f32::MIN) } else { 0.0 },
             shift: shift.as_vec2().to_array(),
             depth_at_origin: self.depth as f32,
-            eye_minus_origin: (self.eye - scene.origin()).as_vec3().to_array(),
+            eye_minus_origin,
+            low: vectors.map(|[_, [x, y, z]]| [x, y, z, 0.0]),
             // What a G-buffer stores is f32 in world units; a unit outside of that range cannot be stored either way.
             unit: self.unit.clamp(f32::MIN_POSITIVE.into(), f32::MAX.into()) as f32,
             ..View::zeroed()
@@ -122,7 +129,7 @@ impl EyeSpace {
             let world_from_local: DAffine3 = scene.world_from_local(instance as usize);
             let linear: DMat3 = world_from_local.matrix3;
             let translation = (world_from_local.translation - self.eye) / self.unit;
-            let row = |i: usize| (linear.row(i) / self.unit).extend(translation[i]).as_vec4().to_array();
+            let row = |i: usize| pairs((linear.row(i) / self.unit).extend(translation[i]).to_array());
             let mesh = on_device.meshes[scene.instances()[instance as usize].mesh as usize];
             Placement {
                 eye_from_local: std::array::from_fn(row),

@@ -14,6 +14,7 @@ use wgpu::{
 use super::draw_list::DrawList;
 use super::exact::Depths;
 use super::guard_band::GuardBand;
+use super::mask_pipelines::MaskKind;
 use super::passes::{InUse, Session, depth_attachment, draw_indexed, layer_view};
 use super::pipelines::{DEPTH, IDS, IdsPipeline, TestedIds, WORKGROUP};
 use super::readback::{STAGING, finish_and_read};
@@ -191,12 +192,13 @@ impl Session<'_> {
         encoder: CommandEncoder,
         in_use: &mut InUse,
         drawn: &Drawn,
-        (choice, lookup): (&Choice, &Lookup),
+        (kind, choice, lookup): (MaskKind, &Choice, &Lookup),
         maps: &[Map],
         depth_maps: &Texture,
         into: &mut ShadowMask,
     ) -> Result<()> {
-        let pipeline = &self.pipelines.surface(self.gpu)?.mask;
+        let pipeline = &self.state.masks.get(self.gpu, kind);
+        self.gpu.check()?;
         let (choice, maps) = self.upload_choice(in_use, choice, maps)?;
         let lookup = self.upload(in_use, "a lookup (bytes)", &[*lookup])?;
         let depth_maps = depth_maps.create_view(&TextureViewDescriptor {

@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4};
 
 use super::kernel::Kernel;
+use super::pairs::pairs;
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
@@ -46,6 +47,9 @@ pub(super) struct Map {
     unused: [u32; 3],
     /// What stored depths measure: numerator and denominator.
     depth: [[f32; 4]; 2],
+    /// Rests of the rows and of these two.
+    rows_low: [[f32; 4]; 4],
+    depth_low: [[f32; 4]; 2],
 }
 
 /// `Gradient` of choose.wgsl.
@@ -197,9 +201,18 @@ impl Map {
         let (k_x, k_y, k_ray) = (largest(x), largest(y), power_of_two_below(&ray.to_array()));
         // Texels to a unit of NDC; y down.
         let [texels_x, texels_y] = [0.5 * f64::from(resolution[0]), -0.5 * f64::from(resolution[1])];
+        let depth = match stored.spacing {
+            Spacing::Projective => [rows[2], rows[3]],
+            Spacing::Linear => {
+                let measure = DepthMeasure::new(&clip_from_eye, &partition.post_warp, stored.spacing)?;
+                [measure.numerator, measure.denominator]
+            }
+        };
+        let (rows, depth) = (rows.map(|row| pairs(row.to_array())), depth.map(|row| pairs(row.to_array())));
         let texel = DVec3::new(k_ray / (k_y * texels_x), k_ray / (k_x * texels_y), k_x * k_y / k_ray);
         Ok(Self {
-            rows: rows.map(|row| row.as_vec4().to_array()),
+            rows: rows.map(|[high, _]| high),
+            rows_low: rows.map(|[_, low]| low),
             region,
             gradients: [Gradient::new(x, k_x), Gradient::new(y, k_y)],
             ray: (ray * k_ray).as_vec4().to_array(),
@@ -208,14 +221,8 @@ impl Map {
             post_warp,
             log_scale: log_scale as f32,
             log_offset: log_offset as f32,
-            depth: match stored.spacing {
-                Spacing::Projective => [rows[2], rows[3]],
-                Spacing::Linear => {
-                    let measure = DepthMeasure::new(&clip_from_eye, &partition.post_warp, stored.spacing)?;
-                    [measure.numerator, measure.denominator]
-                }
-            }
-            .map(|row| row.as_vec4().to_array()),
+            depth: depth.map(|[high, _]| high),
+            depth_low: depth.map(|[_, low]| low),
             ..Self::zeroed()
         })
     }
@@ -347,7 +354,7 @@ mod tests {
         // WGSL aligns structs to 16 bytes, and a vec3f to as much.
         assert_eq!(
             (size_of::<Choice>(), size_of::<Map>(), size_of::<Gradient>(), size_of::<Lookup>()),
-            (48, 352, 32, 64 + 16 + 16 * 128)
+            (48, 448, 32, 64 + 16 + 16 * 128)
         );
         assert_eq!((std::mem::offset_of!(Map, texel), std::mem::offset_of!(Map, log_offset)), (272, 300));
     }

@@ -45,6 +45,13 @@ struct Map {
     // What stored depths measure: this times (p, 1), over that times (p, 1).
     depth_numerator: vec4f,
     depth_denominator: vec4f,
+    // What single precision leaves of the four rows and of these two.
+    row_x_low: vec4f,
+    row_y_low: vec4f,
+    row_z_low: vec4f,
+    row_w_low: vec4f,
+    depth_numerator_low: vec4f,
+    depth_denominator_low: vec4f,
 }
 
 struct Gradient {

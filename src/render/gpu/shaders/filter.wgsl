@@ -4,14 +4,13 @@
 // The filter is a part of lookup.wgsl's group 1.
 
 struct Kernel {
-    // NEAREST and so on.
-    kind: u32,
     // Of a disc.
     points: u32,
     // TEXELS or PIXELS.
     unit: u32,
     // Width, or radius of a disc, in its unit.
     length: f32,
+    unused: u32,
     // Points of the unit disc, two each.
     disc: array<vec4f, 128>,
 }
@@ -28,7 +27,8 @@ const WIDEST = 64.0;
 
 // A kernel at one receiver, texels.
 struct Shape {
-    kind: u32,
+    // Also a box of one texel.
+    is_bilinear: bool,
     // Of box and tent.
     widths: vec2f,
     // The unit disc becomes the kernel's: rows x and y.
@@ -54,11 +54,11 @@ fn held_row(row: vec2f, axis: vec2f) -> vec2f {
 }
 
 // The kernel at a receiver in a map whose texel coordinates have these gradients there.
-fn shape_at(p: vec3f, normal: vec3f, grad_x: vec3f, grad_y: vec3f) -> Shape {
+fn shape_at(p: real3, normal: real3, grad_x: real3, grad_y: real3) -> Shape {
     var shape: Shape;
-    shape.kind = lookup.kernel.kind;
-    if lookup.kernel.kind == NEAREST || lookup.kernel.kind == BILINEAR {
-        shape.reach = vec2f(select(0.5, 1.0, lookup.kernel.kind == BILINEAR));
+    shape.is_bilinear = filter_kind == BILINEAR;
+    if filter_kind == NEAREST || filter_kind == BILINEAR {
+        shape.reach = vec2f(select(0.5, 1.0, filter_kind == BILINEAR));
         return shape;
     }
     // Steps of the kernel's unit to the right and down, in texels.
@@ -66,17 +66,17 @@ fn shape_at(p: vec3f, normal: vec3f, grad_x: vec3f, grad_y: vec3f) -> Shape {
     var y = vec2f(0.0, 1.0);
     if lookup.kernel.unit != TEXELS {
         // How far the point moves on its plane as its pixel moves by one.
-        let ray = select(p, view.forward, view.rays == PARALLEL);
-        let w = w_at(dot(p, view.forward));
+        let ray = select(p, view_forward(), view.rays == PARALLEL);
+        let w = w_at(dot(p, view_forward()));
         let facing = dot(normal, ray);
-        let across = view.right * (2.0 * w / f32(view.width));
-        let down = view.up * (-2.0 * w / f32(view.height));
+        let across = view_right() * (2.0 * w / real(view.width));
+        let down = view_up() * (-2.0 * w / real(view.height));
         let step_across = across - ray * (dot(normal, across) / facing);
         let step_down = down - ray * (dot(normal, down) / facing);
-        x = vec2f(dot(grad_x, step_across), dot(grad_x, step_down));
-        y = vec2f(dot(grad_y, step_across), dot(grad_y, step_down));
+        x = vec2f(real2(dot(grad_x, step_across), dot(grad_x, step_down)));
+        y = vec2f(real2(dot(grad_y, step_across), dot(grad_y, step_down)));
     }
-    if lookup.kernel.kind == DISC {
+    if filter_kind == DISC {
         shape.axes_x = lookup.kernel.length * x;
         shape.axes_y = lookup.kernel.length * y;
         if lookup.kernel.unit != TEXELS {
@@ -90,9 +90,7 @@ fn shape_at(p: vec3f, normal: vec3f, grad_x: vec3f, grad_y: vec3f) -> Shape {
     if lookup.kernel.unit != TEXELS {
         shape.widths = vec2f(held_width(shape.widths.x, 1.0, WIDEST), held_width(shape.widths.y, 1.0, WIDEST));
     }
-    if lookup.kernel.kind == BOX && shape.widths.x == 1.0 && shape.widths.y == 1.0 {
-        shape.kind = BILINEAR;
-    }
+    shape.is_bilinear = filter_kind == BOX && shape.widths.x == 1.0 && shape.widths.y == 1.0;
     shape.reach = 0.5 * shape.widths + 0.5;
     return shape;
 }
@@ -104,8 +102,8 @@ fn tent_integral(t: f32) -> f32 {
 }
 
 // The weight of a texel that begins at `from`, relative to the place, along one axis.
-fn weight_of(kind: u32, first: f32, width: f32) -> f32 {
-    if kind == BOX {
+fn weight_of(first: f32, width: f32) -> f32 {
+    if filter_kind == BOX {
         return max(min(first + 1.0, 0.5 * width) - max(first, -0.5 * width), 0.0) / width;
     }
     return tent_integral((first + 1.0) / width) - tent_integral(first / width);
@@ -113,19 +111,18 @@ fn weight_of(kind: u32, first: f32, width: f32) -> f32 {
 
 fn separable(layer: u32, at: Comparison) -> f32 {
     // Relative to the texel that the place is in: nothing of the place's own digits is lost.
-    let corner = floor(at.p_texel);
-    let f = at.p_texel - corner;
+    let f = at.within;
     let begin = floor(f - 0.5 * at.shape.widths);
     let count = vec2i(ceil(at.shape.widths)) + 1;
-    let first = vec2i(corner) + vec2i(begin);
+    let first = at.texel + vec2i(begin);
     var sum = 0.0;
     var total = 0.0;
     for (var j = 0; j < count.y; j++) {
-        let down = weight_of(at.shape.kind, begin.y + f32(j) - f.y, at.shape.widths.y);
+        let down = weight_of(begin.y + f32(j) - f.y, at.shape.widths.y);
         var row = 0.0;
         var whole = 0.0;
         for (var i = 0; i < count.x; i++) {
-            let across = weight_of(at.shape.kind, begin.x + f32(i) - f.x, at.shape.widths.x);
+            let across = weight_of(begin.x + f32(i) - f.x, at.shape.widths.x);
             row += across * lit(layer, first + vec2i(i, j), at);
             whole += across;
         }
@@ -136,36 +133,32 @@ fn separable(layer: u32, at: Comparison) -> f32 {
     return sum / total;
 }
 
-fn light(map: u32, p: vec3f, normal: vec3f) -> f32 {
+fn light(map: u32, p: real3, normal: real3) -> f32 {
     let at = compare_at(maps[map], p, normal);
     let layer = map - lookup.first_map;
     if at.is_lit {
         return 1.0;
     }
-    switch at.shape.kind {
-        case NEAREST: {
-            return lit(layer, vec2i(floor(at.p_texel)), at);
-        }
-        case BILINEAR: {
-            let corner = floor(at.p_texel - 0.5);
-            let f = at.p_texel - 0.5 - corner;
-            let texel = vec2i(corner);
-            let top = (1.0 - f.x) * lit(layer, texel, at) + f.x * lit(layer, texel + vec2i(1, 0), at);
-            let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at) + f.x * lit(layer, texel + vec2i(1, 1), at);
-            return (1.0 - f.y) * top + f.y * bottom;
-        }
-        case DISC: {
-            var sum = 0.0;
-            for (var i = 0u; i < lookup.kernel.points; i++) {
-                let two = lookup.kernel.disc[i / 2u];
-                let q = select(two.xy, two.zw, i % 2u == 1u);
-                let place = at.p_texel + vec2f(dot(at.shape.axes_x, q), dot(at.shape.axes_y, q));
-                sum += lit(layer, vec2i(floor(place)), at);
-            }
-            return sum / f32(lookup.kernel.points);
-        }
-        default: {
-            return separable(layer, at);
-        }
+    if filter_kind == NEAREST {
+        return lit(layer, at.texel, at);
     }
+    if filter_kind == DISC {
+        var sum = 0.0;
+        for (var i = 0u; i < lookup.kernel.points; i++) {
+            let two = lookup.kernel.disc[i / 2u];
+            let q = select(two.xy, two.zw, i % 2u == 1u);
+            let place = at.within + vec2f(dot(at.shape.axes_x, q), dot(at.shape.axes_y, q));
+            sum += lit(layer, at.texel + vec2i(floor(place)), at);
+        }
+        return sum / f32(lookup.kernel.points);
+    }
+    if at.shape.is_bilinear {
+        let corner = floor(at.within - 0.5);
+        let f = at.within - 0.5 - corner;
+        let texel = at.texel + vec2i(corner);
+        let top = (1.0 - f.x) * lit(layer, texel, at) + f.x * lit(layer, texel + vec2i(1, 0), at);
+        let bottom = (1.0 - f.x) * lit(layer, texel + vec2i(0, 1), at) + f.x * lit(layer, texel + vec2i(1, 1), at);
+        return (1.0 - f.y) * top + f.y * bottom;
+    }
+    return separable(layer, at);
 }

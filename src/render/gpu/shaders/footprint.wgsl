@@ -52,16 +52,18 @@ fn gradient(g: Gradient, p: vec3f) -> vec3f {
 
 // The texel of map k at a point; `ndc` is the pixel's place.
 fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
-    let w = dot(maps[k].row_w, vec4f(s.p_eye, 1.0));
+    let p = vec3f(s.p_eye);
+    let normal = vec3f(s.normal);
+    let w = dot(maps[k].row_w, vec4f(p, 1.0));
     let factor = vec2f(w * maps[k].texel.x, select(w, 1.0, maps[k].post_warp == 1) * maps[k].texel.y);
-    let g_x = gradient(maps[k].gradient_x, s.p_eye);
-    let g_y = gradient(maps[k].gradient_y, s.p_eye);
-    let to_centre = maps[k].ray.w * s.p_eye + maps[k].ray.xyz;
+    let g_x = gradient(maps[k].gradient_x, p);
+    let g_y = gradient(maps[k].gradient_y, p);
+    let to_centre = maps[k].ray.w * p + maps[k].ray.xyz;
     let distance_to_centre = length(to_centre);
-    let facing = dot(to_centre, s.normal);
+    let facing = dot(to_centre, normal);
 
     // Gradients of the pixel's coordinates. Its NDC are exact, so nothing of what is seen edge on cancels in them.
-    let scale = 0.5 * vec2f(f32(view.width), -f32(view.height)) / w_at(s.depth);
+    let scale = 0.5 * vec2f(f32(view.width), -f32(view.height)) / f32(w_at(s.depth));
     let per_right = 1.0 / dot(view.right, view.right);
     let per_up = 1.0 / dot(view.up, view.up);
     // From the view axis; places of parallel rays do not move with depth.
@@ -70,13 +72,13 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
     let pixel_y = scale.y * (per_up * view.up - turning.y * view.forward);
 
     var t: Texel;
-    let step_x = (factor.x / facing) * cross(g_y, s.normal);
-    let step_y = (factor.y / facing) * cross(s.normal, g_x);
+    let step_x = (factor.x / facing) * cross(g_y, normal);
+    let step_y = (factor.y / facing) * cross(normal, g_x);
     t.on_surface = mat2x2f(dot(pixel_x, step_x), dot(pixel_y, step_x), dot(pixel_x, step_y), dot(pixel_y, step_y));
     t.major = larger_singular_value(t.on_surface);
 
     // Unit ways from the eye and from the light; the light is on the side of the normal.
-    let ray = ray_through(ndc).direction;
+    let ray = vec3f(ray_through(real2(ndc)).direction);
     let ray_length = length(ray);
     let e = ray / ray_length;
     let d = to_centre * (select(1.0, -1.0, facing > 0.0) / distance_to_centre);
@@ -95,7 +97,7 @@ fn texel(k: u32, s: Surface, ndc: vec2f) -> Texel {
         length(vec2f(dot(pixel_x, mirrored_y), dot(pixel_y, mirrored_y))),
     );
 
-    t.projection = abs(dot(e, s.normal)) * distance_to_centre / abs(facing);
+    t.projection = abs(dot(e, normal)) * distance_to_centre / abs(facing);
     // The areas of a texel across its ray and of a pixel across its own.
     let area = abs(factor.x * factor.y) * (w * maps[k].texel.z / distance_to_centre);
     let pixels = abs(scale.x * scale.y) * sqrt(per_right * per_up) * ray_length;
@@ -128,16 +130,17 @@ fn footprint(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     let s = surface(pixel.xy, id);
-    if !faces_light(s.p_eye, s.normal) {
+    let p = vec3f(s.p_eye);
+    if !faces_light(p, vec3f(s.normal)) {
         write_none(i, AVERTED);
         return;
     }
-    let map = choose(s.p_eye, s.depth);
+    let map = choose(p, f32(s.depth));
     if map == NO_MAP {
         write_none(i, NO_MAP);
         return;
     }
-    let t = texel(map, s, ndc_of(pixel.xy));
+    let t = texel(map, s, vec2f(ndc_of(pixel.xy)));
     // Written so that a NaN is none.
     if !(t.major > 0.0 && t.major < LARGEST) {
         write_none(i, NO_MAP);
@@ -154,7 +157,7 @@ fn footprint(@builtin(global_invocation_id) invocation: vec3u) {
         t.perspective_ts.x,
         t.perspective_ts.y,
         t.projection,
-        view.unit * s.depth + view.depth_at_origin,
+        view.unit * f32(s.depth) + view.depth_at_origin,
     );
     for (var k = 0u; k < PLANES; k++) {
         result[k * n + i] = bitcast<u32>(numbers[k]);

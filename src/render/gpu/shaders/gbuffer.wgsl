@@ -33,8 +33,8 @@ fn gbuffer(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     let s = surface(pixel.xy, id);
-    write(n + 3 * i, view.unit * s.p_eye + view.eye_minus_origin);
-    write(4 * n + 3 * i, s.normal);
+    write(n + 3 * i, vec3f(real(view.unit) * s.p_eye + eye_minus_origin()));
+    write(4 * n + 3 * i, vec3f(s.normal));
     result[7 * n + i] = s.triangle;
     result[8 * n + i] = s.instance;
 }

@@ -5,9 +5,9 @@
 // Output: as in ids.wgsl.
 
 struct Placement {
-    eye_from_local_x: vec4f,
-    eye_from_local_y: vec4f,
-    eye_from_local_z: vec4f,
+    eye_from_local_x: array<vec4f, 2>,
+    eye_from_local_y: array<vec4f, 2>,
+    eye_from_local_z: array<vec4f, 2>,
     first_vertex: u32,
     first_index: u32,
     instance: u32,

@@ -12,6 +12,8 @@ mod guard_band;
 mod kernel;
 mod layer_pipelines;
 mod mask_pipelines;
+#[cfg(test)]
+mod native_formats;
 mod pairs;
 mod passes;
 mod pipelines;

@@ -23,7 +23,7 @@ const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST
 /// `Settings` of stored.wgsl.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Settings {
+pub(super) struct Settings {
     far_depth: [f32; 4],
     near_depth: [f32; 4],
     far_w: [f32; 4],
@@ -35,7 +35,8 @@ struct Settings {
 }
 
 impl Encoding {
-    fn new(stored: Stored) -> Self {
+    /// That of what is stored.
+    pub fn of(stored: Stored) -> Self {
         let surface = match stored.surface {
             _ if stored.is_plain() => 0,
             StoredSurface::Front | StoredSurface::Back => 1,
@@ -142,7 +143,7 @@ impl Session<'_> {
         };
         let first = layer()?;
         let second = if behind.is_some() { layer()? } else { first.clone() };
-        let encoding = self.state.layers.encoding(self.gpu, Encoding::new(stored));
+        let encoding = self.state.layers.encoding(self.gpu, Encoding::of(stored));
         self.gpu.check()?;
         for (k, settings) in settings.iter().enumerate() {
             self.progress.check()?;
@@ -167,7 +168,7 @@ impl Session<'_> {
     }
 
     /// Records how drawn depths become stored ones.
-    fn encode(
+    pub fn encode(
         &mut self,
         encoder: &mut CommandEncoder,
         in_use: &mut InUse,

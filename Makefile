@@ -18,6 +18,8 @@ DEMO_BIN := $(DEMO_VENV)/bin
 EXTRAS := notebook,distributed,compressed,peers,dev
 PIP := -m pip --disable-pip-version-check
 LOGS := target/logs
+# Processes that run the Python tests, each with pictures of its own in memory: up to a GiB.
+TEST_WORKERS ?= logical --maxprocesses=4
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find src -type f)
 PYTHON_SOURCES := $(shell find python -type f -name '*.py*' -not -path '*/__pycache__/*')
 
@@ -67,9 +69,11 @@ test-rust:
 	@mkdir -p $(LOGS)
 	cargo test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
 
+# Each worker begins with a run of neighbouring tests, so that what a file shares is mostly made once, and takes from the others
+# when it is done.
 test-python: setup
 	@mkdir -p $(LOGS)
-	$(BIN)/python -m pytest --durations=10 2>&1 | tee $(LOGS)/python.log
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist worksteal --durations=10 2>&1 | tee $(LOGS)/python.log
 
 # Two feature sets, the smallest and the largest; clippy and rustdoc share what they compile of the dependencies.
 lint: export PYO3_PYTHON = $(abspath $(BIN)/python)

@@ -30,8 +30,9 @@ def robots(views):
     return views[SCENES.index("robots")]
 
 
-# What the bias does is in no prediction: with the default the courtyard's splits leak less than other maps do.
-SLOPE = sl.Bias(texels=0.1, slope=1.02, plane=0)
+# Predictions know no bias. From that by the slope alone to the default, false light of the courtyard's splits falls by
+# 35 %, of its other maps by 5 to 7 %: the map that is foretold to be best has 1.41 times the wrong pixels of the best.
+BIASES = {"slope": (sl.Bias(texels=0.1, slope=1.02, plane=0), 1.25), "default": (None, 1.45)}
 
 
 def wrong(view, technique, bias=None):
@@ -150,12 +151,13 @@ def test_the_near_plane_does_not_move_the_map(robots):
         assert abs(wrong(moved, "lispsm") - base) <= 0.07 * base + 3
 
 
-def test_foretold_counts_put_techniques_in_order(views):
+@pytest.mark.parametrize(("bias", "room"), BIASES.values(), ids=BIASES)
+def test_foretold_counts_put_techniques_in_order(views, bias, room):
     names = ("uniform", "uniform:fit=shadow", BODY, "lispsm", "gmnpr", "z_partition:count=2")
     for view in views:
-        drawn = [wrong(view, name, SLOPE) for name in names]
+        drawn = [wrong(view, name, bias) for name in names]
         foretold = [sl.predict(view, name, RESOLUTION, renderer="cpu") for name in names]
-        assert drawn[int(np.argmin(foretold))] <= 1.25 * min(drawn), view.label
+        assert drawn[int(np.argmin(foretold))] <= room * min(drawn), view.label
         # Counts that are apart by more than predictions are off.
         for a, b in itertools.permutations(range(len(names)), 2):
             if drawn[a] > 1.6 * drawn[b]:

@@ -1,7 +1,7 @@
 //! Wrong pixels of maps that are not drawn, and receivers that maps do not hold, from samples.
 //!
 //! Source: theory.md (10.9), and its measure: docs/predict.md: over 18 techniques in 43 views the rank correlation with drawn
-//! counts is 0.96 in the median; the level is off by 0.5 to 1.5 times, for bias and thin casters are not in it.
+//! counts is 0.94 in the median; the level is off by 0.6 to 1.6 times, for bias and thin casters are not in it.
 
 use super::asked_maps::{AskedMaps, no_shadows};
 use crate::error::Result;

@@ -206,9 +206,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         sl.Bias(normal=1),
     ],
     "Camera": lambda: [lens(), lens(near=0.25), lens(eye=(1, 2, 3)), lens(up=(1, 1, 0)), plan(), view()[1]],
-    "Casters": lambda: [
-        sl.Renderer("cpu").casters(view()[0], parameterization(name)) for name in ("uniform", "lispsm")
-    ],
+    "Casters": lambda: [sl.Renderer("cpu").casters(view()[0], p) for p in (parameterization("uniform"), np.eye(4))],
     "Causes": causes,
     "Convention": lambda: [
         sl.Convention(),
@@ -220,6 +218,7 @@ EXAMPLES: dict[str, Callable[[], list[Any]]] = {
         sl.diagnose(np.eye(4), np.eye(4)),
         sl.diagnose(np.eye(4), sl.Convention.vulkan().from_ours(np.eye(4))),
     ],
+    "CullRule": lambda: list(sl.aliasing.CullRule),
     "DirectionalLight": lambda: [sl.DirectionalLight((0.3, -1, -0.0)), sl.DirectionalLight((0.1, 0.7, 0.2))],
     "Ends": lambda: [closed_form.Ends(1.0, 2.0), closed_form.Ends(1.0, 3.0)],
     "Finding": lambda: list(sl.report().findings[:2]),

@@ -18,7 +18,7 @@ use super::readback::{STAGING, copy_depth, depth_bytes, finish_and_read, unpad};
 use super::renderer::FEATURES;
 use crate::error::Result;
 use crate::progress::Progress;
-use crate::render::{Format, Stored};
+use crate::render::{Format, Keep, Stored};
 use crate::scene::library;
 use crate::techniques::technique_of;
 
@@ -63,7 +63,7 @@ fn native_and_stored(gpu: &Gpu, name: &str, native: TextureFormat, format: Forma
     let mut in_use = InUse::default();
     let mut encoder = gpu.encoder("native depth");
     let clips = [p.partitions[0].shadow_clip_from_world];
-    let list = session.list(&mut in_use, &s.scene, &clips, SIZE, Depths::Forward, false)?;
+    let list = session.list(&mut in_use, &s.scene, &clips, SIZE, (Depths::Forward, &[Keep::InVolume]), false)?;
     assert!(!list.is_tested(), "{name} has alpha tests, which this draws without");
     let drawn = session.state.pool.texture(gpu, native, SIZE, 1)?;
     let drawn = layer_view(&drawn, 0);
@@ -74,7 +74,7 @@ fn native_and_stored(gpu: &Gpu, name: &str, native: TextureFormat, format: Forma
     let settings = bytemuck::Zeroable::zeroed();
     session.encode(&mut encoder, &mut in_use, &as_it_is, &settings, [&drawn, &drawn], &layer_view(&read, 0))?;
     let stored = Stored { format, ..Stored::default() };
-    let ours = session.draw_stored(&mut encoder, &mut in_use, &s.scene, &p.partitions[..1], SIZE, stored)?;
+    let ours = session.draw_stored(&mut encoder, &mut in_use, &s.scene, &p.partitions[..1], SIZE, stored, &[Keep::InVolume])?;
     let mut maps = [read, ours].map(|texture| (texture, vec![0.0; (SIZE[0] * SIZE[1]) as usize]));
     for (texture, map) in &mut maps {
         let encoder = std::mem::replace(&mut encoder, gpu.encoder("native depth"));

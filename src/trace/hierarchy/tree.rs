@@ -24,7 +24,6 @@ impl Box3 {
     pub fn with_point(self, p: Vec3) -> Self {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
-    #[cfg(test)]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }

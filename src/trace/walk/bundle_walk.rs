@@ -22,6 +22,9 @@ const ENDED: f32 = -1.0;
 pub struct Stacks {
     together: Vec<Waiting>,
     alone: Stack,
+    /// Instance and leaf that last ended a ray of a bundle: neighbours are mostly blocked by the same, so that is looked at first,
+    /// for as long as it ends any.
+    blocker: Option<(u32, u32)>,
 }
 
 /// A child still to be entered, and a lower bound of where any ray enters it, which is not negative: ordered by it.
@@ -67,11 +70,13 @@ trait Leaves<V> {
     fn together<K: Kernel>(
         &self,
         leaf: usize,
-        bundle: &Bundle,
+        rays: &LocalRays<BUNDLE>,
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         stacks: &mut Stacks,
     ) -> AtLeaf;
+    /// The leaf of it that last ended a ray.
+    fn blocker(&self, stacks: &Stacks) -> Option<usize>;
 }
 
 struct Triangles<'a> {
@@ -97,23 +102,24 @@ impl<V: Visitor> Leaves<V> for Triangles<'_> {
     fn together<K: Kernel>(
         &self,
         leaf: usize,
-        bundle: &Bundle,
+        rays: &LocalRays<BUNDLE>,
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
-        _: &mut Stacks,
+        stacks: &mut Stacks,
     ) -> AtLeaf {
+        let index = leaf as u32;
         let leaf = self.shown(leaf);
         let mut ended = 0;
         if bits.count_ones() < WORTH_THE_ROUGH_TEST {
             for r in Each(bits) {
-                ended |= u32::from(visitors[r].visit::<K>(&leaf, &bundle.rays.line(r))) << r;
+                ended |= u32::from(visitors[r].visit::<K>(&leaf, &rays.line(r))) << r;
             }
             return AtLeaf { ended, seen: bits };
         }
-        let near = K::rays_near(leaf.packet, bundle.rays);
+        let near = K::rays_near(leaf.packet, rays);
         let seen = (near[0] | near[1] | near[2] | near[3]) & bits;
         for r in Each(seen) {
-            let line = bundle.rays.line(r);
+            let line = rays.line(r);
             let lane = |lane: usize| (near[lane] >> r & 1) << lane;
             for lane in Lanes(lane(0) | lane(1) | lane(2) | lane(3)) {
                 if visitors[r].visit_one(&leaf, lane, &line) {
@@ -122,7 +128,14 @@ impl<V: Visitor> Leaves<V> for Triangles<'_> {
                 }
             }
         }
+        if ended != 0 {
+            stacks.blocker = Some((self.instance, index));
+        }
         AtLeaf { ended, seen }
+    }
+    #[inline(always)]
+    fn blocker(&self, stacks: &Stacks) -> Option<usize> {
+        stacks.blocker.filter(|blocker| blocker.0 == self.instance).map(|blocker| blocker.1 as usize)
     }
 }
 
@@ -150,7 +163,7 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
     fn together<K: Kernel>(
         &self,
         leaf: usize,
-        _: &Bundle,
+        _: &LocalRays<BUNDLE>,
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         stacks: &mut Stacks,
@@ -160,6 +173,10 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
             ended |= instance_together::<K, V>(self.scene, i, self.rays, bits & !ended, visitors, stacks);
         }
         AtLeaf { ended, seen: bits }
+    }
+    #[inline(always)]
+    fn blocker(&self, _: &Stacks) -> Option<usize> {
+        None
     }
 }
 
@@ -217,13 +234,25 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     }
     let mut local = LocalRays::NONE;
     local.fill(local_from_world, &tree.bounds, rays, &ranges, band, bits, L::TRIANGLES);
-    let (together, apart) = (local.together, local.apart);
+    let (mut together, apart) = (local.together, local.apart);
+    let mut ended = 0;
+    if !V::IN_ORDER
+        && let Some(leaf) = leaves.blocker(stacks)
+    {
+        // Only whether it ends a ray counts here. The rest, which depends on the leaves that are visited, is left to the walk.
+        let mut copies = visitors.clone();
+        ended = leaves.together::<K>(leaf, &local, together, &mut copies, stacks).ended;
+        together &= !ended;
+        if ended == 0 {
+            stacks.blocker = None;
+        }
+    }
     let walk = Walk { tree, local_from_world, band, leaves, rays };
     if together.count_ones() < FEW {
-        return walk.alone::<K, V>(tree.root, together | apart, visitors, stacks);
+        return ended | walk.alone::<K, V>(tree.root, together | apart, visitors, stacks);
     }
     let bundle = Bundle { hull: Hull::new(&local, together), rays: &local };
-    let ended = walk.together::<K, V>(&bundle, together, visitors, stacks);
+    ended |= walk.together::<K, V>(&bundle, together, visitors, stacks);
     ended | walk.alone::<K, V>(tree.root, apart, visitors, stacks)
 }
 
@@ -290,7 +319,7 @@ impl<L> Walk<'_, L> {
                 push::<V>(&mut stacks.together, code, children, &entry);
             } else {
                 let at = if is_leaf {
-                    self.leaves.together::<K>((code & !LEAF_BIT) as usize, bundle, met, visitors, stacks)
+                    self.leaves.together::<K>((code & !LEAF_BIT) as usize, bundle.rays, met, visitors, stacks)
                 } else {
                     AtLeaf { ended: self.alone::<K, V>(code, met, visitors, stacks), seen: met }
                 };

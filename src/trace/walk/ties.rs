@@ -35,6 +35,7 @@ pub fn tie_reach(scene: &Inner, ray: &WorldRay) -> f64 {
 }
 
 /// All hits from one t to another.
+#[derive(Clone)]
 struct Gathered {
     range: [f64; 2],
     hits: Vec<(f64, Face)>,

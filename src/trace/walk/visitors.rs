@@ -7,7 +7,7 @@ use crate::trace::kernel::{Kernel, Lanes, Pass, exact};
 use crate::trace::rays::Line;
 
 /// Looks at triangles until it has seen enough.
-pub trait Visitor {
+pub trait Visitor: Clone {
     /// Whether what it sees shortens the part of the ray that matters, so that near boxes are worth entering first.
     const IN_ORDER: bool;
     /// The part of the ray that still matters.

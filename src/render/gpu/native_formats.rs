@@ -74,7 +74,15 @@ fn native_and_stored(gpu: &Gpu, name: &str, native: TextureFormat, format: Forma
     let settings = bytemuck::Zeroable::zeroed();
     session.encode(&mut encoder, &mut in_use, &as_it_is, &settings, [&drawn, &drawn], &layer_view(&read, 0))?;
     let stored = Stored { format, ..Stored::default() };
-    let ours = session.draw_stored(&mut encoder, &mut in_use, &s.scene, &p.partitions[..1], SIZE, stored, &[Keep::InVolume])?;
+    let ours = session.draw_stored(
+        &mut encoder,
+        &mut in_use,
+        &s.scene,
+        &p.partitions[..1],
+        SIZE,
+        stored,
+        &[Keep::InVolume],
+    )?;
     let mut maps = [read, ours].map(|texture| (texture, vec![0.0; (SIZE[0] * SIZE[1]) as usize]));
     for (texture, map) in &mut maps {
         let encoder = std::mem::replace(&mut encoder, gpu.encoder("native depth"));

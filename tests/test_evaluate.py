@@ -125,7 +125,12 @@ def test_lights_of_a_view_are_traced_together_and_are_what_each_is_alone(monkeyp
     trace = _core.trace_shadow_masks
     monkeypatch.setattr(_core, "trace_shadow_masks", lambda *a, **k: together.append(len(a[2])) or trace(*a, **k))
     scene = sl.library.scene("dueling")
-    lights = [scene.light, sl.DirectionalLight((0.4, -1.0, 0.2)), sl.PointLight((0.0, 5.0, 1.0)), scene.light]
+    lights = [
+        scene.light,
+        sl.DirectionalLight((0.4, -1.0, 0.2)),
+        sl.PointLight((0.0, 5.0, 1.0), range=100.0),
+        scene.light,
+    ]
     view = sl.View(scene, scene.camera, lights, size=(96, 64))
     view.clear()
     truths = view.truth()

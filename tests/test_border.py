@@ -132,7 +132,7 @@ def test_every_error_has_the_base_and_a_builtin():
         (lambda: sl.Bias(slope=-1), ArgumentError, "slope"),
         (lambda: sl.Bias(world=np.nan), ArgumentError, "world"),
         (lambda: sl.Stored("front", limit=-1), ArgumentError, "stored.limit"),
-        (lambda: sl.Stored("front:depth=3"), ArgumentError, "spacing="),
+        (lambda: sl.Stored("front:depth=3"), UnknownNameError, "spacing, format, limit"),
         (lambda: sl.Stored("fornt"), UnknownNameError, "midpoint"),
         (lambda: sl.Stored(spacing="log"), UnknownNameError, "linear"),
         (lambda: sl.Stored(format="f64"), UnknownNameError, "unorm24"),

@@ -160,7 +160,7 @@ def test_little_memory_left_is_refused():
         """
 import resource
 many = np.random.default_rng(1).normal(size=(600_000, 3))
-faces = np.tile(np.arange(600_000).reshape(-1, 3), (4, 1))
+faces = np.tile(np.arange(600_000).reshape(-1, 3), (16, 1))
 crowd = sl.Scene.from_arrays(many, faces)
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20),) * 2)

@@ -116,7 +116,7 @@ def test_names_are_taken_by_the_core():
     assert [name for name in KNOWN_METRICS if name != "mask"] == list(METRICS)
     kinds = {kind for spec in technique_specs() for kind in spec["lights"]}
     assert kinds == {"directional", "spot", "point"}
-    stub = (Path(shadowlab.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
+    stub = (Path(shadowlab.__file__).parent / "_core_renderer.pyi").read_text(encoding="utf-8")
     for name, literal in (("backend", types.Backend),):
         words = re.search(rf"^\s*.*\b{name}: (?:TypeAlias = )?Literal\[([^\]]+)\]", stub, re.MULTILINE)
         assert words is not None

@@ -6,8 +6,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ._core import GBuffer
-from ._core_camera import Camera
+from ._core_camera import Camera, GBuffer
 from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
 
 _Float: TypeAlias = npt.NDArray[np.float64]

@@ -1,30 +1,28 @@
 //! `_core.Renderer`.
 
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 
 use super::arguments::{word, word_or};
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, exception, image, run_watched, size2, to_exception};
+use super::convert::{OrRaise, exception, image, size2};
 use super::culled::{casters_to_object, cull_of, maps_to_array, picture_of};
 use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
-use super::filter::{blend_of, filter_of};
 use super::footprint::footprint_arrays;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
-use super::parameterization::{PyParameterization, as_parameterization};
+use super::mask_settings::settings_of;
+use super::parameterization::as_parameterization;
 use super::scene::{PyScene, scene};
 use super::stored::{stored, warn_of_open_meshes};
 use crate::error::Error;
-use crate::image::{ShadowMask, Surfaces};
-use crate::progress::Progress;
+use crate::image::Surfaces;
 use crate::render::cpu::CpuRenderer;
-use crate::render::{Bias, Cull, Filter, MaskSettings, Renderer, Stored};
+use crate::render::{Bias, Cull, MaskSettings, Renderer, Stored};
 use crate::scene::{Camera, Light};
 use crate::threads;
 
@@ -46,10 +44,10 @@ use crate::threads;
 #[pyclass(name = "Renderer", frozen, module = "shadowlab")]
 pub struct PyRenderer {
     /// Not dropped in a process forked from the one that made it: drivers wait for threads of theirs that are not there.
-    renderer: ManuallyDrop<Arc<dyn Renderer>>,
-    process: u32,
+    pub(super) renderer: ManuallyDrop<Arc<dyn Renderer>>,
+    pub(super) process: u32,
     /// Held while a device draws: one call at a time, and none waits on a thread of the pool (see `run_watched`).
-    turn: Mutex<()>,
+    pub(super) turn: Mutex<()>,
 }
 
 impl Drop for PyRenderer {
@@ -199,14 +197,7 @@ impl PyRenderer {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
         let p = &p.get().p;
-        let settings = MaskSettings {
-            resolution: resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?,
-            size: gbuffer.get().whole_picture(),
-            bias: bias.unwrap_or_default(),
-            filter: filter_of(py, filter)?,
-            blend: blend_of(py, blend, p)?,
-            stored: stored.unwrap_or_default(),
-        };
+        let settings = settings_of(py, p, resolution, gbuffer.get().whole_picture(), (bias, filter, blend, stored))?;
         let (scene, camera) = (&scene.get().scene, &camera.get().camera);
         warn_of_open_meshes(py, scene, &settings.stored)?;
         let maps = gbuffer.get().with_surfaces(py, |surfaces| {
@@ -269,14 +260,7 @@ impl PyRenderer {
         let p = &p.get().p;
         let (scene, cull) = (&scene.get().scene, cull_of(py, cull)?);
         let picture = picture_of(py, cull, gbuffer, camera, light)?;
-        let mut settings = MaskSettings {
-            resolution: resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?,
-            size: [1, 1],
-            bias: bias.unwrap_or_default(),
-            filter: filter_of(py, filter)?,
-            blend: blend_of(py, blend, p)?,
-            stored: stored.unwrap_or_default(),
-        };
+        let mut settings = settings_of(py, p, resolution, [1, 1], (bias, filter, blend, stored))?;
         let run = |picture: Option<(Surfaces<'_>, &Camera, &Light)>, settings: &MaskSettings| {
             self.run(py, |renderer, progress| renderer.casters(scene, p, cull, picture, settings, progress))
         };
@@ -374,10 +358,10 @@ impl PyRenderer {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let py = parameterization.py();
         let p = as_parameterization(parameterization)?;
-        let stored = stored.unwrap_or_default();
-        let read = (bias.unwrap_or_default(), filter_of(py, filter)?, blend_of(py, blend, &p.get().p)?, stored);
-        warn_of_open_meshes(py, &scene.get().scene, &stored)?;
-        let mask = self.mask(&scene, &camera, &light, &p, (size, resolution), cull_of(py, cull)?, read)?;
+        let size = size2(size, "size")?;
+        let settings = settings_of(py, &p.get().p, resolution, size, (bias, filter, blend, stored))?;
+        warn_of_open_meshes(py, &scene.get().scene, &settings.stored)?;
+        let mask = self.mask(&scene, &camera, &light, &p, cull_of(py, cull)?, &settings)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
     }
@@ -405,10 +389,11 @@ impl PyRenderer {
         resolution: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let p = as_parameterization(parameterization)?;
-        let read = (Bias::default(), Filter::Nearest, 0.0, Stored::default());
-        let mask = self.mask(&scene, &camera, &light, &p, (size, resolution), Cull::Volume, read)?;
+        let (py, size) = (size.py(), size2(size, "size")?);
+        let settings = settings_of(py, &p.get().p, resolution, size, (None, None, None, None))?;
+        let mask = self.mask(&scene, &camera, &light, &p, Cull::Volume, &settings)?;
         let [w, h] = mask.size.map(|n| n as usize);
-        image(parameterization.py(), mask.partition, [h, w])
+        image(py, mask.partition, [h, w])
     }
     /// What a texel of the shadow map looks like at each pixel, computed where this renderer draws.
     ///
@@ -458,49 +443,5 @@ impl PyRenderer {
     }
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("Renderer({:?}, adapter={:?})", self.backend(), self.adapter(py)?))
-    }
-}
-
-impl PyRenderer {
-    /// Runs work with the renderer as `run_watched` does.
-    fn run<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce(&dyn Renderer, &Progress) -> crate::Result<T> + Send,
-    ) -> PyResult<T> {
-        let renderer = &**self.renderer;
-        if self.backend() != "gpu" {
-            return run_watched(py, None, |progress| work(renderer, progress));
-        }
-        if self.process != std::process::id() {
-            let what = format!("this Renderer was made by process {}, from which this one was forked", self.process);
-            let fix = "make a new Renderer in this process, or start workers by \"spawn\" or \"forkserver\"".into();
-            return Err(to_exception(py, Error::Device { what, fix }));
-        }
-        let _turn = self.turn.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
-        run_watched(py, None, |progress| work(renderer, progress))
-    }
-    #[allow(clippy::too_many_arguments)]
-    fn mask(
-        &self,
-        scene: &Bound<'_, PyScene>,
-        camera: &Bound<'_, PyCamera>,
-        light: &Light,
-        p: &Bound<'_, PyParameterization>,
-        (size, resolution): (&Bound<'_, PyAny>, Option<&Bound<'_, PyAny>>),
-        cull: Cull,
-        (bias, filter, blend, stored): (Bias, Filter, f64, Stored),
-    ) -> PyResult<ShadowMask> {
-        let own = &p.get().p;
-        let settings = MaskSettings {
-            resolution: resolution.map_or(Ok(own.resolution), |r| size2(r, "resolution"))?,
-            size: size2(size, "size")?,
-            bias,
-            filter,
-            blend,
-            stored,
-        };
-        let (scene, camera) = (&scene.get().scene, &camera.get().camera);
-        self.run(p.py(), |renderer, progress| renderer.mask_of(scene, camera, light, own, &settings, cull, progress))
     }
 }

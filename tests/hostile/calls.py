@@ -324,6 +324,9 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.explain_pixel": {"x": lambda: 8, "y": lambda: 6, "trials": lambda: False},
     "GBuffer.crop": {"x": lambda: 1, "y": lambda: 2, "width": lambda: 3, "height": lambda: 4},
     "_core.compared": {"pixels": lambda: [[8, 6]]},
+    "_core.blended": {"pixels": lambda: [[8, 6]]},
+    "_core.depth_rows": {"origin": lambda: (0.0, 1.0, 0.0)},
+    "_core.face_corners": {"instance": lambda: 0, "face": lambda: 0},
     "_core.summarize": {
         "map": lambda: world().footprint.map, "maps": lambda: 1, "percentiles": lambda: [5.0, 50.0],
         "edges": lambda: [0.0, 1.0, 9.0], **_OF_FOOTPRINT,
@@ -380,6 +383,10 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.plot.cause_picture": {"cause_image": lambda: world().found.image},
     "sl.plot.pictures.densest_window": {"images": lambda: [np.zeros((9, 16), np.uint8)]},
     "sl.plot.frustum": {"style": lambda: {"color": "red"}},
+    "sl.plot.pictures.difference_over": {
+        "lit": lambda: np.zeros((9, 16, 3), np.uint8),
+        "image": lambda: np.zeros((9, 16), np.uint8),
+    },
     "sl.plot.difference": {"image": lambda: sl.aliasing.misclassified(world().mask, world().truth).image},
     "sl.plot.difference_view": {"image": lambda: sl.aliasing.misclassified(world().mask, world().truth).image},
     "sl.aliasing.closed_form.dp_ds_on_surface": {"F": lambda: 2.0},

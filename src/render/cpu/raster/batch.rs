@@ -54,7 +54,7 @@ pub struct Batches<'a> {
     scene: &'a Scene,
     clip_from_world: DMat4,
     faces: Faces,
-    /// Without and with alpha tests.
+    /// Without alpha tests, and with them in ascending order.
     instances: [Vec<u32>; 2],
 }
 
@@ -91,7 +91,9 @@ impl<'a> Batches<'a> {
         let is_tested = |i: &u32| scene.mesh_of(*i as usize).alpha_test().is_some();
         let any_tested = scene.meshes().iter().any(|mesh| mesh.alpha_test().is_some());
         let instances = if any_tested {
-            let (tested, plain) = plain.into_iter().partition(is_tested);
+            let (mut tested, plain): (Vec<u32>, _) = plain.into_iter().partition(is_tested);
+            // Their triangles are found by number (tested.rs); the hierarchy has an order of its own.
+            tested.sort_unstable();
             [plain, tested]
         } else {
             [plain, Vec::new()]

@@ -4,7 +4,7 @@
 //!
 //! [`hierarchy`] is what rays walk through; [`rays`] takes them into its frames; [`kernel`] has the tests on the way,
 //! [`walk`] the way itself. [`shading`] puts rays together into the answer for a pixel. [`batch`], [`one_by_one`], [`surfaces`]
-//! and [`visibility`] answer the questions asked from outside. [`moved_surfaces`] takes points along with what they lie on.
+//! and [`visibility`] answer the questions asked from outside. [`mod@moved_surfaces`] takes points along with what they lie on.
 
 mod batch;
 mod hierarchy;

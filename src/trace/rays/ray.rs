@@ -2,7 +2,7 @@
 //!
 //! Triangles: the shear of Woop, Benthin, Wald 2013 `[woop2013]` (watertight ray/triangle intersection), in f64.
 //! Boxes: slabs in f32. A far origin is first moved to where the ray enters the tree's box, in f64, so that what is
-//! rounded to f32 has magnitude about 1 however far away the ray begins; boxes then grow by [`LocalRays::new`]'s `pad`,
+//! rounded to f32 has magnitude about 1 however far away the ray begins; boxes then grow by [`LocalRays::fill`]'s `pad`,
 //! a bound on everything that was rounded, and the far side by a relative bound (Ize 2013 `[ize2013]`,
 //! robust BVH ray traversal). A box that holds a triangle the ray meets is therefore never missed.
 
@@ -24,7 +24,7 @@ const F32_PAD: f64 = 4.0 * (f32::EPSILON as f64 / 2.0);
 /// eight operations of 2^-53.
 const F64_PAD: f64 = 4.0 * f64::EPSILON;
 /// How far from a triangle, in bands, the test of the band can say that it is near: the shear stretches by up to sqrt(3)
-/// ([`LocalRays::new`]), and the length of an edge is bounded by a sum, up to sqrt(2) of it. Boxes grow by as much, so that
+/// ([`LocalRays::fill`]), and the length of an edge is bounded by a sum, up to sqrt(2) of it. Boxes grow by as much, so that
 /// what is near does not depend on which triangles share a box.
 const BAND_REACH: f64 = 2.449_489_742_783_178;
 /// Origins farther out than this are moved to the tree's box first. Nearer ones are not worth the time: the pad for them

@@ -25,10 +25,10 @@ impl Tracer {
     /// What light does at each pixel of an image of `size` (width, height): see [`TruthMask`].
     ///
     /// The surface seen is the first one between the camera's near and far depth. It is in shadow where it faces away
-    /// from the light on the side the eye sees (edge-on included, up to [`EDGE_ON`](crate::scene::EDGE_ON)), where the light does not reach (cone,
-    /// range), and where anything else meets the open segment between it and the light; undecided where that changes when
-    /// the rays move by what single precision resolves in this scene (the half extent times 2^-22). A light nearer than
-    /// that to a surface stands on it, and the surface shades nothing from it: its light arrives on both sides.
+    /// from the light on the side the eye sees (edge-on included, up to [`EDGE_ON`](crate::scene::EDGE_ON)), where the light
+    /// does not reach (cone, range), and where anything else meets the open segment between it and the light; undecided where
+    /// that changes when the rays move by what single precision resolves in this scene (the half extent times 2^-22). A light
+    /// nearer than that to a surface stands on it, and the surface shades nothing from it: its light arrives on both sides.
     ///
     /// # Errors
     /// [`Error::InvalidArgument`] for a side of 0 or above 16384; [`Error::Interrupted`].

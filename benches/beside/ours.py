@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -92,7 +91,7 @@ def build(data: str) -> Work:
     )
 
 
-def fit(calls: int, technique: str = "lispsm:range=body,fit=exact", scene: str = "") -> Work:
+def fit(calls: int, technique: str = "lispsm:near=basic,range=body,fit=exact", scene: str = "") -> Work:
     """`calls` matrices from Python."""
     made = _named(scene) if scene else _scene()
     eye, light = (made.camera, made.light) if scene else (camera(), _light())
@@ -125,26 +124,6 @@ def compare(pictures: bool) -> Work:
         else:
             _ = study.table
 
-    return Work(run, ABOUT)
-
-
-def command(data: str) -> Work:
-    """`shadowlab compare MESH` in a new process, its report included."""
-    import resource
-    import subprocess
-    import sys
-
-    def run() -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(
-                [sys.executable, "-m", "shadowlab", "compare", data, "--backend", "cpu", "--out", folder],
-                check=True,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env=os.environ,
-            )
-
-    del resource
     return Work(run, ABOUT)
 
 

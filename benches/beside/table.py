@@ -13,8 +13,8 @@ Where = Literal["project", "peers", "compiled"]
 class Work:
     """A function of `ours.py` or `theirs.py`, or a program in C++, and its arguments.
 
-    `needs` names inputs that only exist once the bench runs: `data` (the arrays' file), `matrix` (of a technique at a
-    resolution), `mesh` (the bench scene as a file).
+    `needs` names inputs that only exist once the bench runs: `data` (the arrays' file), `matrix` (of lispsm at a
+    resolution).
     """
 
     name: str

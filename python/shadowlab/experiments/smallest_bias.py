@@ -164,7 +164,8 @@ def smallest_bias(
     the part at 0: its own surface shadows it, so what a pixel loses to a displaced silhouette does not count. A larger
     value moves every receiver nearer to the light and darkens none, hence a pixel that is in acne with a value is in
     acne with 0, and with every value between. So the causes are found once, and the count of every other value is
-    that of one look-up. With the nearest texel it equals what `causes` counts with that value.
+    that of one look-up. For the front surface and the nearest texel it equals what `causes` counts with that value; on
+    other surfaces a few pixels at edges change their cause with the bias.
 
     Parameters
     ----------

@@ -383,10 +383,6 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.plot.cause_picture": {"cause_image": lambda: world().found.image},
     "sl.plot.pictures.densest_window": {"images": lambda: [np.zeros((9, 16), np.uint8)]},
     "sl.plot.frustum": {"style": lambda: {"color": "red"}},
-    "sl.plot.pictures.difference_over": {
-        "lit": lambda: np.zeros((9, 16, 3), np.uint8),
-        "image": lambda: np.zeros((9, 16), np.uint8),
-    },
     "sl.plot.difference": {"image": lambda: sl.aliasing.misclassified(world().mask, world().truth).image},
     "sl.plot.difference_view": {"image": lambda: sl.aliasing.misclassified(world().mask, world().truth).image},
     "sl.aliasing.closed_form.dp_ds_on_surface": {"F": lambda: 2.0},

@@ -3,7 +3,7 @@
 All are (H, W, 3) uint8.
 """
 
-from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, densest_window, difference, difference_over, shade, truth_mask
+from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, densest_window, difference, shade, truth_mask
 from .frustum import FRUSTUM_RGB, frustum_edges, frustum_segments, with_frustum
 from .maps import reduced, relief
 from .png import png
@@ -14,7 +14,6 @@ __all__ = [
     "FRUSTUM_RGB",
     "densest_window",
     "difference",
-    "difference_over",
     "frustum_edges",
     "frustum_segments",
     "png",

@@ -18,6 +18,7 @@ from ... import pictures
 from ...errors import ArgumentError
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop, Once
+from ...pictures.eye import difference_over
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
@@ -217,7 +218,7 @@ def _part(whole: Once, window: tuple[slice, slice]) -> np.ndarray:
 
 def _difference_in(backdrop: Backdrop, inside: np.ndarray, window: tuple[slice, slice]) -> np.ndarray:
     """The wrong pixels of a window."""
-    return pictures.difference_over(backdrop.lit[window], inside)
+    return difference_over(backdrop.lit[window], inside)
 
 
 def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Backdrop, album: Album) -> str:

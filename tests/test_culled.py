@@ -10,7 +10,7 @@ import pytest
 import shadowlab as sl
 from shadowlab.aliasing import Casters, CullRule
 from shadowlab.errors import ArgumentError, UnknownNameError
-from shadowlab.experiments.drawing import MANY
+from shadowlab.experiments.drawing import MANY_TRIANGLES
 
 SIZE = (160, 90)
 
@@ -72,7 +72,7 @@ def test_counts_add_up(view: sl.View, renderer: sl.Renderer) -> None:
 
 
 def test_evaluate_counts_the_same_wrong_pixels(view: sl.View) -> None:
-    assert view.scene.instance_count > MANY
+    assert view.scene.triangle_count > MANY_TRIANGLES * SIZE[0] * SIZE[1]
     alone = sl.evaluate(view, "lispsm", 256, metrics=["misclassified"], renderer="cpu")
     caused = sl.evaluate(view, "lispsm", 256, metrics=["misclassified", "causes"], renderer="cpu")
     assert alone.numbers["misclassified"] == caused.numbers["misclassified"] > 0

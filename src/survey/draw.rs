@@ -14,6 +14,10 @@ use crate::techniques::{Needs, technique_of};
 /// Texels along each side of the map that says what is in shadow. Chosen because it is what an engine has.
 pub const SURVEY_MAP: u32 = 1024;
 
+/// Triangles per pixel from which it pays to look for the casters that pixels see. Measured: a pixel that marks its texel takes as
+/// long as eight triangles of a map, and the marks leave out half of the triangles or more.
+const MANY_TRIANGLES: u64 = 20;
+
 /// Samples at shadows' edges that are kept where no count is given.
 pub const SURVEY_COUNT: usize = 4096;
 
@@ -81,7 +85,12 @@ pub fn mapped_states(
     let (resolution, size) = ([SURVEY_MAP; 2], surfaces.size);
     let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
     let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
-    let maps = CpuRenderer::new().seen_maps(scene, surfaces, camera, light, &p, &settings, progress)?;
+    let renderer = CpuRenderer::new();
+    let maps = if scene.triangle_count() < MANY_TRIANGLES * surfaces.triangle.len() as u64 {
+        renderer.depth_maps(scene, &p, resolution, stored, progress)?
+    } else {
+        renderer.seen_maps(scene, surfaces, camera, light, &p, &settings, progress)?
+    };
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
     Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
 }

@@ -28,8 +28,9 @@ T = TypeVar("T")
 
 # Arrays of the runs that were used last: some twenty maps of 2048 x 2048 texels with their pictures.
 KEPT = Kept(1 << 30)
-# Instances from which it pays to look for those that pixels see: it takes about as long as looking up the mask.
-MANY = 64
+# Triangles per pixel from which it pays to look for the casters that pixels see. Measured: a pixel that marks its texel
+# takes as long as eight triangles of a map, and the marks leave out half of the triangles or more.
+MANY_TRIANGLES = 20
 _numbers = itertools.count()
 
 
@@ -101,7 +102,8 @@ class Drawing:
     def _drawn_for_mask(self, parameterization: _core.Parameterization) -> NDArray[np.float32]:
         """Maps of which nothing but the mask is read."""
         scene, resolution = self.view.scene, self.resolution
-        if scene.instance_count < MANY or not has_all(self.renderer, "seen_map"):
+        width, height = self.view.size
+        if scene.triangle_count < MANY_TRIANGLES * width * height or not has_all(self.renderer, "seen_map"):
             return self.renderer.shadow_map(scene, parameterization, resolution=resolution, **drawn_as(self.stored))
         draws: Any = self.renderer
         looks = (self.gbuffer, self.view.camera, light_of(self.view), parameterization)

@@ -128,14 +128,18 @@ def compare(pictures: bool) -> Work:
 
 
 def lights(count: int, size: int) -> Work:
-    """What one light or many cost in the courtyard: G-buffer, maps and masks of all."""
-    scene = sl.library.scene("courtyard")
+    """What one light or many cost in the courtyard: hierarchy, G-buffer, truth, maps and masks of all, made anew."""
     turns = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
     all_lights = [sl.DirectionalLight((np.cos(a), -1.2, np.sin(a))) for a in turns]
     renderer = sl.Renderer("cpu")
 
-    def run() -> None:
+    def prepare() -> sl.View:
+        scene = sl.library.scene("courtyard")
         view = sl.View(scene, scene.camera, all_lights if count > 1 else all_lights[0], (size, size))
+        view.clear()
+        return view
+
+    def run(view: sl.View) -> None:
         sl.evaluate(view, "lispsm", resolution=1024, renderer=renderer, metrics=("misclassified",))
 
-    return Work(run, ABOUT)
+    return Work(run, ABOUT, prepare=prepare)

@@ -75,8 +75,9 @@ class Drawing:
 
     def draw(self, cull: Cull = "volume") -> NDArray[np.float32]:
         """The maps, drawn now: whole, or as far as the pixels look them up ("seen"), which is enough for the mask."""
-        self._forget("seen" if cull == "seen" else "maps")
-        return self._seen if cull == "seen" else self.maps
+        seen = cull == "seen" and self._looking_pays()
+        self._forget("seen" if seen else "maps")
+        return self._seen if seen else self.maps
 
     def look_up(self) -> NDArray[np.float32]:
         """The mask, looked up now."""
@@ -102,8 +103,7 @@ class Drawing:
     def _drawn_for_mask(self, parameterization: _core.Parameterization) -> NDArray[np.float32]:
         """Maps of which nothing but the mask is read."""
         scene, resolution = self.view.scene, self.resolution
-        width, height = self.view.size
-        if scene.triangle_count < MANY_TRIANGLES * width * height or not has_all(self.renderer, "seen_map"):
+        if not self._looking_pays():
             return self.renderer.shadow_map(scene, parameterization, resolution=resolution, **drawn_as(self.stored))
         draws: Any = self.renderer
         looks = (self.gbuffer, self.view.camera, light_of(self.view), parameterization)
@@ -225,6 +225,11 @@ class Drawing:
 
     def _kept(self, name: str, make: Callable[[], T], size: Callable[[T], int]) -> T:
         return KEPT.get(self._number, name, make, size)
+
+    def _looking_pays(self) -> bool:
+        """Whether maps of what pixels see are drawn sooner than whole ones, and the renderer draws such."""
+        width, height = self.view.size
+        return self.view.scene.triangle_count >= MANY_TRIANGLES * width * height and has_all(self.renderer, "seen_map")
 
     def _has_seen(self) -> bool:
         """Whether maps are there of which nothing but the mask is read, and no whole ones."""

@@ -1,5 +1,5 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from ._core_maps import Parameterization as Parameterization
 from ._core_maps import Partition as Partition
 from ._core_maps import Technique as Technique
 from ._core_renderer import Renderer as Renderer
+from ._core_renderer import looking_pays as looking_pays
 from ._core_samples import Samples as Samples
 from ._core_scene import DirectionalLight as DirectionalLight
 from ._core_scene import Mesh as Mesh
@@ -45,7 +46,7 @@ from ._core_trace import shadows_at as shadows_at
 from ._core_trace import trace_memory as trace_memory
 from ._core_trace import trace_shadow_mask as trace_shadow_mask
 from ._core_trace import trace_shadow_masks as trace_shadow_masks
-from ._core_types import Matrices
+from ._core_types import Light, Maps, Size
 
 __version__: str
 __all__ = [
@@ -88,6 +89,7 @@ __all__ = [
     "library_build",
     "library_specs",
     "look_up",
+    "looking_pays",
     "mapped_states",
     "misclassified",
     "moved_gbuffer",
@@ -108,13 +110,6 @@ __all__ = [
     "trace_shadow_mask",
     "trace_shadow_masks",
 ]
-
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Filter: TypeAlias = str
-_Maps: TypeAlias = "Parameterization | Matrices"
-_Stored: TypeAlias = "Stored | str | None"
 
 @final
 class Misclassified:
@@ -150,7 +145,7 @@ def misclassified(mask: npt.ArrayLike, truth: npt.ArrayLike) -> Misclassified:
     """The pixels in which a shadow mask (H, W) float and the truth (H, W) int8 of the same view disagree."""
 
 def footprint(
-    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
+    gbuffer: GBuffer, camera: Camera, light: Light, parameterization: Maps, *, resolution: Size | None = None
 ) -> dict[str, npt.NDArray[Any]]:
     """What a texel looks like at each pixel of a G-buffer; see `shadowlab.aliasing.footprint`."""
 
@@ -158,11 +153,11 @@ def footprint_at(
     points: npt.ArrayLike,
     normals: npt.ArrayLike,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     *,
-    size: _Size,
-    resolution: _Size | None = None,
+    size: Size,
+    resolution: Size | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
     """What a texel looks like at points (N, 3) of surfaces with normals (N, 3); see `shadowlab.aliasing.footprint_at`."""
 
@@ -230,20 +225,18 @@ def technique_specs() -> list[dict[str, Any]]:
 def library_specs() -> list[dict[str, Any]]:
     """One dictionary a library scene: name, title, shows, params."""
 
-def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> tuple[Scene, Camera, _Light]:
+def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> tuple[Scene, Camera, Light]:
     """The library scene of that name, its camera and its light."""
 
-def mapped_states(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
+def mapped_states(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
     """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""
 
-def drawn_samples(scene: Scene, camera: Camera, light: _Light, gbuffer: GBuffer | None = None) -> Samples:
+def drawn_samples(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer | None = None) -> Samples:
     """The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128
     pixels, or of one that is there.
     """
 
-def predict_wrong(
-    samples: Samples, parameterization: Parameterization | Matrices, *, resolution: _Size | None = None
-) -> float:
+def predict_wrong(samples: Samples, parameterization: Maps, *, resolution: Size | None = None) -> float:
     """Wrong pixels foretold from samples for maps of a resolution (10.9)."""
 
 def renamed_words() -> list[tuple[str, str, str, str]]:

@@ -1,17 +1,13 @@
 """Cameras of `_core`, which exports them, and what they see."""
 
-from collections.abc import Sequence
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack
 
 from ._core_scene import Scene
-from ._core_types import CameraChanges, ConventionLike
-
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
+from ._core_types import CameraChanges, ConventionLike, Float, Size
 
 @final
 class Camera:
@@ -200,16 +196,16 @@ class Camera:
         """
 
     @property
-    def eye(self) -> _Float:
+    def eye(self) -> Float:
         """(3,) float64: position, world units. Rays of an orthographic camera do not run through it: depths begin there."""
     @property
-    def right(self) -> _Float:
+    def right(self) -> Float:
         """(3,) float64, unit: the picture's right."""
     @property
-    def up(self) -> _Float:
+    def up(self) -> Float:
         """(3,) float64, unit: the picture's up, across the view."""
     @property
-    def forward(self) -> _Float:
+    def forward(self) -> Float:
         """(3,) float64, unit: the way the camera looks."""
     @property
     def is_orthographic(self) -> bool:
@@ -235,17 +231,17 @@ class Camera:
     def far(self) -> float:
         """Depth of the far plane along the view direction, world units; infinity of a perspective camera without an end."""
     @property
-    def view(self) -> _Float:
+    def view(self) -> Float:
         """(4, 4) float64: view from world."""
     @property
-    def projection(self) -> _Float:
+    def projection(self) -> Float:
         """(4, 4) float64: clip from view."""
     @property
-    def clip_from_world(self) -> _Float:
+    def clip_from_world(self) -> Float:
         """(4, 4) float64: clip from world."""
-    def depth(self, points: npt.ArrayLike) -> _Float:
+    def depth(self, points: npt.ArrayLike) -> Float:
         """Depth along the view direction of world points: (N, 3) -> (N,)."""
-    def corners(self, depth: float) -> _Float:
+    def corners(self, depth: float) -> Float:
         """The corners of the picture at a depth, world.
 
         Parameters
@@ -264,7 +260,7 @@ class Camera:
             For a depth that is not a finite number.
         """
 
-    def rays(self, pixels: npt.ArrayLike, size: _Size) -> tuple[_Float, _Float]:
+    def rays(self, pixels: npt.ArrayLike, size: Size) -> tuple[Float, Float]:
         """The rays of places in the picture.
 
         Parameters
@@ -339,13 +335,13 @@ class GBuffer:
             For a G-buffer that version 0.1 pickled before it stored its camera.
         """
     @property
-    def position(self) -> _Float:
+    def position(self) -> Float:
         """(H, W, 3) float64: world positions; the origin where nothing is. Computed at the first look."""
     @property
     def position_relative(self) -> npt.NDArray[np.float32]:
         """(H, W, 3) float32: world positions minus `origin`."""
     @property
-    def origin(self) -> _Float:
+    def origin(self) -> Float:
         """(3,) float64: the world point positions are stored relative to."""
     @property
     def normal(self) -> npt.NDArray[np.float32]:

@@ -1,23 +1,14 @@
 """Bias, filters and lookups into maps of `_core`, which exports them."""
 
-from collections.abc import Sequence
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
 from ._core_maps import Parameterization
-from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
-from ._core_stored import Stored
-from ._core_types import Matrices, RendererLike, TechniqueLike, ViewLike
-
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Filter: TypeAlias = str
-_Stored: TypeAlias = "Stored | str | None"
-_Maps: TypeAlias = "Parameterization | Matrices"
+from ._core_scene import Scene
+from ._core_types import Filter, Float, Light, Maps, RendererLike, Size, StoredLike, TechniqueLike, ViewLike
 
 @final
 class Bias:
@@ -118,7 +109,7 @@ class Bias:
         technique: TechniqueLike | Parameterization | str,
         resolution: int = 1024,
         *,
-        filter: _Filter = "nearest",
+        filter: Filter = "nearest",
         renderer: RendererLike | str | None = None,
     ) -> npt.NDArray[np.float32]:
         """How far this bias carries each pixel of a view towards the light.
@@ -158,41 +149,41 @@ class Bias:
 def bias_distance(
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     *,
-    resolution: _Size | None = None,
+    resolution: Size | None = None,
     bias: Bias | None = None,
-    filter: _Filter = "nearest",
-    stored: _Stored = None,
+    filter: Filter = "nearest",
+    stored: StoredLike = None,
 ) -> npt.NDArray[np.float32]:
     """The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared."""
 
 def texel_coordinates(
-    gbuffer: GBuffer, camera: Camera, light: _Light, parameterization: _Maps, *, resolution: _Size | None = None
-) -> tuple[_Float, npt.NDArray[np.int16]]:
+    gbuffer: GBuffer, camera: Camera, light: Light, parameterization: Maps, *, resolution: Size | None = None
+) -> tuple[Float, npt.NDArray[np.int16]]:
     """Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16."""
 
 def reads(
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     *,
-    resolution: _Size | None = None,
-    filter: _Filter = "nearest",
+    resolution: Size | None = None,
+    filter: Filter = "nearest",
 ) -> tuple[npt.NDArray[np.uint32], int]:
     """How many pixels read each texel: (K, H, W) uint32; and how many pixels do."""
 
 def filter_reach(
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     *,
-    resolution: _Size | None = None,
-    filter: _Filter = "nearest",
-) -> _Float:
+    resolution: Size | None = None,
+    filter: Filter = "nearest",
+) -> Float:
     """How far from the point the centre of a texel that each pixel compares can lie, along the map's x and y, texels: (H, W, 2)
     float64, NaN where no map serves it.
     """
@@ -200,36 +191,36 @@ def filter_reach(
 def filter_kinds() -> list[tuple[str, str, str]]:
     """The kinds of filter: name, settings with examples of values, and what each is."""
 
-def filter_text(filter: _Filter) -> str:
+def filter_text(filter: Filter) -> str:
     """A filter's text as it is written by itself: checked, with all of its settings."""
 
 def look_up(
     maps: npt.ArrayLike,
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     *,
     bias: Bias | None = None,
-    filter: _Filter = "nearest",
+    filter: Filter = "nearest",
     blend: float = 0.0,
-    stored: _Stored = None,
+    stored: StoredLike = None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int16]]:
     """The shadow mask of surfaces through maps that are there: (H, W) float32, and which map each pixel asks (H, W) int16."""
 
 def compared(
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     pixels: npt.ArrayLike,
     *,
-    resolution: _Size | None = None,
+    resolution: Size | None = None,
     bias: Bias | None = None,
-    filter: _Filter = "nearest",
-    stored: _Stored = None,
+    filter: Filter = "nearest",
+    stored: StoredLike = None,
     map: int | None = None,
-) -> tuple[npt.NDArray[np.int16], _Float, _Float, npt.NDArray[np.int64], _Float, _Float]:
+) -> tuple[npt.NDArray[np.int16], Float, Float, npt.NDArray[np.int64], Float, Float]:
     """What pixels are compared with: the map (N,) int16, as `Footprint.map`; the place in it (N, 2) float64, texels; the biased depth
     at the texel that it falls into (N,) float64, NaN where the pixel is lit without a look at the map; then the texels that are
     read, (N, T, 2) int64, held to the map, their weights (N, T) float64, 0 behind a pixel's last, and the biased depth that each
@@ -240,26 +231,26 @@ def compared(
 def blended(
     gbuffer: GBuffer,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     pixels: npt.ArrayLike,
     blend: float,
-) -> tuple[npt.NDArray[np.int16], _Float]:
+) -> tuple[npt.NDArray[np.int16], Float]:
     """The map whose light is mixed in at each pixel, (N,) int16, -1 for none, and its share (N,) float64."""
 
 def causes(
     scene: Scene,
     camera: Camera,
-    light: _Light,
-    parameterization: _Maps,
+    light: Light,
+    parameterization: Maps,
     differences: npt.ArrayLike,
     *,
     gbuffer: GBuffer,
     maps: npt.ArrayLike,
     bias: Bias | None = None,
-    filter: _Filter = "nearest",
+    filter: Filter = "nearest",
     blend: float = 0.0,
-    stored: _Stored = None,
+    stored: StoredLike = None,
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float32]]:
     """Why pixels are wrong: (H, W) int8 causes, and (H, W) float32 how far a displaced edge lies from each pixel, in pixels; see
     `shadowlab.aliasing.causes`.

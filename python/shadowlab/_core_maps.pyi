@@ -3,16 +3,13 @@
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, final
 
-import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
 from ._core_samples import Samples
-from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
-from ._core_types import ConventionLike, Matrices, NoteKind, PostWarp
+from ._core_scene import Scene
+from ._core_types import ConventionLike, Float, Light, Matrices, NoteKind, PostWarp
 
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 # The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
 _Setting: TypeAlias = "bool | float | str | Technique | Sequence[float | str | Technique] | npt.NDArray[Any]"
 _Selection: TypeAlias = Literal["depth", "containment"]
@@ -64,7 +61,7 @@ class Technique:
         self,
         scene: Scene,
         camera: Camera,
-        light: _Light,
+        light: Light,
         *,
         resolution: int | Sequence[int] = 1024,
         samples: Samples | GBuffer | None = None,
@@ -204,10 +201,10 @@ class Partition:
     """One map of a parameterization."""
 
     @property
-    def matrix(self) -> _Float:
+    def matrix(self) -> Float:
         """(4, 4) float64: shadow clip from world."""
     @property
-    def lift(self) -> _Float | None:
+    def lift(self) -> Float | None:
         """(4, 4) float64: light space from world, the first factor of ``matrix == fit @ warp @ lift``.
 
         Rows x, y and w of a point are the light's ray through it, row z is its place along the ray. Under a directional light:
@@ -215,14 +212,14 @@ class Partition:
         depth along its axis, z = -1. None of matrices from elsewhere.
         """
     @property
-    def warp(self) -> _Float | None:
+    def warp(self) -> Float | None:
         """(4, 4) float64: provisional clip space from light space, the second factor of ``matrix == fit @ warp @ lift``.
 
         Rows x, y and w are the homography on the light's rays that makes the technique; the identity of a uniform map. Row z is
         the depth before the crop. None of matrices from elsewhere.
         """
     @property
-    def fit(self) -> _Float | None:
+    def fit(self) -> Float | None:
         """(4, 4) float64: clip space from provisional clip space, the third factor of ``matrix == fit @ warp @ lift``.
 
         The affine crop to receivers and casters, with the border, times a positive factor. None of matrices from elsewhere.
@@ -239,12 +236,12 @@ class Partition:
     def post_warp_terms(self) -> dict[str, float]:
         """The terms of what follows the projective part: `scale` and `offset` of "log", nothing of the others."""
     @property
-    def post_warp_knots(self) -> tuple[_Float, _Float] | None:
+    def post_warp_knots(self) -> tuple[Float, Float] | None:
         """((N, 2), (M, 2)) float64: the knots of the two functions of "rectilinear", for x and for y, (before, after) in NDC
         each; None of the others. They are linear between the knots, and beyond the outer ones as next to them.
         """
     @property
-    def region(self) -> _Float:
+    def region(self) -> Float:
         """(N, 4) float64: the rays this map serves, those of points p with `region @ (p, 1) >= 0`; all of them where N is 0."""
     @property
     def technique(self) -> str:
@@ -255,7 +252,7 @@ class Partition:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What to know about this map; `str` of a note is its text. What concerns all maps alike is in `Parameterization.notes`."""
-    def project(self, points: npt.ArrayLike) -> tuple[_Float, _Float]:
+    def project(self, points: npt.ArrayLike) -> tuple[Float, Float]:
         """NDC (N, 3) and clip w (N,) of world points (N, 3). NDC means something where w > 0."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -305,7 +302,7 @@ class Parameterization:
         UnknownNameError
             For a convention or a selection that does not exist.
         """
-    def to(self, convention: ConventionLike | str) -> _Float:
+    def to(self, convention: ConventionLike | str) -> Float:
         """The matrix, or the matrices where there are several maps, as a convention writes them.
 
         Parameters
@@ -349,10 +346,10 @@ class Parameterization:
     def partitions(self) -> list[Partition]:
         """The maps, nearest first."""
     @property
-    def matrix(self) -> _Float:
+    def matrix(self) -> Float:
         """(4, 4) float64: shadow clip from world, when there is one map."""
     @property
-    def matrices(self) -> _Float:
+    def matrices(self) -> Float:
         """(K, 4, 4) float64: shadow clip from world of every map."""
     def _repr_html_(self) -> str:
         """The maps as a table, for notebooks."""

@@ -1,7 +1,6 @@
 """`_core.Renderer`."""
 
-from collections.abc import Sequence
-from typing import Any, Literal, NoReturn, TypeAlias, final
+from typing import Any, Literal, NoReturn, final
 
 import numpy as np
 import numpy.typing as npt
@@ -9,16 +8,8 @@ from typing_extensions import Self
 
 from ._core_camera import Camera, GBuffer
 from ._core_lookups import Bias
-from ._core_maps import Parameterization
-from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
-from ._core_stored import Stored
-from ._core_types import Cull, FootprintLike, Matrices
-
-_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
-_Filter: TypeAlias = str
-_Maps: TypeAlias = "Parameterization | Matrices"
-_Stored: TypeAlias = "Stored | str | None"
+from ._core_scene import Scene
+from ._core_types import Cull, Filter, FootprintLike, Light, Maps, Size, StoredLike
 
 @final
 class Renderer:
@@ -60,10 +51,10 @@ class Renderer:
     def shadow_map(
         self,
         scene: Scene,
-        parameterization: _Maps,
+        parameterization: Maps,
         *,
-        resolution: _Size | None = None,
-        stored: _Stored = None,
+        resolution: Size | None = None,
+        stored: StoredLike = None,
         cull: Literal["volume", "none"] = "volume",
     ) -> npt.NDArray[np.float32]:
         """The shadow map: what is stored of each light ray, the depth of the nearest caster unless `stored` says otherwise.
@@ -95,14 +86,14 @@ class Renderer:
         scene: Scene,
         gbuffer: GBuffer,
         camera: Camera,
-        light: _Light,
-        parameterization: _Maps,
+        light: Light,
+        parameterization: Maps,
         *,
-        resolution: _Size | None = None,
+        resolution: Size | None = None,
         bias: Bias | None = None,
-        filter: _Filter = "nearest",
+        filter: Filter = "nearest",
         blend: float = 0.0,
-        stored: _Stored = None,
+        stored: StoredLike = None,
     ) -> npt.NDArray[np.float32]:
         """The shadow maps as far as the pixels of a picture look them up.
 
@@ -137,17 +128,17 @@ class Renderer:
     def casters(
         self,
         scene: Scene,
-        parameterization: _Maps,
+        parameterization: Maps,
         *,
-        resolution: _Size | None = None,
+        resolution: Size | None = None,
         cull: Cull = "volume",
         gbuffer: GBuffer | None = None,
         camera: Camera | None = None,
-        light: _Light | None = None,
+        light: Light | None = None,
         bias: Bias | None = None,
-        filter: _Filter = "nearest",
+        filter: Filter = "nearest",
         blend: float = 0.0,
-        stored: _Stored = None,
+        stored: StoredLike = None,
     ) -> Any:
         """What becomes of the instances of a scene where this renderer draws maps: which are drawn, and which rule left out the
         others.
@@ -183,7 +174,7 @@ class Renderer:
         >>> found.drawn + found.culled == s.instance_count
         True
         """
-    def gbuffer(self, scene: Scene, camera: Camera, *, size: _Size) -> GBuffer:
+    def gbuffer(self, scene: Scene, camera: Camera, *, size: Size) -> GBuffer:
         """What the camera sees.
 
         Parameters
@@ -201,15 +192,15 @@ class Renderer:
         self,
         scene: Scene,
         camera: Camera,
-        light: _Light,
-        parameterization: _Maps,
+        light: Light,
+        parameterization: Maps,
         *,
-        size: _Size,
-        resolution: _Size | None = None,
+        size: Size,
+        resolution: Size | None = None,
         bias: Bias | None = None,
-        filter: _Filter = "nearest",
+        filter: Filter = "nearest",
         blend: float = 0.0,
-        stored: _Stored = None,
+        stored: StoredLike = None,
         cull: Cull = "volume",
     ) -> npt.NDArray[np.float32]:
         """The light that arrives at each pixel, through the shadow map.
@@ -250,11 +241,11 @@ class Renderer:
         self,
         scene: Scene,
         camera: Camera,
-        light: _Light,
-        parameterization: _Maps,
+        light: Light,
+        parameterization: Maps,
         *,
-        size: _Size,
-        resolution: _Size | None = None,
+        size: Size,
+        resolution: Size | None = None,
     ) -> npt.NDArray[np.int16]:
         """Which map each pixel asks, where there are several.
 
@@ -273,11 +264,11 @@ class Renderer:
         self,
         scene: Scene,
         camera: Camera,
-        light: _Light,
-        parameterization: _Maps,
+        light: Light,
+        parameterization: Maps,
         *,
-        size: _Size,
-        resolution: _Size | None = None,
+        size: Size,
+        resolution: Size | None = None,
     ) -> FootprintLike:
         """What a texel of the shadow map looks like at each pixel, computed where this renderer draws.
 
@@ -294,3 +285,6 @@ class Renderer:
         """Refused with a StateError: a device stays in its process."""
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: Any) -> Self: ...
+
+def looking_pays(scene: Scene, size: Size) -> bool:
+    """Whether maps of what a picture of `size` pixels sees are drawn sooner than whole ones."""

@@ -6,11 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
-from ._core_scene import DirectionalLight, PointLight, SpotLight
-from ._core_types import MapsLike, Matrices
+from ._core_types import Float, Light, MapsLike, Matrices
 
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
 _Size: TypeAlias = "int | tuple[int, int]"
 _States: TypeAlias = "npt.NDArray[np.int8] | npt.NDArray[np.float32]"
 
@@ -21,7 +18,7 @@ class Samples:
     def from_gbuffer(
         gbuffer: GBuffer,
         camera: Camera,
-        light: _Light | None = None,
+        light: Light | None = None,
         *,
         shadows: _States | None = None,
         count: int = 4096,
@@ -52,7 +49,7 @@ class Samples:
         positions: npt.ArrayLike,
         normals: npt.ArrayLike,
         camera: Camera,
-        light: _Light | None = None,
+        light: Light | None = None,
         *,
         size: _Size | None = None,
         shadows: npt.ArrayLike | None = None,
@@ -94,7 +91,7 @@ class Samples:
     def receivers(self) -> int:
         """Visible surface points that the hulls of maps are made of: all pixels that show something, or all given points."""
     @property
-    def light(self) -> _Light | None:
+    def light(self) -> Light | None:
         """The light of the shadow states; None without any."""
     @property
     def camera(self) -> Camera | None:
@@ -103,16 +100,16 @@ class Samples:
     def size(self) -> tuple[int, int] | None:
         """(width, height) of the picture that they come from, pixels."""
     @property
-    def positions(self) -> _Float:
+    def positions(self) -> Float:
         """(N, 3) float64: world positions."""
     @property
-    def normals(self) -> _Float:
+    def normals(self) -> Float:
         """(N, 3) float64: unit normals on the side of the eye."""
     @property
-    def eye_depth(self) -> _Float:
+    def eye_depth(self) -> Float:
         """(N,) float64: depths along the view, world units."""
     @property
-    def jacobian(self) -> _Float:
+    def jacobian(self) -> Float:
         """(N, 2, 3) float64: the eye's Jacobian, pixels (x to the right, y down) per world unit (E.5)."""
     @property
     def weights(self) -> npt.NDArray[np.float32]:

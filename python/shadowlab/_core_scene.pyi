@@ -1,15 +1,13 @@
 """Scenes and lights of `_core`, which exports them."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self, disjoint_base
 
-from ._core_types import AlphaTestLike
-
-_Float: TypeAlias = npt.NDArray[np.float64]
+from ._core_types import AlphaTestLike, Float
 
 @final
 class Mesh:
@@ -32,7 +30,7 @@ class Mesh:
     def alpha(self) -> AlphaTestLike | None:
         """Which points of the triangles exist, with texture coordinates for each of `vertices`; None where all do."""
     @property
-    def vertices(self) -> _Float:
+    def vertices(self) -> Float:
         """(V, 3) float64, the mesh's own frame, as every consumer sees them (24 bits of the mesh's extent)."""
     @property
     def faces(self) -> npt.NDArray[np.int32]:
@@ -64,7 +62,7 @@ class Mesh:
         """(V, 3) float32: vertices as they are stored, relative to the frame's center and in units of its scale."""
 
     @property
-    def frame(self) -> tuple[float, _Float]:
+    def frame(self) -> tuple[float, Float]:
         """(scale, center (3,) float64) of the frame in which vertices are stored: `vertices` is center + scale * positions_local."""
 
     @property
@@ -92,13 +90,13 @@ class Scene:
     def mesh_index(self) -> npt.NDArray[np.int64]:
         """(I,) int64: which mesh each instance places."""
     @property
-    def transforms(self) -> _Float:
+    def transforms(self) -> Float:
         """(I, 4, 4) float64: world from mesh."""
     @property
-    def bounds(self) -> _Float:
+    def bounds(self) -> Float:
         """(2, 3) float64: smallest and largest corner of the vertices that triangles use."""
     @property
-    def origin(self) -> _Float:
+    def origin(self) -> Float:
         """(3,) float64: the middle of the bounds, which single-precision positions are relative to."""
     @property
     def triangle_count(self) -> int:
@@ -129,7 +127,7 @@ class Scene:
             takes the scene out of the range of 64-bit floats.
         """
 
-    def to_arrays(self) -> tuple[_Float, npt.NDArray[np.int32]]:
+    def to_arrays(self) -> tuple[Float, npt.NDArray[np.int32]]:
         """Everything baked into world space: vertices (V, 3) float64, faces (F, 3) int32, in instance order."""
     @property
     def content_hash(self) -> str:
@@ -179,13 +177,13 @@ class DirectionalLight:
         """
 
     @property
-    def direction(self) -> _Float:
+    def direction(self) -> Float:
         """(3,) float64, unit: the way the light travels."""
     @property
     def kind(self) -> Literal["directional"]:
         """The word "directional"."""
     @property
-    def point(self) -> _Float:
+    def point(self) -> Float:
         """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -198,10 +196,10 @@ class SpotLight:
         cls, position: npt.ArrayLike, direction: npt.ArrayLike, *, cone_angle: float, range: float
     ) -> SpotLight: ...
     @property
-    def position(self) -> _Float:
+    def position(self) -> Float:
         """(3,) float64: where the light is, world units."""
     @property
-    def direction(self) -> _Float:
+    def direction(self) -> Float:
         """(3,) float64, unit: the way along the middle of the cone."""
     @property
     def cone_angle(self) -> float:
@@ -213,7 +211,7 @@ class SpotLight:
     def kind(self) -> Literal["spot"]:
         """The word "spot"."""
     @property
-    def point(self) -> _Float:
+    def point(self) -> Float:
         """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -224,7 +222,7 @@ class PointLight:
 
     def __new__(cls, position: npt.ArrayLike, *, range: float) -> PointLight: ...
     @property
-    def position(self) -> _Float:
+    def position(self) -> Float:
         """(3,) float64: where the light is, world units."""
     @property
     def range(self) -> float:
@@ -233,7 +231,7 @@ class PointLight:
     def kind(self) -> Literal["point"]:
         """The word "point"."""
     @property
-    def point(self) -> _Float:
+    def point(self) -> Float:
         """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -5,8 +5,7 @@ from typing import Literal, final
 import numpy as np
 import numpy.typing as npt
 
-from ._core_maps import Parameterization
-from ._core_types import Matrices
+from ._core_types import Maps, StoredLike
 
 @final
 class Stored:
@@ -68,7 +67,7 @@ class Stored:
     @property
     def limit(self) -> float:
         """Of "dual": how far at most the first depth is moved along the ray, world sizes of a shadow texel."""
-    def step(self, parameterization: Parameterization | Matrices, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def step(self, parameterization: Maps, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The size of one step of the format at points, world units along the light ray.
 
         Parameters
@@ -94,12 +93,10 @@ class Stored:
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
-def depth_rows(
-    parameterization: Parameterization | Matrices, origin: npt.ArrayLike, stored: Stored | str | None
-) -> npt.NDArray[np.float64]:
+def depth_rows(parameterization: Maps, origin: npt.ArrayLike, stored: StoredLike) -> npt.NDArray[np.float64]:
     """What the numbers of each map measure of points (p, 1) relative to an origin: (K, 2, 4) float64, the rows whose products with a
     point are divided by each other. Of projective depth those are z and w of the matrix.
     """
 
-def depth_steps(stored: Stored | str | None, depths: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def depth_steps(stored: StoredLike, depths: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """The distance to the next number of the format at stored depths (N,): (N,) float64."""

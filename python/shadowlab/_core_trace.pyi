@@ -1,36 +1,32 @@
 """Rays traced by `_core`, which exports them."""
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
-from ._core_scene import DirectionalLight, PointLight, Scene, SpotLight
-
-_Float: TypeAlias = npt.NDArray[np.float64]
-_Size: TypeAlias = int | tuple[int, int] | Sequence[int]
-_Light: TypeAlias = "DirectionalLight | SpotLight | PointLight"
+from ._core_scene import Scene
+from ._core_types import Float, Light, Size
 
 def trace_shadow_mask(
     scene: Scene,
     camera: Camera,
-    light: _Light,
+    light: Light,
     *,
-    size: _Size,
+    size: Size,
     progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.int8]:
     """(H, W) int8: 1 lit, 0 in shadow, -1 undecided, -2 nothing there."""
 
 def trace_shadow_masks(
-    scene: Scene, camera: Camera, lights: Sequence[_Light], *, size: _Size
+    scene: Scene, camera: Camera, lights: Sequence[Light], *, size: Size
 ) -> list[npt.NDArray[np.int8]]:
     """The same for each of several lights, whose rays from the eye are traced once: a list of (H, W) int8."""
 
 def first_hit(
     scene: Scene, origins: npt.ArrayLike, directions: npt.ArrayLike
-) -> tuple[_Float, npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+) -> tuple[Float, npt.NDArray[np.int32], npt.NDArray[np.int32]]:
     """First hits of rays: t (N,) float64 (infinity for none), triangle (N,) int32, instance (N,) int32 (-1 for none)."""
 
 def occluded(
@@ -46,7 +42,7 @@ def face_corners(scene: Scene, instance: int, face: int) -> npt.NDArray[np.float
     where there is no such triangle. `face` is the row of its mesh's face array, as `first_hit` gives it.
     """
 
-def shadows_at(scene: Scene, gbuffer: GBuffer, light: _Light) -> npt.NDArray[np.int8]:
+def shadows_at(scene: Scene, gbuffer: GBuffer, light: Light) -> npt.NDArray[np.int8]:
     """(H, W) int8: what light does at the surface points of a G-buffer, as `trace_shadow_mask` says it of those it finds."""
 
 def moved_gbuffer(gbuffer: GBuffer, before: Scene, after: Scene) -> GBuffer:

@@ -5,19 +5,29 @@ use pyo3::prelude::*;
 
 use super::arguments::word_or;
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, image};
+use super::convert::{OrRaise, argument_error, image, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
+use super::scene::{PyScene, scene};
 use crate::Light;
 use crate::image::DepthMaps;
 use crate::names::named;
-use crate::render::{Casters, Cull, Rule};
+use crate::render::{self, Casters, Cull, Rule};
 
 /// The setting of a word; the default where none is given.
 pub fn cull_of(py: Python<'_>, word: Option<&Bound<'_, PyAny>>) -> PyResult<Cull> {
     let expected = format!("one of {}", Cull::NAMES.map(|one| one.0).join(", "));
     let word = word_or(word, "cull", Cull::default().name(), &expected)?;
     named("cull", &word, &Cull::NAMES).or_raise(py)
+}
+
+/// Whether maps of what a picture of `size` pixels sees are drawn sooner than whole ones.
+#[pyfunction]
+pub fn looking_pays(
+    #[pyo3(from_py_with = scene)] scene: Bound<'_, PyScene>,
+    size: &Bound<'_, PyAny>,
+) -> PyResult<bool> {
+    Ok(render::looking_pays(&scene.get().scene, size2(size, "size")?))
 }
 
 /// Maps as an array, without the axis of maps where there is one.

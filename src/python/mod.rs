@@ -64,6 +64,8 @@ mod _core {
     #[pymodule_export]
     use super::compared::{blended, compared};
     #[pymodule_export]
+    use super::culled::looking_pays;
+    #[pymodule_export]
     use super::drivers::adapters;
     #[pymodule_export]
     use super::filter::{filter_kinds, filter_text};

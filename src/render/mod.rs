@@ -15,7 +15,7 @@ mod stored;
 pub use bias::Bias;
 pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
 pub(crate) use cull::{Asked, Keep, Marks, Volume};
-pub use cull::{Casters, Cull, Rule};
+pub use cull::{Casters, Cull, Rule, looking_pays};
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub(crate) use filter::{between, bilinear, first_texel, integral_of_box, integral_of_tent, texels_across};
 pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};

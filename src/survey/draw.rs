@@ -7,16 +7,12 @@ use crate::focus::Samples;
 use crate::image::{Surfaces, TruthMask};
 use crate::progress::Progress;
 use crate::render::cpu::{CpuRenderer, look_up};
-use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer, Stored};
+use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer, Stored, looking_pays};
 use crate::scene::{Camera, Light, Scene};
 use crate::techniques::{Needs, technique_of};
 
 /// Texels along each side of the map that says what is in shadow. Chosen because it is what an engine has.
 pub const SURVEY_MAP: u32 = 1024;
-
-/// Triangles per pixel from which it pays to look for the casters that pixels see. Measured: a pixel that marks its texel takes as
-/// long as eight triangles of a map, and the marks leave out half of the triangles or more.
-const MANY_TRIANGLES: u64 = 20;
 
 /// Samples at shadows' edges that are kept where no count is given.
 pub const SURVEY_COUNT: usize = 4096;
@@ -86,10 +82,10 @@ pub fn mapped_states(
     let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
     let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let renderer = CpuRenderer::new();
-    let maps = if scene.triangle_count() < MANY_TRIANGLES * surfaces.triangle.len() as u64 {
-        renderer.depth_maps(scene, &p, resolution, stored, progress)?
-    } else {
+    let maps = if looking_pays(scene, size) {
         renderer.seen_maps(scene, surfaces, camera, light, &p, &settings, progress)?
+    } else {
+        renderer.depth_maps(scene, &p, resolution, stored, progress)?
     };
     let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
     Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())

@@ -28,9 +28,6 @@ T = TypeVar("T")
 
 # Arrays of the runs that were used last: some twenty maps of 2048 x 2048 texels with their pictures.
 KEPT = Kept(1 << 30)
-# Triangles per pixel from which it pays to look for the casters that pixels see. Measured: a pixel that marks its texel
-# takes as long as eight triangles of a map, and the marks leave out half of the triangles or more.
-MANY_TRIANGLES = 20
 _numbers = itertools.count()
 
 
@@ -87,28 +84,26 @@ class Drawing:
     @property
     def maps(self) -> NDArray[np.float32]:
         """Shadow maps (H, W) or (K, H, W) float32."""
-        return self._kept(
-            "maps",
-            lambda: self.renderer.shadow_map(
-                self.view.scene, self.parameterization, resolution=self.resolution, **drawn_as(self.stored)
-            ),
-            lambda maps: maps.nbytes,
-        )
+        return self._kept("maps", lambda: self._drawn(self.parameterization), lambda maps: maps.nbytes)
 
     @property
     def _seen(self) -> NDArray[np.float32]:
         """The maps as far as the pixels look them up."""
         return self._kept("seen", lambda: self._drawn_for_mask(self.parameterization), lambda maps: maps.nbytes)
 
+    def _drawn(self, parameterization: _core.Parameterization) -> NDArray[np.float32]:
+        """Whole maps."""
+        how = drawn_as(self.stored)
+        return self.renderer.shadow_map(self.view.scene, parameterization, resolution=self.resolution, **how)
+
     def _drawn_for_mask(self, parameterization: _core.Parameterization) -> NDArray[np.float32]:
         """Maps of which nothing but the mask is read."""
-        scene, resolution = self.view.scene, self.resolution
         if not self._looking_pays():
-            return self.renderer.shadow_map(scene, parameterization, resolution=resolution, **drawn_as(self.stored))
+            return self._drawn(parameterization)
         draws: Any = self.renderer
         looks = (self.gbuffer, self.view.camera, light_of(self.view), parameterization)
         how = {"bias": self.bias, "filter": self.filter, "blend": self.blend, "stored": self.stored}
-        return cast("NDArray[np.float32]", draws.seen_map(scene, *looks, resolution=resolution, **how))
+        return cast("NDArray[np.float32]", draws.seen_map(self.view.scene, *looks, resolution=self.resolution, **how))
 
     @property
     def mask(self) -> NDArray[np.float32]:
@@ -228,8 +223,7 @@ class Drawing:
 
     def _looking_pays(self) -> bool:
         """Whether maps of what pixels see are drawn sooner than whole ones, and the renderer draws such."""
-        width, height = self.view.size
-        return self.view.scene.triangle_count >= MANY_TRIANGLES * width * height and has_all(self.renderer, "seen_map")
+        return _core.looking_pays(self.view.scene, self.view.size) and has_all(self.renderer, "seen_map")
 
     def _has_seen(self) -> bool:
         """Whether maps are there of which nothing but the mask is read, and no whole ones."""

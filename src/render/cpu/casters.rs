@@ -6,13 +6,16 @@ use crate::error::Result;
 use crate::image::Surfaces;
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
-use crate::render::{Asked, Casters, Cull, Keep, MaskSettings, Rule, no_picture};
+use crate::render::{Asked, Casters, Cull, Keep, MaskSettings, Rule, check_size, no_picture};
 use crate::scene::{Camera, Light, Scene};
+
+/// How a renderer finds what the pixels of a picture look up in each map.
+type AskedOf = fn(Surfaces, &Camera, &Light, &Parameterization, &MaskSettings, &Progress) -> Result<Vec<Option<Asked>>>;
 
 /// What the pixels of a picture look up in each map; nothing of maps that none asks.
 ///
 /// # Errors
-/// As [`Lookups::new`].
+/// As [`check_size`] and [`Lookups::new`].
 pub fn asked_of(
     surfaces: Surfaces,
     camera: &Camera,
@@ -21,6 +24,7 @@ pub fn asked_of(
     settings: &MaskSettings,
     progress: &Progress,
 ) -> Result<Vec<Option<Asked>>> {
+    check_size("resolution", settings.resolution)?;
     let lookups = &Lookups::new(p, camera, light, surfaces.origin, settings)?;
     MaskInput { surfaces, camera, light, lookups, progress }.asks()
 }
@@ -37,7 +41,7 @@ pub fn keep_of<'a>(cull: Cull) -> Result<Keep<'a>> {
     }
 }
 
-/// What becomes of each instance in each map; `asked` says what is looked up, where that counts.
+/// What becomes of each instance in each map; `asked_of` finds what the picture's pixels look up, where that counts.
 ///
 /// # Errors
 /// [`no_picture`], and [`crate::Error::InvalidArgument`] for a matrix that cannot be drawn with.
@@ -45,16 +49,23 @@ pub fn casters_of(
     scene: &Scene,
     p: &Parameterization,
     cull: Cull,
-    asked: Option<&[Option<Asked>]>,
+    picture: Option<(Surfaces, &Camera, &Light)>,
     settings: &MaskSettings,
     progress: &Progress,
+    asked_of: AskedOf,
 ) -> Result<Vec<Casters>> {
-    let (size, stored) = (settings.resolution, settings.stored);
+    let (size, stored) = (check_size("resolution", settings.resolution)?, settings.stored);
+    let asked = match (cull, picture) {
+        (Cull::Seen, Some((surfaces, camera, light))) => {
+            Some(asked_of(surfaces, camera, light, p, settings, progress)?)
+        }
+        _ => None,
+    };
     let of_map = |k: usize| {
         progress.check()?;
         let partition = &p.partitions[k];
         let volume = StoredMap { scene, partition, size, stored, keep: Keep::InVolume }.volume()?;
-        let rules = match asked.map(|asked| asked[k].as_ref()) {
+        let rules = match asked.as_ref().map(|asked| asked[k].as_ref()) {
             None => keep_of(cull)?.rules(scene, &volume),
             Some(Some(asked)) => Keep::Asked(asked).rules(scene, &volume),
             // No pixel asks the map.

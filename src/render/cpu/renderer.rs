@@ -118,14 +118,7 @@ impl Renderer for CpuRenderer {
         progress: &Progress,
     ) -> Result<Vec<Casters>> {
         check_partitions(p)?;
-        check_size("resolution", settings.resolution)?;
-        let asked = match (cull, picture) {
-            (Cull::Seen, Some((surfaces, camera, light))) => {
-                Some(asked_of(surfaces, camera, light, p, settings, progress)?)
-            }
-            _ => None,
-        };
-        casters_of(scene, p, cull, asked.as_deref(), settings, progress)
+        casters_of(scene, p, cull, picture, settings, progress, asked_of)
     }
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {

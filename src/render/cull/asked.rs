@@ -67,7 +67,7 @@ pub(crate) struct Marks {
 impl Marks {
     /// Of a map of `size` texels.
     pub fn new(size: [u32; 2]) -> Result<Self> {
-        let tile = size[0].max(size[1]).div_ceil(MOST_TILES).max(1);
+        let tile = size[0].max(size[1]).div_ceil(MOST_TILES);
         let tiles = size.map(|n| n.div_ceil(tile) as usize);
         let mut keys = with_room("resolution", tiles[0] * tiles[1])?;
         keys.resize_with(tiles[0] * tiles[1], || AtomicU32::new(UNASKED));

@@ -8,5 +8,5 @@ mod volume;
 pub use asked::Asked;
 pub(crate) use asked::Marks;
 pub use keep::Keep;
-pub use rule::{Casters, Cull, Rule};
+pub use rule::{Casters, Cull, Rule, looking_pays};
 pub use volume::Volume;

@@ -25,6 +25,15 @@ impl Cull {
     }
 }
 
+/// Triangles per pixel from which it pays to look for the casters that pixels see. Measured: a pixel that marks its texel takes as
+/// long as eight triangles of a map, and the marks leave out half of the triangles or more.
+const MANY_TRIANGLES: u64 = 20;
+
+/// Whether maps of what a picture of `size` pixels sees are drawn sooner than whole ones.
+pub fn looking_pays(scene: &Scene, size: [u32; 2]) -> bool {
+    scene.triangle_count() >= MANY_TRIANGLES * u64::from(size[0]) * u64::from(size[1])
+}
+
 /// What becomes of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u8)]

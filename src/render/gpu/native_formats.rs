@@ -85,13 +85,12 @@ fn native_and_stored(gpu: &Gpu, name: &str, native: TextureFormat, format: Forma
     )?;
     let mut maps = [read, ours].map(|texture| (texture, vec![0.0; (SIZE[0] * SIZE[1]) as usize]));
     for (texture, map) in &mut maps {
-        let encoder = std::mem::replace(&mut encoder, gpu.encoder("native depth"));
+        let mut recorded = std::mem::replace(&mut encoder, gpu.encoder("native depth"));
         let bytes = depth_bytes(SIZE, 1);
         let staging = session.state.pool.buffer(gpu, STAGING, bytes)?;
-        let mut encoder = encoder;
-        copy_depth(&mut encoder, texture, &staging);
+        copy_depth(&mut recorded, texture, &staging);
         let take = |padded: &[u8]| unpad(padded, SIZE[0] as usize, map);
-        finish_and_read(gpu, &mut session.state.pool, encoder, staging, bytes, &progress, take)?;
+        finish_and_read(gpu, &mut session.state.pool, recorded, staging, bytes, &progress, take)?;
     }
     Ok(maps.map(|(_, map)| map))
 }

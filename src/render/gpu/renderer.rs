@@ -165,14 +165,7 @@ impl Renderer for GpuRenderer {
         progress: &Progress,
     ) -> Result<Vec<Casters>> {
         check_partitions(p)?;
-        check_size("resolution", settings.resolution)?;
-        let asked = match (cull, picture) {
-            (Cull::Seen, Some((surfaces, camera, light))) => {
-                Some(texels_asked(surfaces, camera, light, p, settings, progress)?)
-            }
-            _ => None,
-        };
-        casters_of(scene, p, cull, asked.as_deref(), settings, progress)
+        casters_of(scene, p, cull, picture, settings, progress, texels_asked)
     }
 
     fn gbuffer(&self, scene: &Scene, camera: &Camera, size: [u32; 2], progress: &Progress) -> Result<GBuffer> {

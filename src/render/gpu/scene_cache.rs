@@ -182,25 +182,16 @@ fn upload(gpu: &Gpu, meshes: &[&Mesh]) -> Result<(Geometry, u64)> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
     use glam::{DAffine3, DVec3};
     use wgpu::Features;
 
+    use super::super::device::tests::opened;
     use super::*;
-    use crate::error::Error;
     use crate::scene::library;
 
     #[test]
     fn a_moved_scene_is_drawn_from_the_buffers_that_are_there() {
-        let gpu = match Gpu::open(None, Features::empty()) {
-            Ok(gpu) => gpu,
-            Err(Error::NoAdapter { .. }) if std::env::var("SHADOWLAB_REQUIRE_ALL").is_err() => {
-                writeln!(std::io::stderr(), "\nskipped: no graphics adapter").expect("standard error");
-                return;
-            }
-            Err(error) => panic!("{error}"),
-        };
+        let Some(gpu) = opened(Features::empty()) else { return };
         let (mut cache, progress) = (SceneCache::default(), Progress::new());
         let mut scene = library::build("forest", 1, &[]).unwrap().scene;
         let first = cache.get(&gpu, &scene, &progress).unwrap();

@@ -12,8 +12,7 @@ use super::pairs::pairs;
 use super::surface::EyeSpace;
 use crate::error::{Error, Result};
 use crate::parameterization::{Parameterization, Partition, PostWarp, Region, Selection};
-use crate::render::stored::DepthMeasure;
-use crate::render::{MaskSettings, Spacing, Stored, check_blend};
+use crate::render::{MaskSettings, Spacing, Stored, check_blend, depth_measure};
 use crate::scene::Light;
 
 /// `Choice` of choose.wgsl.
@@ -203,10 +202,7 @@ impl Map {
         let [texels_x, texels_y] = [0.5 * f64::from(resolution[0]), -0.5 * f64::from(resolution[1])];
         let depth = match stored.spacing {
             Spacing::Projective => [rows[2], rows[3]],
-            Spacing::Linear => {
-                let measure = DepthMeasure::new(&clip_from_eye, &partition.post_warp, stored.spacing)?;
-                [measure.numerator, measure.denominator]
-            }
+            Spacing::Linear => depth_measure(&clip_from_eye, &partition.post_warp, stored.spacing)?,
         };
         let (rows, depth) = (rows.map(|row| pairs(row.to_array())), depth.map(|row| pairs(row.to_array())));
         let texel = DVec3::new(k_ray / (k_y * texels_x), k_ray / (k_x * texels_y), k_x * k_y / k_ray);

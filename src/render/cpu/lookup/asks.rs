@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::comparison::Comparison;
-use super::lookup::MapLookup;
 use super::mask::MaskInput;
+use crate::aliasing::receivers::{RUN, Receivers};
 use crate::error::{Error, Result};
 use crate::render::{Asked, Marks};
 
@@ -20,27 +20,27 @@ impl MaskInput<'_> {
         let rows = surfaces.triangle.len() / width.max(1);
         (0..rows).into_par_iter().try_for_each(|y| {
             progress.check()?;
-            for pixel in y * width..(y + 1) * width {
-                let Some((p, normal)) = surfaces.receiver(pixel) else { continue };
-                let p_world = surfaces.origin + p;
-                if !self.light.illuminates(p_world, normal) {
-                    continue;
-                }
-                let Some(k) = lookups.choose(p, self.camera.depth_of(p_world)) else { continue };
-                let next = self.next(pixel, k).map(|next| next.map);
-                for k in std::iter::once(k).chain(next) {
-                    let map = lookups.map(k);
-                    if let Comparison::At(reference) = map.compare_at(p, normal) {
-                        let reach = reference.kernel.reach();
-                        marks[k].add(reference.p_texel, reach, map.farthest_within(&reference, reach));
+            let mut run = Receivers::NONE;
+            for first in (y * width..(y + 1) * width).step_by(RUN) {
+                let count = RUN.min((y + 1) * width - first);
+                run.read(surfaces, first, count);
+                let chosen = self.maps_of(&run, &run.shown(surfaces, self.light, first, count));
+                for (i, k) in chosen[..count].iter().enumerate() {
+                    let Ok(k) = usize::try_from(*k) else { continue };
+                    let next = self.next(first + i, k).map(|next| next.map);
+                    for k in std::iter::once(k).chain(next) {
+                        let map = lookups.map(k);
+                        if let Comparison::At(reference) = map.compare_at(run.point(i), run.normal(i)) {
+                            let reach = reference.kernel.reach();
+                            marks[k].add(reference.p_texel, reach, map.farthest_within(&reference, reach));
+                        }
                     }
                 }
             }
             Ok::<_, Error>(())
         })?;
         let asked = marks.into_iter().zip(&lookups.p.partitions).enumerate().map(|(k, (marks, partition))| {
-            let map: &MapLookup = lookups.map(k);
-            marks.is_asked().then(|| marks.finish(partition, surfaces.origin, &map.stored))
+            marks.is_asked().then(|| marks.finish(partition, surfaces.origin, &lookups.map(k).stored))
         });
         Ok(asked.collect())
     }

@@ -120,7 +120,8 @@ impl MapLookup {
                 let across = (a_across + b_across) * at.per_det_ray;
                 limit = self.bias.slope_limit * at.texel * at.grad_z.dot(at.to_light).abs() + due * across;
             }
-            let gain = if parts.is_linear {
+            // Without a slope part it is not used, and of linear depth it is dear.
+            let gain = if parts.is_linear && self.bias.slope > 0.0 {
                 self.bias.slope * self.fall_in_reach(&at, p, normal, &plane, reach)
             } else {
                 let falls = plane.per_texel.abs() * bends.falling;

@@ -153,10 +153,6 @@ impl<'a> Lookups<'a> {
     pub fn map(&self, k: usize) -> &MapLookup {
         &self.maps[k]
     }
-    /// The first map that may serve a camera depth: [`Parameterization::first_map`].
-    pub(super) fn first_map(&self, eye_depth: f64) -> usize {
-        self.p.first_map(eye_depth)
-    }
     /// The map that serves a receiver, `p` relative to the origin: [`Parameterization::choose`].
     pub fn choose(&self, p: DVec3, eye_depth: f64) -> Option<usize> {
         Held::first(self.p.first_map(eye_depth)..self.maps.len(), |k| self.maps[k].holds(p))

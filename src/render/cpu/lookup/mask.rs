@@ -168,13 +168,13 @@ impl MaskInput<'_> {
     }
 
     /// The map that each receiver of a run asks: [`Lookups::choose`].
-    fn maps_of(&self, run: &Receivers, shown: &[Shown; RUN]) -> [i16; RUN] {
+    pub(super) fn maps_of(&self, run: &Receivers, shown: &[Shown; RUN]) -> [i16; RUN] {
         let (mut chosen, mut held) = ([ShadowMask::NO_MAP; RUN], [Held::Outside; RUN]);
         // From which map on each receiver looks, of those that have not found theirs; no map for the others.
         let none = self.lookups.count();
         let mut from = [none; RUN];
         for i in (0..RUN).filter(|&i| shown[i] == Shown::Facing) {
-            from[i] = self.lookups.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
+            from[i] = self.lookups.p.first_map(self.camera.depth_of(self.surfaces.origin + run.point(i)));
         }
         let mut k = from.into_iter().min().unwrap_or(none);
         while k < none {

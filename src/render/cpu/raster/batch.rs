@@ -87,18 +87,11 @@ impl<'a> Batches<'a> {
                 "split the scene",
             ));
         }
-        let plain = keep.instances(scene, &Volume::of_clip(clip_from_world, f64::from(viewport.near)));
-        let is_tested = |i: &u32| scene.mesh_of(*i as usize).alpha_test().is_some();
-        let any_tested = scene.meshes().iter().any(|mesh| mesh.alpha_test().is_some());
-        let instances = if any_tested {
-            let (mut tested, plain): (Vec<u32>, _) = plain.into_iter().partition(is_tested);
-            // Their triangles are found by number (tested.rs); the hierarchy has an order of its own.
-            tested.sort_unstable();
-            [plain, tested]
-        } else {
-            [plain, Vec::new()]
-        };
-        Ok(Self { scene, clip_from_world: *clip_from_world, faces, instances })
+        let volume = Volume::of_clip(clip_from_world, f64::from(viewport.near));
+        let [plain, mut tested] = by_test(scene, keep.instances(scene, &volume));
+        // Their triangles are found by number (tested.rs); the hierarchy has an order of its own.
+        tested.sort_unstable();
+        Ok(Self { scene, clip_from_world: *clip_from_world, faces, instances: [plain, tested] })
     }
 
     /// Projects each batch and bins it round by round into `scratch`; calls `draw` after each round.
@@ -114,10 +107,7 @@ impl<'a> Batches<'a> {
         progress.set_total(self.instances.iter().flatten().map(triangles).sum());
         let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
         for (instances, is_tested) in self.instances.iter().zip([false, true]) {
-            let mut rest = &instances[..];
-            while !rest.is_empty() {
-                let (batch, after) = rest.split_at(self.batch_len(rest));
-                rest = after;
+            for batch in batches(self.scene, instances, BATCH) {
                 let draws = &self.draws(batch);
                 let triangle_count = project(draws, viewport, scratch, progress)?;
                 // The next chunk last.
@@ -135,18 +125,6 @@ impl<'a> Batches<'a> {
             }
         }
         Ok(())
-    }
-
-    /// How many of some instances make a batch; at least one.
-    fn batch_len(&self, instances: &[u32]) -> usize {
-        let (mut vertices, mut triangles) = (0, 0);
-        let is_full = |&i: &u32| {
-            let mesh = self.scene.mesh_of(i as usize);
-            vertices += mesh.positions_local().len();
-            triangles += mesh.triangles().len();
-            vertices.max(triangles) > BATCH
-        };
-        instances.iter().position(is_full).unwrap_or(instances.len()).max(1)
     }
 
     /// The draws of a batch.
@@ -174,6 +152,34 @@ impl<'a> Batches<'a> {
         }
         draws
     }
+}
+
+/// Instances without alpha tests, and with them, in the order in which they come.
+pub fn by_test(scene: &Scene, instances: Vec<u32>) -> [Vec<u32>; 2] {
+    if scene.meshes().iter().all(|mesh| mesh.alpha_test().is_none()) {
+        return [instances, Vec::new()];
+    }
+    let is_tested = |i: &u32| scene.mesh_of(*i as usize).alpha_test().is_some();
+    let (tested, plain) = instances.into_iter().partition(is_tested);
+    [plain, tested]
+}
+
+/// Instances cut into batches of at most `most` vertices and triangles; one instance is never split.
+pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl Iterator<Item = &'a [u32]> {
+    let mut rest = instances;
+    std::iter::from_fn(move || {
+        let (mut vertices, mut triangles) = (0, 0);
+        let is_full = |&i: &u32| {
+            let mesh = scene.mesh_of(i as usize);
+            vertices += mesh.positions_local().len();
+            triangles += mesh.triangles().len();
+            vertices.max(triangles) > most
+        };
+        let len = rest.iter().position(is_full).map_or(rest.len(), |len| len.max(1));
+        let (batch, after) = rest.split_at(len);
+        rest = after;
+        (!batch.is_empty()).then_some(batch)
+    })
 }
 
 /// Projects the vertices of a batch; the number of its triangles.

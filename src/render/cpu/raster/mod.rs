@@ -11,7 +11,7 @@ mod tested;
 mod triangle_setup;
 mod vertices;
 
-pub use batch::{Batches, Round, Scratch};
+pub use batch::{Batches, Round, Scratch, batches, by_test};
 pub use binning::{Bands, Bins, Draw};
 pub use fill::{BandArea, DepthPixels, Entries, IdPixels, LayerPixels, Pixels, draw, draw_fragments};
 pub use lanes::two_nearest;

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::memory::filled;
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
-use crate::render::cpu::raster::Bands;
+use crate::render::cpu::raster::{Bands, batches, by_test};
 use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::render::{Keep, Volume};
 use crate::scene::{Mesh, Scene};
@@ -110,8 +110,10 @@ impl Lattice {
     ) -> Result<()> {
         let bands = Bands::new(self.size);
         let (mut vertices, mut bins) = (Vec::new(), Vec::new());
-        for instances in self.batches(scene, what.1) {
-            let batch = self.draws(scene, what.0, &instances);
+        // Those with alpha tests after all others, in batches of their own.
+        let by_test = by_test(scene, what.1.instances(scene, &self.volume()));
+        for instances in by_test.iter().flat_map(|instances| batches(scene, instances, BATCH)) {
+            let batch = self.draws(scene, what.0, instances);
             let triangles = self.project(&batch, &mut vertices, progress)?;
             let chunks: Vec<usize> = (0..triangles).step_by(CHUNK).collect();
             for round in chunks.chunks(ROUND) {
@@ -171,31 +173,6 @@ impl Lattice {
             };
             fill_tested(list, tested, vertices, &bins.extra, &self.rows, columns, rows.clone(), texels);
         }
-    }
-
-    /// The instances that are drawn, in batches; those with alpha tests after all others, in batches of their own.
-    fn batches(&self, scene: &Scene, keep: Keep) -> Vec<Vec<u32>> {
-        let is_tested = |i: u32| scene.mesh_of(i as usize).alpha_test().is_some();
-        let mut instances = keep.instances(scene, &self.volume());
-        if scene.meshes().iter().any(|mesh| mesh.alpha_test().is_some()) {
-            instances.sort_by_key(|&i| is_tested(i));
-        }
-        let mut batches: Vec<Vec<u32>> = Vec::new();
-        let (mut vertices, mut triangles, mut was_tested) = (BATCH, BATCH, false);
-        for i in instances {
-            let mesh = scene.mesh_of(i as usize);
-            vertices += mesh.positions_local().len();
-            triangles += mesh.triangles().len();
-            let begins_tested = is_tested(i) && !std::mem::replace(&mut was_tested, is_tested(i));
-            match batches.last_mut() {
-                Some(last) if vertices.max(triangles) <= BATCH && !begins_tested => last.push(i),
-                _ => {
-                    batches.push(vec![i]);
-                    (vertices, triangles) = (mesh.positions_local().len(), mesh.triangles().len());
-                }
-            }
-        }
-        batches
     }
 
     /// The draws of a batch.

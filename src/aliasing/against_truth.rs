@@ -10,7 +10,7 @@ use crate::memory::{unwritten, written};
 use crate::progress::Progress;
 
 /// A filtered mask counts as lit from here on.
-pub const LIT_FROM: f32 = 0.5;
+pub(super) const LIT_FROM: f32 = 0.5;
 
 /// How many pixels are right and wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

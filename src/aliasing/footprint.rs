@@ -1,7 +1,7 @@
 //! The texel of the shadow map at every pixel of an image: [`texel_in_image`] for all receivers that face the light.
 //!
-//! Pixels are taken in runs of [`RUN`]; what the kernel finds of them is written out. Where there are several maps each run asks them in the order of
-//! [`Parameterization::choose`], and skips those that none of its pixels may ask.
+//! Pixels are taken in runs of [`RUN`]; what the kernel finds of them is written out. Where there are several maps each run
+//! asks them in the order of [`Parameterization::choose`], and skips those that none of its pixels may ask.
 
 use std::mem::MaybeUninit;
 

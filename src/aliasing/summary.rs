@@ -116,7 +116,7 @@ pub fn summary<T: Real>(texels: &Texels<T>, asked: &Asked, progress: &Progress) 
     blocks.iter().for_each(|block| all.join(block));
     let n = all.measured as f64;
     let [square, total, perspective, log_projection] = all.sums;
-    if [square, total, perspective, log_projection, all.depths[0], all.depths[1]].iter().any(|sum| sum.is_nan()) {
+    if all.sums.iter().any(|sum| sum.is_nan()) {
         let fix = "mark such pixels in its map";
         return Err(Error::argument("footprint", "numbers wherever a texel is looked up", "NaN", fix));
     }
@@ -143,7 +143,7 @@ pub fn summary<T: Real>(texels: &Texels<T>, asked: &Asked, progress: &Progress) 
 /// The numbers of bands of depth between limits that rise; the last limit belongs to the last band.
 ///
 /// # Errors
-/// As [`summary`].
+/// [`Error::InvalidArgument`] for arrays of different lengths; [`Error::Interrupted`].
 pub fn bands<T: Real>(
     map: &[i16],
     values: &[T],
@@ -247,7 +247,8 @@ impl<T: Real> Block<T> {
         let added = [value * value, value, extent, slope.ln()];
         self.sums.iter_mut().zip(added).for_each(|(sum, x)| *sum += x);
         self.depths = [self.depths[0].min(depth), self.depths[1].max(depth)];
-        if depth.is_nan() {
+        // Maxima and minima forget a NaN.
+        if [at(texels.perspective), at(texels.projection), depth].iter().any(|x| x.is_nan()) {
             self.sums[0] = f64::NAN;
         }
         if let Some(longest) = self.longest.get_mut(texels.map[i] as usize) {
@@ -348,6 +349,18 @@ mod tests {
         assert!(after.mean > before.mean && after.rms > before.rms);
         major[4] = f32::NAN;
         assert!(of(&major).unwrap_err().to_string().contains("NaN"));
+    }
+
+    #[test]
+    fn a_nan_in_any_array_is_refused() {
+        let (good, bad) = ([1.0_f32; 3], [1.0, f32::NAN, 1.0]);
+        let asked = Asked { maps: 1, percentiles: &[50.0], edges: &[0.0, 8.0], undersampled_from: 1.0 };
+        for which in 0..6 {
+            let [major, perspective, along_t, along_s, projection, depth] =
+                std::array::from_fn(|k| if k == which { &bad[..] } else { &good[..] });
+            let of = Texels { map: &[0; 3], major, perspective, along_t, along_s, projection, depth };
+            assert!(summary(&of, &asked, &Progress::new()).is_err(), "{which}");
+        }
     }
 
     #[test]

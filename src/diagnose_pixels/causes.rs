@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use super::looker::Looker;
 use super::rays::{LightRays, Receiver};
 use super::{light, shadow};
-use crate::aliasing::against_truth::{LIT_FROM, code};
+use crate::aliasing::against_truth::code;
 use crate::aliasing::causes::{Probe, cause, cause_of_shadow};
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
-use crate::image::Surfaces;
+use crate::image::{Surfaces, TruthMask};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::render::MaskSettings;
@@ -98,7 +98,7 @@ impl Wrong<'_> {
         // Where two maps blend, the chosen one unless it is right alone.
         let is_wrong_in = |map: usize| {
             let light = lookups.map(map).light(self.texels(map, lookups), p, normal);
-            (light >= LIT_FROM) == (self.differences[pixel] == code::FALSE_LIGHT)
+            (TruthMask::of_light(light) == TruthMask::LIT) == (self.differences[pixel] == code::FALSE_LIGHT)
         };
         let map = match lookups.next(chosen, p, eye_depth) {
             Some(next) if !is_wrong_in(chosen) => next.map,

@@ -165,9 +165,6 @@ impl<'a> LightRays<'a> {
 
     /// The corners of the triangle that was met, relative to the origin.
     pub fn corners(&self, met: &Met) -> [DVec3; 3] {
-        let instance = met.face.0 as usize;
-        let (mesh, to_world) = (self.scene.mesh_of(instance), self.scene.world_from_local(instance));
-        let corners = mesh.triangles()[met.triangle as usize];
-        corners.map(|k| to_world.transform_point3(mesh.positions_local()[k as usize].as_dvec3()) - self.origin)
+        self.scene.corners(met.face.0 as usize, met.triangle as usize).map(|p| p - self.origin)
     }
 }

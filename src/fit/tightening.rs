@@ -49,12 +49,7 @@ pub enum Tightening {
 
 /// The boxes of all instances, local.
 pub(super) fn boxes<'a>(view: &'a FocusedView, scene: &'a Scene) -> impl Iterator<Item = OrientedBox> + 'a {
-    (0..scene.instances().len()).map(|i| box_of_instance(view, scene, i))
-}
-
-/// The box of an instance, local.
-pub(super) fn box_of_instance(view: &FocusedView, scene: &Scene, instance: usize) -> OrientedBox {
-    OrientedBox::new(scene.mesh_of(instance).bounds_local(), &scene.world_from_local(instance), view.origin)
+    (0..scene.instances().len()).map(|i| scene.box_of(i, view.origin))
 }
 
 /// The boxes that can cast on anything. A flat one cannot shade itself unless the light runs in its plane, and shades

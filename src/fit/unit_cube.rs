@@ -18,9 +18,7 @@ use glam::{DAffine3, DMat4, DVec3, DVec4};
 
 use super::map_size::{MapSize, POINT_EXTENT};
 use super::outlined::{outline_extent, reaching};
-use super::tightening::{
-    Tightening, box_of_instance, casters_extent, casting, corners_extent, nearest_anywhere, sides,
-};
+use super::tightening::{Tightening, casters_extent, casting, corners_extent, nearest_anywhere, sides};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
 use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
 use crate::rays::LightFrame;
@@ -200,7 +198,7 @@ pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, sce
         ControlFlow::Continue(match met {
             Met::Group(bounds) => above.may_be_nearer(&OrientedBox::around(bounds, view.origin), nearest),
             Met::One(i) => {
-                let instance = box_of_instance(view, scene, i);
+                let instance = scene.box_of(i, view.origin);
                 let may = above.may_be_nearer(&instance, nearest);
                 if may {
                     nearest = above.nearer(&instance, nearest);

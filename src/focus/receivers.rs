@@ -82,7 +82,7 @@ pub(crate) fn receivers_in(
                 return if is_outside(&group) { ControlFlow::Continue(false) } else { visit(&group, None) };
             }
         };
-        let instance = OrientedBox::new(scene.mesh_of(i).bounds_local(), &scene.world_from_local(i), view.origin);
+        let instance = scene.box_of(i, view.origin);
         if is_outside(&instance) {
             return ControlFlow::Continue(false);
         }

@@ -5,14 +5,14 @@ use pyo3::prelude::*;
 
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
-use super::convert::{image, run_watched, size2};
-use super::filter::filter_of;
+use super::convert::{image, run_watched};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
+use super::mask_settings::settings_of;
 use super::parameterization::as_parameterization;
 use super::stored::stored;
 use crate::render::cpu::lookup::bias_distance as distance;
-use crate::render::{Bias, MaskSettings, Stored};
+use crate::render::{Bias, Stored};
 use crate::scene::Light;
 
 /// The bias of each pixel, (H, W) float32, world units along its light ray; NaN where nothing is compared.
@@ -33,11 +33,8 @@ pub fn bias_distance<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
+    let settings = settings_of(py, p, resolution, gbuffer.get().whole_picture(), (bias, filter, None, stored))?;
     let camera = &camera.get().camera;
-    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
-    let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
-    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let (found, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let work = |progress: &_| distance(surfaces, camera, &light, p, &settings, progress);
         Ok((run_watched(py, None, work)?, surfaces.size))

@@ -7,9 +7,10 @@ use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{argument_error, array, image, run_watched};
 use super::exceptions::refusable;
-use super::filter::{blend_of, filter_of, unwarned_blend};
+use super::filter::{filter_of, unwarned_blend};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
+use super::mask_settings::settings_of;
 use super::parameterization::as_parameterization;
 use super::scene::{PyScene, scene};
 use super::stored::stored;
@@ -40,10 +41,9 @@ pub fn look_up<'py>(
     let (maps, resolution) = layers(maps, p.partitions.len())?;
     let maps = maps.as_slice()?;
     let camera = &camera.get().camera;
-    let (filter, blend, size) = (filter_of(py, filter)?, blend_of(py, blend, p)?, gbuffer.get().whole_picture());
-    let (bias, stored) = (bias.unwrap_or_default(), stored.unwrap_or_default());
+    let settings = settings_of(py, p, None, gbuffer.get().whole_picture(), (bias, filter, blend, stored))?;
+    let settings = MaskSettings { resolution, ..settings };
     let mask = gbuffer.get().with_surfaces(py, |surfaces| {
-        let settings = MaskSettings { resolution, size, bias, filter, blend, stored };
         run_watched(py, None, |progress| core_look_up(maps, *surfaces, camera, &light, p, &settings, progress))
     })?;
     let [w, h] = mask.size.map(|n| n as usize);

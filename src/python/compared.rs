@@ -7,10 +7,11 @@ use pyo3::prelude::*;
 use super::arguments::whole;
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
-use super::convert::{OrRaise, argument_error, array, image, run_watched, size2};
-use super::filter::{filter_of, unwarned_blend};
+use super::convert::{OrRaise, argument_error, array, image, run_watched};
+use super::filter::unwarned_blend;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
+use super::mask_settings::settings_of;
 use super::parameterization::as_parameterization;
 use super::stored::stored;
 use crate::image::Footprint;
@@ -44,15 +45,12 @@ pub fn compared<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
+    let settings = settings_of(py, p, resolution, gbuffer.get().whole_picture(), (bias, filter, None, stored))?;
     let camera = &camera.get().camera;
-    let (filter, stored) = (filter_of(py, filter)?, stored.unwrap_or_default());
     let maps = [0, p.partitions.len() as i64 - 1];
     let map = map.map(|k| whole(k, "map", maps, "count maps from 0")).transpose()?.map(|k| k as usize);
     let pixels = array::<i64>(pixels, "pixels", &[None, Some(2)])?;
     let (pixels, width) = (pixels_of(py, &pixels, gbuffer.get())?, i64::from(gbuffer.get().picture()[0]));
-    let (size, bias) = (gbuffer.get().whole_picture(), bias.unwrap_or_default());
-    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
     let found = gbuffer.get().with_surfaces(py, |surfaces| {
         run_watched(py, None, |progress| {
             let lookups = Lookups::new(p, camera, &light, surfaces.origin, &settings)?;
@@ -77,7 +75,7 @@ pub fn compared<'py>(
         })
     })?;
     let (n, most) = (found.len(), found.iter().map(|one| one.taps.len()).max().unwrap_or(0));
-    let [last_x, last_y] = resolution.map(|side| i64::from(side) - 1);
+    let [last_x, last_y] = settings.resolution.map(|side| i64::from(side) - 1);
     let held = |[x, y]: [i64; 2]| [x.clamp(0, last_x), y.clamp(0, last_y)];
     let (mut texels, mut weights, mut depths) = (vec![0; 2 * n * most], vec![0.0; n * most], vec![f64::NAN; n * most]);
     for (one, first) in found.iter().zip((0..).step_by(most.max(1))) {

@@ -49,14 +49,9 @@ pub fn picture_of<'py>(
     eye: Option<&Bound<'py, PyAny>>,
     lamp: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Option<Picture<'py>>> {
-    let present = |value: Option<&Bound<'py, PyAny>>| value.filter(|value| !value.is_none()).cloned();
-    let (given, eye, lamp) = (present(given), present(eye), present(lamp));
     // Checked where they are given, whatever the setting.
-    let (given, eye, lamp) = (
-        given.map(|g| gbuffer(&g)).transpose()?,
-        eye.map(|c| camera(&c)).transpose()?,
-        lamp.map(|l| light(&l)).transpose()?,
-    );
+    let (given, eye, lamp) =
+        (given.map(gbuffer).transpose()?, eye.map(camera).transpose()?, lamp.map(light).transpose()?);
     if cull != Cull::Seen {
         return Ok(None);
     }

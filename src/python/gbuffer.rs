@@ -80,19 +80,16 @@ impl PyGBuffer {
         })
     }
 
-    /// Calls `work` with where its surfaces are, their depths, and the camera that drew it.
-    pub fn with_records<T>(
+    /// One of the same camera and picture with the records that `work` makes of its surfaces, their depths and that camera.
+    pub fn remade(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&Surfaces, &[f32], &Camera) -> PyResult<T>,
-    ) -> PyResult<T> {
+        work: impl FnOnce(&Surfaces, &[f32], &Camera) -> PyResult<GBuffer>,
+    ) -> PyResult<Self> {
         let camera = self.camera.ok_or_else(|| state_error(py, NAME, "it has no camera"))?;
         let depth = self.depth.bind(py).readonly();
-        self.with_surfaces(py, |surfaces| work(surfaces, depth.as_slice()?, &camera))
-    }
-    /// One of the same camera and picture with other records.
-    pub fn with_other(&self, py: Python<'_>, g: GBuffer, camera: Camera) -> PyResult<Self> {
-        Ok(Self { whole: self.whole, ..Self::new(py, g, camera)? })
+        let made = self.with_surfaces(py, |surfaces| work(surfaces, depth.as_slice()?, &camera))?;
+        Ok(Self { whole: self.whole, ..Self::new(py, made, camera)? })
     }
 
     /// The scalars of its state.

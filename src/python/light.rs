@@ -218,6 +218,11 @@ by_state!(PyDirectionalLight, PySpotLight, PyPointLight);
 
 /// Any of the three.
 pub fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
+    light_named(value, "light")
+}
+
+/// A light argument of another name.
+pub fn light_named(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Light> {
     if let Ok(l) = value.cast::<PyDirectionalLight>() {
         return Ok(Light::Directional(l.get().light));
     }
@@ -228,7 +233,7 @@ pub fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
         return Ok(Light::Point(l.get().light));
     }
     let got = value.get_type().name()?;
-    Err(argument_error(value.py(), "light", "a DirectionalLight, SpotLight or PointLight", got, "construct one"))
+    Err(argument_error(value.py(), name, "a DirectionalLight, SpotLight or PointLight", got, "construct one"))
 }
 
 /// The Python object of a core light.

@@ -26,11 +26,9 @@ pub fn moved_gbuffer(
 ) -> PyResult<PyGBuffer> {
     let (before, after) = (scene_named(before, "before")?, scene_named(after, "after")?);
     let (py, scenes) = (gbuffer.py(), [&before.get().scene, &after.get().scene]);
-    let (made, camera) = gbuffer.get().with_records(py, |surfaces, depth, camera| {
-        let made = run_watched(py, None, |progress| moved_surfaces(surfaces, depth, camera, scenes, progress))?;
-        Ok((made, *camera))
-    })?;
-    gbuffer.get().with_other(py, made, camera)
+    gbuffer.get().remade(py, |surfaces, depth, camera| {
+        run_watched(py, None, |progress| moved_surfaces(surfaces, depth, camera, scenes, progress))
+    })
 }
 
 /// (H, W) int8: what light does at the surface points of a G-buffer, as `trace_shadow_mask` says it of those it finds.
@@ -58,10 +56,7 @@ fn triangles(scene: &Scene, surfaces: &Surfaces) -> Vec<i32> {
     let triangle = |(&row, &instance): (&i32, &i32)| {
         let instance = usize::try_from(instance).ok().filter(|&i| row >= 0 && i < scene.instances().len());
         let Some(instance) = instance else { return row };
-        match scene.mesh_of(instance).source_faces() {
-            [] => row,
-            rows => rows.binary_search(&(row as u32)).map_or(NO_TRIANGLE, |i| i as i32),
-        }
+        scene.mesh_of(instance).triangle_of(row as usize).map_or(NO_TRIANGLE, |triangle| triangle as i32)
     };
     surfaces.triangle.iter().zip(surfaces.instance).map(triangle).collect()
 }

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::arguments::{callable, items, number_or, paired_rows, whole};
 use super::camera::{PyCamera, camera};
-use super::convert::{argument_error, array, image, rows3, run_watched, size2};
-use super::light::light;
+use super::convert::{array, image, rows3, run_watched, size2};
+use super::light::{light, light_named};
 use super::scene::{PyScene, scene};
 use crate::image::TruthMask;
 use crate::trace::Hit;
@@ -46,13 +46,7 @@ pub fn trace_shadow_masks<'py>(
 ) -> PyResult<Vec<Bound<'py, PyArray2<i8>>>> {
     let py = size.py();
     let lights = items(lights, "lights", "a light, or several", "give a list of lights")?;
-    let named = |(i, one): (usize, &Bound<'py, PyAny>)| {
-        let expected = "a DirectionalLight, SpotLight or PointLight";
-        light(one).or_else(|_| {
-            let got = one.get_type().name()?;
-            Err(argument_error(py, &format!("lights[{i}]"), expected, got, "construct one"))
-        })
-    };
+    let named = |(i, one): (usize, &Bound<'py, PyAny>)| light_named(one, &format!("lights[{i}]"));
     let lights: Vec<crate::Light> = lights.iter().enumerate().map(named).collect::<PyResult<_>>()?;
     let size = size2(size, "size")?;
     let (scene, camera) = (scene.get(), &camera.get().camera);
@@ -113,12 +107,10 @@ pub fn face_corners<'py>(
     if instance >= scene.instances().len() {
         return Ok(None);
     }
-    let to_world = scene.world_from_local(instance);
-    let mesh = scene.mesh_of(instance);
-    let Some(triangle) = mesh.triangle_of(face) else { return Ok(None) };
-    let [a, b, c] = mesh.triangles()[triangle]
-        .map(|k| to_world.transform_point3(mesh.positions_local()[k as usize].as_dvec3()).to_array());
-    let turned = if to_world.matrix3.determinant() < 0.0 { [a, c, b] } else { [a, b, c] };
+    let Some(triangle) = scene.mesh_of(instance).triangle_of(face) else { return Ok(None) };
+    let [a, b, c] = scene.corners(instance, triangle).map(|p| p.to_array());
+    let is_mirrored = scene.world_from_local(instance).matrix3.determinant() < 0.0;
+    let turned = if is_mirrored { [a, c, b] } else { [a, b, c] };
     image(py, turned.concat(), [3, 3]).map(Some)
 }
 

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::camera::{PyCamera, camera};
 use super::convert::{image, run_watched, size2};
-use super::filter::filter_of;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
+use super::mask_settings::settings_of;
 use super::parameterization::as_parameterization;
 use crate::aliasing::usage;
+use crate::render::Bias;
 use crate::render::cpu::lookup::Lookups;
-use crate::render::{Bias, Filter, MaskSettings, Stored};
 use crate::scene::Light;
 
 /// Where each pixel's receiver lies in its map: (H, W, 2) float64 and (H, W) int16.
@@ -55,8 +55,9 @@ pub fn reads<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-    let settings = unbiased(resolution, &gbuffer, filter_of(py, filter)?);
+    let how = (Some(Bias::NONE), filter, None, None);
+    let settings = settings_of(py, p, resolution, gbuffer.get().whole_picture(), how)?;
+    let resolution = settings.resolution;
     let camera = &camera.get().camera;
     let layers = p.partitions.len();
     let (counts, pixels) = gbuffer.get().with_surfaces(py, |surfaces| {
@@ -92,8 +93,9 @@ pub fn filter_reach<'py>(
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
-    let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
-    let settings = unbiased(resolution, &gbuffer, filter_of(py, filter)?);
+    let how = (Some(Bias::NONE), filter, None, None);
+    let settings = settings_of(py, p, resolution, gbuffer.get().whole_picture(), how)?;
+    let resolution = settings.resolution;
     let camera = &camera.get().camera;
     let (reach, size) = gbuffer.get().with_surfaces(py, |surfaces| {
         let reach = run_watched(py, None, |progress| {
@@ -109,10 +111,4 @@ pub fn filter_reach<'py>(
     })?;
     let [w, h] = size.map(|n| n as usize);
     image(py, reach.into_flattened(), [h, w, 2])
-}
-
-/// How a filter reads maps of a resolution without bias, seen in the whole picture of a G-buffer.
-fn unbiased(resolution: [u32; 2], gbuffer: &Bound<'_, PyGBuffer>, filter: Filter) -> MaskSettings {
-    let (size, stored) = (gbuffer.get().whole_picture(), Stored::default());
-    MaskSettings { resolution, size, bias: Bias::NONE, filter, blend: 0.0, stored }
 }

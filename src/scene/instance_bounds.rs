@@ -95,20 +95,25 @@ pub(super) fn bounds_of<'a>(
     };
     let empty = || Aabb::EMPTY;
     let mut found = hulls.par_iter().map(Hull::known).reduce(empty, Aabb::union);
-    // The instances that reach out farthest bound most of the rest.
+    // The instances that reach out farthest bound most of the rest. Each is looked at once: often one reaches farthest all around.
+    let mut farthest = Vec::new();
     for axis in 0..3 {
         let key = |i: &usize, sign: f64| {
             let b = &hulls[*i].bounds;
             if sign < 0.0 { -b.min[axis] } else { b.max[axis] }
         };
         for sign in [-1.0, 1.0] {
-            let farthest = (0..hulls.len()).into_par_iter().max_by(|a, b| key(a, sign).total_cmp(&key(b, sign)));
-            if let Some(i) = farthest {
-                found = found.union(exact(i)?);
-            }
+            farthest.extend((0..hulls.len()).into_par_iter().max_by(|a, b| key(a, sign).total_cmp(&key(b, sign))));
         }
     }
-    let rest = hulls.par_iter().enumerate().filter(|(_, hull)| hull.may_exceed(&found));
+    farthest.sort_unstable();
+    farthest.dedup();
+    for &i in &farthest {
+        if hulls[i].may_exceed(&found) {
+            found = found.union(exact(i)?);
+        }
+    }
+    let rest = hulls.par_iter().enumerate().filter(|(i, hull)| !farthest.contains(i) && hull.may_exceed(&found));
     let rest = rest.map(|(i, _)| exact(i)).try_reduce(empty, |a, b| Ok(a.union(b)))?;
     Ok(found.union(rest))
 }

@@ -12,7 +12,7 @@ use super::instance_tree::{InstanceTree, Met};
 use super::mesh::next_id;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, OrientedBox};
 use crate::memory::with_room;
 use crate::progress::Progress;
 
@@ -210,6 +210,15 @@ impl Scene {
     /// The scene-wide number of each instance's first triangle, instances counted each time.
     pub fn first_triangles(&self) -> &[u64] {
         &self.inner.first_triangles
+    }
+    /// The box of an instance's mesh, placed, relative to `origin`.
+    pub fn box_of(&self, instance: usize, origin: DVec3) -> OrientedBox {
+        OrientedBox::new(self.mesh_of(instance).bounds_local(), &self.world_from_local(instance), origin)
+    }
+    /// The corners of a triangle of an instance, world, in the order of its mesh.
+    pub fn corners(&self, instance: usize, triangle: usize) -> [DVec3; 3] {
+        let (mesh, to_world) = (self.mesh_of(instance), self.world_from_local(instance));
+        mesh.triangles()[triangle].map(|k| to_world.transform_point3(mesh.positions_local()[k as usize].as_dvec3()))
     }
     /// The mesh of an instance.
     pub fn mesh_of(&self, instance: usize) -> &Mesh {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::asked::Asked;
 use super::rule::Rule;
 use super::volume::Volume;
-use crate::geometry::{Aabb, OrientedBox};
+use crate::geometry::Aabb;
 use crate::scene::{Enter, Scene};
 
 /// Which instances a pass draws.
@@ -67,7 +67,7 @@ impl Keep<'_> {
             return Rule::Outside;
         }
         let Self::Asked(asked) = self else { return Rule::Drawn };
-        let placed = OrientedBox::new(bounds, &scene.world_from_local(instance), glam::DVec3::ZERO);
+        let placed = scene.box_of(instance, glam::DVec3::ZERO);
         asked.rule_against(&placed.corners()).unwrap_or(Rule::Drawn)
     }
 }

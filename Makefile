@@ -90,10 +90,11 @@ lint: setup ## format, clippy, rustdoc, ruff, mypy
 docs: setup ## write the generated tables of README.md anew
 	$(BIN)/python docs/generate.py
 
-bench: setup ## a row of compare beside its parts, samples, memory, filters beside OpenGL
+bench: setup ## a row of compare beside its parts, samples, memory, filters beside OpenGL, scenes of many instances
 	$(BIN)/python benches/row_cost.py
 	$(BIN)/python benches/samples_cost.py
 	$(BIN)/python benches/beside/memory.py
+	-$(BIN)/python benches/beside/memory.py --backend gpu
 	$(BIN)/python benches/filters.py
 	$(BIN)/python benches/culled.py
 
@@ -106,7 +107,7 @@ $(PEERS_VENV)/.installed:
 	$(PEERS_VENV)/bin/python $(PIP) install --quiet 'mitsuba>=3.5' 'open3d>=0.18'
 	@touch $@
 
-bench-peers: setup $(PEERS_VENV)/.installed ## the same work here and in seven other programs, side by side
+bench-peers: setup $(PEERS_VENV)/.installed ## the same work here and in six other programs, side by side
 	$(BIN)/python benches/beside
 
 bench-rust: ## the kernels, with criterion

@@ -161,7 +161,8 @@ def measured(world: Moving) -> str:
         ["filter", "2x2 percentage closer", f"`{FILTER}`, the same"],
         ["bias", "slope-scaled, linear depth", "the default, by the receiver's plane"],
         ["near distance of the warp", "Δz from visibility", "`near=delta-z` in the third row, optimal in the fourth"],
-        ["culling", "coherent hierarchical, on the device", "instances outside each map's volume"],
+        ["culling", "coherent hierarchical, on the device",
+         "instances outside each map's volume; for wrong pixels also those that no pixel looks up"],
         ["machine", "Pentium 4 at 2.4 GHz, Radeon 9600", "any"],
         ["frame times", "none printed; asks for a matter of milliseconds", "ratios below"],
     ]  # fmt: skip

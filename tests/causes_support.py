@@ -12,6 +12,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
+from explain_support import Triangles
 
 import shadowlab as sl
 
@@ -190,22 +191,20 @@ class Judge:
         return np.concatenate([[0], np.cumsum(counts)[:-1]])
 
     @functools.cached_property
-    def corners(self):
-        """Of all triangles, (N, 3, 3)."""
-        found = []
-        for k, to_world in zip(self.scene.mesh_index, np.asarray(self.scene.transforms), strict=True):
-            mesh = self.scene.meshes[k]
-            assert not mesh.dropped_faces
-            found.append((np.asarray(mesh.vertices) @ to_world[:3, :3].T + to_world[:3, 3])[np.asarray(mesh.faces)])
-        return np.concatenate(found)
+    def triangles(self):
+        """All triangles, relative to the scene's middle."""
+        assert not any(mesh.dropped_faces for mesh in self.scene.meshes)
+        return Triangles.of(self.scene)
 
     @functools.cached_property
+    def corners(self):
+        """Of all triangles, (N, 3, 3)."""
+        return self.triangles.corners + self.triangles.middle
+
+    @property
     def outer(self):
         """Normals (N, 3) of the outer sides of all triangles."""
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        mirrored = np.sign(np.linalg.det(np.asarray(self.scene.transforms)[:, :3, :3]))
-        counts = np.diff([*self.row, len(a)])
-        return np.cross(b - a, c - a) * np.repeat(mirrored, counts)[:, None]
+        return self.triangles.outer
 
     def texel_size(self, maps, x, part=1.0):
         """World size of a texel across the ray, its longer side, from that of a part of it."""

@@ -7,12 +7,20 @@ triangle in double precision: neither the package's rays nor its tracer take par
 from __future__ import annotations
 
 import functools
+import os
 from dataclasses import dataclass
 
 import numpy as np
 
 import shadowlab as sl
 
+# Random wrong pixels whose texels are held against independent rays.
+WRONG_PIXELS = int(os.environ.get("SHADOWLAB_EXPLAINED_PIXELS", "500"))
+# A rasteriser moves vertices by up to 1/256 of a texel, so that it draws at a centre what a ray meets that far away.
+SNAP = 1 / 128
+ABOUT = SNAP * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
+# Steps of the formats below 1, at most, by hand.
+FORMAT_STEPS = {"f32": 2.0**-24, "f16": 2.0**-11, "unorm16": 1 / 65535, "unorm24": 1 / 16777215}
 CAUSE_NAMES = {1: "acne", 2: "edge", 3: "leak", 4: "missing", 5: "other"}
 # Scene, technique, texels: maps of every kind, each cause.
 CASES = (

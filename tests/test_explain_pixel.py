@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
-from explain_support import CASES, Triangles, explained, ndc_of, reference_depth, run_of, some, texel_ray, view_of
+from explain_support import (
+    ABOUT,
+    CASES,
+    SNAP,
+    WRONG_PIXELS,
+    Triangles,
+    explained,
+    ndc_of,
+    reference_depth,
+    run_of,
+    some,
+    texel_ray,
+    view_of,
+)
 from explain_support import CAUSE_NAMES as NAMES
 
 import shadowlab as sl
@@ -14,15 +25,10 @@ from shadowlab import _core
 from shadowlab.aliasing.pixel_comparison import BIAS_PARTS
 from shadowlab.text import BIAS
 
-# Random wrong pixels whose texels are held against independent rays.
-WRONG_PIXELS = int(os.environ.get("SHADOWLAB_EXPLAINED_PIXELS", "500"))
 PROJECTIVE = (
     ("robots", "uniform", 256), ("robots", "lispsm", 256), ("skylight", "uniform", 256), ("skylight", "lispsm", 512),
     ("ceiling", "plane_optimal", 256), ("robots", "z_partition:count=3,inner=lispsm", 128), ("dueling", "tsm", 512),
 )  # fmt: skip
-# A rasteriser moves vertices by up to 1/256 of a texel, so that it draws at a centre what a ray meets that far away.
-SNAP = 1 / 128
-ABOUT = SNAP * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
 # Share of wrong pixels whose stored depth no ray about the centre may confirm; of 1,049 measured there was none.
 UNCONFIRMED = 0.002
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 from explain_support import (
+    ABOUT,
     CAUSE_NAMES,
+    FORMAT_STEPS,
+    SNAP,
+    WRONG_PIXELS,
     Triangles,
     explained,
     ndc_of,
@@ -19,8 +21,6 @@ from explain_support import (
 
 import shadowlab as sl
 
-# Random wrong pixels whose texels are held against independent rays, over all of `STORED`.
-WRONG_PIXELS = int(os.environ.get("SHADOWLAB_EXPLAINED_PIXELS", "500"))
 STORED = (
     "back", "second", "midpoint", "dual", "dual:limit=0.5", "front:spacing=linear",
     "back:spacing=linear,format=unorm16", "second:spacing=linear", "midpoint:spacing=linear,format=f16",
@@ -28,9 +28,6 @@ STORED = (
     "front:format=f16", "front:format=unorm16",
 )  # fmt: skip
 RUNS = (("robots", "lispsm", 256), ("skylight", "uniform", 256))
-# A rasteriser moves vertices by up to 1/256 of a texel, so that it draws at a centre what a ray meets that far away.
-SNAP = 1 / 128
-ABOUT = SNAP * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
 # Depths that single precision does not tell apart.
 APART = 2.0**-22
 # Share of wrong pixels whose stored depth no ray about the centre may confirm: along the silhouettes of solids, where
@@ -38,8 +35,6 @@ APART = 2.0**-22
 UNCONFIRMED = 0.02
 # Share of texels whose triangles are those that one of the five rays meets: others share an edge with them.
 NAMED = 0.9
-# Steps of the formats below 1, at most.
-STEPS = {"f32": 2.0**-24, "f16": 2.0**-11, "unorm16": 1 / 65535, "unorm24": 1 / 16777215}
 
 
 class Expected:
@@ -112,7 +107,7 @@ def test_stored_depth_and_triangles_are_those_of_an_independent_ray(stored):
             if not held.agrees:
                 unconfirmed += 1
                 continue
-            step = STEPS[stored.format]
+            step = FORMAT_STEPS[stored.format]
             # A part of a texel along the ray, in the units of what is stored, and a step of its format.
             here = expected.depth(found.surface.point)
             moved = abs(expected.depth(found.surface.point + max(texel.size_world) * expected.along) - here)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
@@ -23,7 +22,7 @@ def loaded_after(code: str, *arguments: str, among: tuple[str, ...] = HEAVY) -> 
     """The libraries that a new interpreter has loaded after some code."""
     tail = f"\nprint('LOADED', *[name for name in {among!r} if name in sys.modules])"
     words = [sys.executable, "-c", f"import sys\n{code}{tail}", *arguments]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, env={**os.environ})
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
     return done.stdout.splitlines()[-1].split()[1:]
 
 

@@ -17,13 +17,6 @@ from shadowlab.reports.reproduce import python_snippet
 from shadowlab.scene.source import UNKNOWN_SCENE, Source
 
 SIZE = (96, 54)
-BACKENDS = ["cpu", "gpu"]
-
-
-def renderer(backend):
-    if backend == "gpu" and not _core.adapters():
-        pytest.skip("no graphics adapter")
-    return sl.Renderer(backend)
 
 
 @pytest.fixture(scope="module")
@@ -68,23 +61,20 @@ def same(first, second):
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("name", ["robots", "forest"])
-def test_moving_by_the_identity_changes_nothing(backend, name):
-    draw = renderer(backend)
+def test_moving_by_the_identity_changes_nothing(renderer, name):
     scene = sl.library.scene(name, trees=200) if name == "forest" else sl.library.scene(name)
-    before = answers(scene, scene.camera, scene.light, draw)
+    before = answers(scene, scene.camera, scene.light, renderer)
     everything = np.arange(scene.instance_count)
     for index in (everything, everything[::3], everything[:0]):
         moved = scene.with_transforms(index, scene.transforms[index])
         assert moved == scene
         assert moved.content_hash == scene.content_hash
-        same(answers(moved, scene.camera, scene.light, draw), before)
+        same(answers(moved, scene.camera, scene.light, renderer), before)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_moved_scene_is_the_scene_made_anew(robots, backend):
-    draw, rng = renderer(backend), np.random.default_rng(5)
+def test_a_moved_scene_is_the_scene_made_anew(robots, renderer):
+    draw, rng = renderer, np.random.default_rng(5)
     scene = robots
     answers(scene, robots.camera, robots.light, draw)  # so that hierarchies and buffers are there to be shared
     for count in (1, 7, robots.instance_count):
@@ -102,11 +92,10 @@ def test_a_moved_scene_is_the_scene_made_anew(robots, backend):
     same(*(answers(one, robots.camera, robots.light, draw) for one in (back, robots)))
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_shadow_moves_by_the_way_of_its_caster(table, backend):
+def test_a_shadow_moves_by_the_way_of_its_caster(table, renderer):
     # A square over a floor under a slanted light: its shadow is the square moved along the light, whatever casts it.
     scene, camera = table
-    draw, light, size = renderer(backend), sl.DirectionalLight((0.5, -1, 0)), (400, 400)
+    draw, light, size = renderer, sl.DirectionalLight((0.5, -1, 0)), (400, 400)
     p = sl.technique("uniform").parameterize(scene, camera, light, resolution=2048)
 
     def shadow(of):

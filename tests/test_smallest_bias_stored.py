@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from explain_support import FORMAT_STEPS
 from test_smallest_bias import NEAR_CORNER, PARTS, SNAPPED, TOLERANCE, found_in, plane_view
 
 import shadowlab as sl
 from shadowlab.aliasing.bias_parts import with_part
 
 SURFACES = ("back", "second", "midpoint", "dual")
-# Steps of a number below 1, by hand.
-STEPS = {"f16": 2.0**-11, "unorm16": 1 / 65535, "unorm24": 1 / 16777215}
 
 
 def needed_of_plane(view, part, resolution=512, step=0.0):
@@ -69,7 +68,7 @@ def test_the_reach_of_a_filter_counts_in_linear_depth(filter):
 
 
 @pytest.mark.parametrize("spacing", ["projective", "linear"])
-@pytest.mark.parametrize("format", STEPS)
+@pytest.mark.parametrize("format", ["f16", "unorm16", "unorm24"])
 @pytest.mark.parametrize("part", ["ndc", "texels"])
 def test_a_plane_needs_half_a_step_more(spacing, format, part):
     """Rounded depths are nearer to the light by up to half a step."""
@@ -79,11 +78,11 @@ def test_a_plane_needs_half_a_step_more(spacing, format, part):
     plain = found_in(view, "uniform", part, acne=0.0, resolution=2048)
     length = needed_of_plane(view, "world", 2048) / needed_of_plane(view, "ndc", 2048)
     if spacing == "linear" and format != "f16":
-        assert found.closed_form == pytest.approx(needed_of_plane(view, part, 2048, STEPS[format]), rel=1e-5)
+        assert found.closed_form == pytest.approx(needed_of_plane(view, part, 2048, FORMAT_STEPS[format]), rel=1e-5)
     assert found.closed_form > plain.closed_form
     assert found.value < found.closed_form * SNAPPED * (1 + TOLERANCE)
     if format != "unorm24":
-        assert found.value > plain.value, f"half a step, {0.5 * STEPS[format] * length} world units, is needed"
+        assert found.value > plain.value, f"half a step, {0.5 * FORMAT_STEPS[format] * length} world units, is needed"
     else:
         assert found.value == pytest.approx(plain.value, rel=0.05)
 

@@ -213,11 +213,7 @@ def test_lookups_of_arrays_take_what_is_stored() -> None:
     assert np.nansum(masks[0] != masks[3]) > 10
 
 
-def test_gpu_draws_what_the_cpu_draws() -> None:
-    try:
-        gpu = sl.Renderer("gpu")
-    except sl.errors.DeviceError:
-        pytest.skip("no graphics adapter")
+def test_gpu_draws_what_the_cpu_draws(gpu_renderer: sl.Renderer) -> None:
     scene = together(floor(), box((-1, 0.5, -1), (1, 1.5, 1)))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ShadowlabWarning)
@@ -225,7 +221,10 @@ def test_gpu_draws_what_the_cpu_draws() -> None:
             for spacing in SPACINGS:
                 for name, step in (("f32", 2e-7), ("f16", 2.0**-11), ("unorm16", 1 / 65535), ("unorm24", 2e-7)):
                     stored = sl.Stored(surface, spacing=spacing, format=name)
-                    maps = [r.shadow_map(scene, DOWN, resolution=64, stored=stored) for r in (gpu, sl.Renderer("cpu"))]
+                    maps = [
+                        r.shadow_map(scene, DOWN, resolution=64, stored=stored)
+                        for r in (gpu_renderer, sl.Renderer("cpu"))
+                    ]
                     differ = np.abs(maps[0] - maps[1]) > 1.01 * step
                     assert differ.sum() == 0, f"{stored}: {differ.sum()}"
 

@@ -48,12 +48,9 @@ int main(int count, char** texts) {
     const LiSPSMShadowCameraSetup setup;
     auto fit = [&] { setup.getShadowCamera(&manager, eye, nullptr, light, shadow, 0); };
     fit();
-    const Matrix4 clip = shadow->getProjectionMatrix() * Matrix4(shadow->getViewMatrix());
-    double sum = 0;
-    for (int i = 0; i < 16; ++i) sum += clip[i / 4][i % 4];
     char about[64];
     std::snprintf(about, sizeof about, "OGRE %d.%d.%d", OGRE_VERSION_MAJOR, OGRE_VERSION_MINOR, OGRE_VERSION_PATCH);
-    serve(about, sum, g.calls, fit);
+    serve(about, g.calls, fit);
     // Its singletons outlive the scene manager; ending here spares their order of destruction.
     std::_Exit(0);
 }

@@ -76,7 +76,7 @@ def write(path: Path) -> None:
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     to_light = -np.asarray(LIGHT) / np.linalg.norm(LIGHT)
-    # Only what faces the light needs a ray; a thousandth of a unit off the surface.
+    # Not from surfaces edge on to the light; a thousandth of a unit off, on the light's side.
     lit = np.abs(normal @ to_light) > 1e-3
     points = origins[hit] + t[hit, None] * directions[hit]
     points = points[lit] + 1e-3 * normal[lit] * np.sign(normal[lit] @ to_light)[:, None]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import tempfile
-from pathlib import Path
 
 import numpy as np
 from inputs import LIGHT, bench_scene, camera
-from worker import Work
+from worker import Work, of_map
 
 import shadowlab as sl
 
@@ -29,22 +28,13 @@ def shadow_map(side: int, backend: str = "cpu", technique: str = "lispsm", scene
     renderer = sl.Renderer(backend=backend)
     p = sl.technique(technique).parameterize(made, eye, light, resolution=side)
     depth = renderer.shadow_map(made, p, resolution=side)
-    check = {"mean depth": float(depth.mean(dtype=np.float64))}
-    return Work(lambda: renderer.shadow_map(made, p, resolution=side), ABOUT, check, facts=_memory())
+    return Work(lambda: renderer.shadow_map(made, p, resolution=side), ABOUT, of_map(depth))
 
 
 def _named(text: str) -> sl.Scene:
     name, _, settings = text.partition(":")
     options = dict(part.split("=") for part in settings.split(",") if part)
     return sl.library.scene(name, **{key: int(value) for key, value in options.items()})
-
-
-def _memory() -> dict[str, float]:
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return {}
-    lines = dict(line.split(":", 1) for line in status.read_text().splitlines())
-    return {"resident_mb": int(lines["VmRSS"].split()[0]) / 1024, "peak_mb": int(lines["VmHWM"].split()[0]) / 1024}
 
 
 def shadow_mask(side: int, size: int, filter: str = "nearest") -> Work:
@@ -77,6 +67,12 @@ def rays(data: str) -> Work:
 
     hits, blocked = run()
     return Work(run, ABOUT, {"hits": hits, "blocked": blocked})
+
+
+def truth(size: int) -> Work:
+    """The truth of every pixel: its rays made and traced."""
+    scene, eye, light = _scene(), camera(), _light()
+    return Work(lambda: sl.trace.shadow_mask(scene, eye, light, size=size), ABOUT)
 
 
 def build(data: str) -> Work:

@@ -24,9 +24,9 @@ inline Given given(int count, char** texts) {
     return g;
 }
 
-// Prints the program's name, the first matrix's sum of entries, and a time for every line of standard input.
-template <class Fit> void serve(const char* about, double sum, int calls, Fit fit) {
-    std::printf("{\"about\": \"%s\", \"check\": {}, \"facts\": {\"sum\": %.17g}}\n", about, sum);
+// Prints the program's name, and a time for every line of standard input.
+template <class Fit> void serve(const char* about, int calls, Fit fit) {
+    std::printf("{\"about\": \"%s\", \"check\": {}}\n", about);
     std::fflush(stdout);
     std::string line;
     while (std::getline(std::cin, line)) {

@@ -104,6 +104,20 @@ ROWS: tuple[Row, ...] = (
         )
         for title, name, where, wanted in _RAYS
     ),
+    Row(
+        "rays",
+        "the same on all threads, beside embreex on one",
+        _ours("rays", "data"),
+        _theirs("embreex_rays", "project", "data"),
+        one_thread=False,
+        of="wall",
+    ),
+    Row(
+        "rays",
+        "the whole truth of 1024² pixels, beside embreex's rays",
+        _ours("truth", size=1024),
+        _theirs("embreex_rays", "project", "data"),
+    ),
     *(
         Row(
             "build",

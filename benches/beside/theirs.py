@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from worker import Work
+from worker import Work, of_map
 
 
 def _arrays(data: str) -> dict[str, np.ndarray]:
@@ -22,8 +22,8 @@ def moderngl_map(data: str, side: int, matrix: list[list[float]]) -> Work:
     to_middle[:3, 3] = given["middle"]
     clip = np.asarray(matrix) @ to_middle
     depth = peer.draw(clip, (side, side))
-    check = {"mean depth": float(depth.mean(dtype=np.float64))}
-    return Work(lambda: peer.draw(clip, (side, side)), f"moderngl {moderngl.__version__} ({peer.renderer})", check)
+    about = f"moderngl {moderngl.__version__} ({peer.renderer})"
+    return Work(lambda: peer.draw(clip, (side, side)), about, of_map(depth))
 
 
 def _hits(run) -> dict[str, float]:

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, final
 
 import numpy as np
@@ -169,7 +169,6 @@ def blur(
     iterations: int,
     strength: Literal["depth", "even"] = "depth",
     depth: float | None = None,
-    progress: Callable[[int, int], object] | None = None,
 ) -> npt.NDArray[np.float32]:
     """The mask after the blur: (H, W) float32; see `shadowlab.blur`."""
 

@@ -3,7 +3,7 @@
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
-use super::arguments::{callable, number, whole, word_or};
+use super::arguments::{number, whole, word_or};
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, array, image, run_watched};
 use super::gbuffer::{PyGBuffer, gbuffer};
@@ -12,8 +12,8 @@ use crate::render::{BlurSettings, BlurStrength, MAX_STEPS, blur as core_blur};
 
 /// The mask after the blur: (H, W) float32; see `shadowlab.blur`.
 #[pyfunction]
-#[pyo3(signature = (mask, gbuffer, camera, *, iterations, strength=None, depth=None, progress=None),
-    text_signature = "(mask, gbuffer, camera, *, iterations, strength='depth', depth=None, progress=None)")]
+#[pyo3(signature = (mask, gbuffer, camera, *, iterations, strength=None, depth=None),
+    text_signature = "(mask, gbuffer, camera, *, iterations, strength='depth', depth=None)")]
 pub fn blur<'py>(
     mask: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
@@ -21,10 +21,8 @@ pub fn blur<'py>(
     iterations: &Bound<'py, PyAny>,
     strength: Option<&Bound<'py, PyAny>>,
     depth: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let py = mask.py();
-    let progress = progress.map(|report| callable(report, "progress")).transpose()?;
     let steps = whole(iterations, "iterations", [0, i64::from(MAX_STEPS)], "8 blur by two pixels")? as u32;
     let name =
         word_or(strength, "strength", "depth", &format!("one of {}", BlurStrength::NAMES.map(|s| s.0).join(", ")))?;
@@ -36,7 +34,7 @@ pub fn blur<'py>(
         let [w, h] = surfaces.size.map(|n| n as usize);
         let mask = array::<f32>(mask, "mask", &[Some(h), Some(w)])?;
         let mask = mask.as_slice()?;
-        let blurred = run_watched(py, progress, |progress| core_blur(mask, surfaces, camera, &settings, progress))?;
+        let blurred = run_watched(py, None, |progress| core_blur(mask, surfaces, camera, &settings, progress))?;
         image(py, blurred, [h, w])
     })
 }

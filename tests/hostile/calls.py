@@ -347,9 +347,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.evaluate": {"label": lambda: None},
     "sl.predict": {"shadows": lambda: "mapped"},
     "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
-    "_core.blur": {
-        "iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0, "progress": lambda: None,
-    },
+    "_core.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
     "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
     "sl.prefiltered_maps": {

@@ -39,9 +39,7 @@ const IMAGE: [u32; 2] = [24, 18];
 
 /// A ground with cuboids on it, one of them with an alpha test, and a mesh far larger than its map, which the host projects.
 fn scene() -> Scene {
-    let quad = |y: f64, half: f64| {
-        [[-half, y, -half], [half, y, -half], [half, y, half], [-half, y, half]].map(|p| [p[0], p[1], p[2]])
-    };
+    let quad = |y: f64, half: f64| [[-half, y, -half], [half, y, -half], [half, y, half], [-half, y, half]];
     let faces = [[0, 2, 1], [0, 3, 2]];
     let uv = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let texture = AlphaTexture::new([8; 2], (0..64).map(|i| 4 * i).collect()).unwrap();

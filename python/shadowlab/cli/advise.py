@@ -11,13 +11,11 @@ from ..errors import ArgumentError
 from ..scene.source import NAMED_LIGHT
 from .brought import brought_text, light_name
 from .options import (
-    bias_given,
-    blend_option,
     check_once,
     directory_option,
+    lookup_given,
     lookup_options,
     size_given,
-    stored_option,
     technique_option,
     view_options,
     writable_directory,
@@ -76,8 +74,6 @@ def advise_options(commands: Commands, shared: ArgumentParser) -> None:
         "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
     )
     lookup_options(advise)
-    blend_option(advise)
-    stored_option(advise)
     directory_option(advise, "advice", "report.html, advice.csv, advice.json and the rest")
     advise.set_defaults(run=advise_command)
 
@@ -90,7 +86,7 @@ def advise_command(options: Namespace) -> int:
     from ..experiments.memory import DEFAULT_MEMORY, budgets_of
     from ..reports.terminal import advice_table
     from ..techniques.registry import ALL, technique_of
-    from ..text.checks import check_filter, checked_blend, checked_stored, picture_size
+    from ..text.checks import picture_size
 
     budgets = budgets_of([text for words in options.memory or [DEFAULT_MEMORY] for text in words.split(",")])
     measure_of(options.error), over_of(options.over)
@@ -100,9 +96,7 @@ def advise_command(options: Namespace) -> int:
     check_once("technique", options.technique or ())
     elevations = None if options.lights is None else parse_elevations(options.lights)
     size = size_given(options)
-    bias = bias_given(options)
-    check_filter(options.filter)
-    checked_blend(options.blend), checked_stored(options.stored)
+    read = lookup_given(options)
     scene, camera, lights, source = load_views(options, size, elevations)
     size = size or picture_size(camera.aspect)
     renderer = Renderer(options.backend)
@@ -117,10 +111,7 @@ def advise_command(options: Namespace) -> int:
         over=options.over,
         size=size,
         renderer=renderer,
-        bias=bias,
-        filter=options.filter,
-        blend=options.blend,
-        stored=options.stored,
+        **read,
         source=replace(source, out=options.out),
     )
     if all(one.failure for one in advice.outcomes):

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING
 from ..errors import ArgumentError
 from .brought import brought_text
 from .options import (
-    bias_given,
-    blend_option,
     check_once,
     directory_option,
+    lookup_given,
     lookup_options,
     resolution_option,
     resolutions_given,
     size_given,
-    stored_option,
     technique_option,
     view_options,
     writable_directory,
@@ -51,8 +49,6 @@ def compare_options(commands: Commands, shared: ArgumentParser) -> None:
     )
     resolution_option(compare, "texels along each side of the maps", metavar="N[,N...]")
     lookup_options(compare)
-    blend_option(compare)
-    stored_option(compare)
     directory_option(compare, "report", "report.html and the rest")
     compare.add_argument(
         "--save-arrays",
@@ -68,7 +64,7 @@ def compare_command(options: Namespace) -> int:
     from ..experiments.compare import compare
     from ..reports.terminal import study_table
     from ..techniques.registry import technique_of, with_all
-    from ..text.checks import check_filter, checked_blend, checked_stored, picture_size
+    from ..text.checks import picture_size
 
     resolutions = resolutions_given(options)
     asked: list[str] = options.technique or list(DEFAULT_TECHNIQUES)
@@ -80,9 +76,7 @@ def compare_command(options: Namespace) -> int:
     size = size_given(options)
     scene, camera, light, source = load_view(options, size)
     size = size or picture_size(camera.aspect)
-    bias, stored = bias_given(options), checked_stored(options.stored)
-    check_filter(options.filter)
-    checked_blend(options.blend)
+    read = lookup_given(options)
     renderer = Renderer(options.backend)
     arrays = None if options.save_arrays is None else writable_file("save-arrays", options.save_arrays)
     directory = writable_directory(options.out)
@@ -94,10 +88,7 @@ def compare_command(options: Namespace) -> int:
         resolution=resolutions,
         size=size,
         renderer=renderer,
-        bias=bias,
-        filter=options.filter,
-        blend=options.blend,
-        stored=stored,
+        **read,
         source=replace(source, out=options.out),
     )
     if all(run.failure for run in study.runs):

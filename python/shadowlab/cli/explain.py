@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 from ..errors import ArgumentError
 from ..text import parse_pixel
 from .options import (
-    bias_given,
-    blend_option,
+    lookup_given,
     lookup_options,
     one_resolution,
     resolution_option,
     size_given,
-    stored_option,
     technique_option,
     view_options,
     writable_file,
@@ -44,8 +42,6 @@ def explain_options(commands: Commands, shared: ArgumentParser) -> None:
     technique_option(explain, f"(default: {DEFAULT_TECHNIQUE})")
     resolution_option(explain, "texels along each side of the maps")
     lookup_options(explain)
-    blend_option(explain)
-    stored_option(explain)
     explain.add_argument("--no-trials", action="store_true", help="leave out what would mend it: draws no other map")
     explain.add_argument("--figure", metavar="FILE", help="write a figure there: png, svg or pdf, by its ending")
     explain.set_defaults(run=explain_command)
@@ -58,24 +54,21 @@ def explain_command(options: Namespace) -> int:
     """
     from ..experiments.explain_pixel import explain_pixel
     from ..scene.view import View
-    from ..text.checks import check_filter, checked_blend, checked_stored
 
     resolution = one_resolution(options)
     x, y = parse_pixel(options.pixel)
     specs = options.technique or [DEFAULT_TECHNIQUE]
     if len(specs) != 1:
         raise ArgumentError(f"technique: expected one, got {' and '.join(specs)}; explain a pixel of one at a time")
-    size, bias = size_given(options), bias_given(options)
-    check_filter(options.filter)
-    checked_blend(options.blend), checked_stored(options.stored)
+    size, read = size_given(options), lookup_given(options)
     file = None if options.figure is None else writable_file("figure", options.figure)
     if file is not None and file.suffix.lower() not in FIGURE_FORMATS:
         ends = ", ".join(FIGURE_FORMATS)
         raise ArgumentError(f"figure: expected a file that ends in one of {ends}, got {options.figure!r}; rename it")
     scene, camera, light, _ = load_view(options, size)
     found = explain_pixel(
-        View(scene, camera, light, size), specs[0], x, y, resolution=resolution, renderer=options.backend, bias=bias,
-        filter=options.filter, blend=options.blend, stored=options.stored, trials=not options.no_trials, progress=True,
+        View(scene, camera, light, size), specs[0], x, y, resolution=resolution, renderer=options.backend, **read,
+        trials=not options.no_trials, progress=True,
     )  # fmt: skip
     print(found)
     if file is not None:

@@ -73,7 +73,7 @@ def resolution_option(
 
 
 def lookup_options(options: argparse.ArgumentParser) -> None:
-    """Adds who draws the maps and how they are read: renderer, filter and bias."""
+    """Adds who draws the maps, what they store and how they are read."""
     options.add_argument("--backend", default="auto", choices=BACKENDS, help="the renderer (default: auto)")
     options.add_argument(
         "--filter",
@@ -86,25 +86,17 @@ def lookup_options(options: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE,...",
         help=f"what is taken off the depth before it is compared: {', '.join(BIAS)}",
     )
-
-
-def stored_option(options: argparse.ArgumentParser) -> None:
-    """Adds what maps store."""
-    options.add_argument(
-        "--stored",
-        metavar="SURFACE:NAME=VALUE,...",
-        help="what maps store, such as back:spacing=linear,format=unorm16 (default: front)",
-    )
-
-
-def blend_option(options: argparse.ArgumentParser) -> None:
-    """Adds the share over which maps blend."""
     options.add_argument(
         "--blend",
         type=number,
         default=0.0,
         metavar="SHARE",
         help="the last share of each map's range over which the next map is mixed in, 0 to 1 (default: 0)",
+    )
+    options.add_argument(
+        "--stored",
+        metavar="SURFACE:NAME=VALUE,...",
+        help="what maps store, such as back:spacing=linear,format=unorm16 (default: front)",
     )
 
 
@@ -129,6 +121,16 @@ def size_given(options: argparse.Namespace) -> tuple[int, int] | None:
 def bias_given(options: argparse.Namespace) -> Bias | None:
     """The bias; None where none is given."""
     return None if options.bias is None else bias_of(options.bias)
+
+
+def lookup_given(options: argparse.Namespace) -> dict[str, Any]:
+    """How maps are read and what they store, as keyword arguments."""
+    from ..text.checks import check_filter, checked_blend, checked_stored
+
+    bias = bias_given(options)
+    check_filter(options.filter)
+    blend, stored = checked_blend(options.blend), checked_stored(options.stored)
+    return {"bias": bias, "filter": options.filter, "blend": blend, "stored": stored}
 
 
 def resolution_texts(options: argparse.Namespace) -> list[str]:

@@ -93,13 +93,8 @@ class BiasLooks:
             int(np.count_nonzero(dark & self._can_be_acne)), int(errors.false_shadow), int(errors.false_light)
         )
 
-    def of_planes(self) -> NDArray[np.float64] | None:
-        """What the plane of each lit pixel needs of the part, (N,); see `plane_bias`.
-
-        None of other surfaces than the front: an endless plane has nothing behind it that they could store.
-        """
-        if self.stored.surface != "front":
-            return None
+    def of_planes(self) -> NDArray[np.float64]:
+        """What the plane of each lit pixel needs of the part, (N,), of maps that store the front; see `plane_bias`."""
         height, width = self.maps.shape[-2:]
         return plane_bias(
             *self._looks, self.chosen, self.lit, self.part, self.bias, (width, height), self.filter, self.stored

@@ -168,7 +168,8 @@ def _run(view: View, technique: TechniqueArgument, resolution: int, renderer: Re
 def _explained(run: Run, renderer: RendererLike, light: Light, pixel: tuple[int, int]) -> dict[str, Any]:
     """The fields of an explanation, trials aside."""
     view, p, (x, y) = run.view, done(run.parameterization), pixel
-    gbuffer, maps, caused = view.gbuffer(renderer), done(run.maps), done(run.causes)
+    gbuffer, drawn, caused = view.gbuffer(renderer), done(run.maps), done(run.causes)
+    maps = drawn if drawn.ndim == 3 else drawn[None]
     code = Cause(int(caused.image[y, x]))
     moved = float(caused.distance[y, x])
     mask = float(done(run.mask)[y, x])
@@ -206,8 +207,7 @@ def _compared(
         return compared_at(gbuffer, view.camera, light, p, pixel, *read, asked)
 
     def lit(compared: Compared) -> float:
-        layer = maps if maps.ndim == 2 else maps[compared.map]
-        taps = compared.taps
+        layer, taps = maps[compared.map], compared.taps
         share = sum(weight for i, j, weight, at in taps if at is None or float(layer[j, i]) >= at)
         return float(np.float32(share))
 
@@ -233,7 +233,7 @@ def _in_map(
     index, reference = compared.map, compared.reference
     view, p = run.view, done(run.parameterization)
     part = p.partitions[index]
-    layer = maps if maps.ndim == 2 else maps[index]
+    layer = maps[index]
     size = (run.resolution, run.resolution)
     reach = float(np.linalg.norm(np.ptp(np.asarray(view.scene.bounds), axis=0)))
     origin = np.asarray(gbuffer.origin, np.float64)

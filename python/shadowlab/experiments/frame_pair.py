@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..aliasing.codes import LIT_FROM
 from ..aliasing.footprint import NO_MAP
 from ..aliasing.usage import look_up, texel_coordinates
 from ..scene.view import View, light_of
@@ -64,8 +65,7 @@ class FramePair:
         for view, points, run in zip(self.frames, self.gbuffers, runs, strict=True):
             looks = (points, view.camera, light_of(view), cast("Parameterization", run.parameterization))
             texel, chosen = texel_coordinates(*looks, resolution=run.resolution)
-            read = {"bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored}
-            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, **read))  # type: ignore[arg-type]
+            masks.append(look_up(cast("ShadowMaps", run.maps), *looks, **run.read._asdict()))
             texels.append(texel)
             which.append(chosen)
         facing = self.seen & (which[0] >= NO_MAP) & (which[1] >= NO_MAP)
@@ -73,7 +73,7 @@ class FramePair:
         same = held & (which[0] == which[1])
         # Held by no map in either frame a receiver is lit in both: nothing is judged by it.
         judged = self.steady & facing & ((which[0] >= 0) | (which[1] >= 0))
-        flips = int(np.count_nonzero(((masks[0] >= 0.5) != (masks[1] >= 0.5)) & judged))
+        flips = int(np.count_nonzero(((masks[0] >= LIT_FROM) != (masks[1] >= LIT_FROM)) & judged))
         count = int(np.count_nonzero(facing))
         row: dict[str, Any] = {"receivers": int(np.count_nonzero(same)), "judged": int(np.count_nonzero(judged))}
         row["flips"] = flips

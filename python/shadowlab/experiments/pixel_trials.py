@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -112,9 +112,7 @@ class Trials:
         # Maps are read as the run says, whatever a technique's text does.
         item = run.item.technique if isinstance(run.item, Variant) else run.item
         self.text, self.item = spec_of(run.label, item), item
-        self.read: dict[str, Any] = {
-            "bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored
-        }  # fmt: skip
+        self.read = run.read._asdict()
         # A renderer from elsewhere may draw the plain depth alone.
         self.others = others_of(run.stored) if isinstance(renderer, _core.Renderer) else []
         self.errors = np.asarray(done(run.errors).image)

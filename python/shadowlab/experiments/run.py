@@ -12,6 +12,7 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import full_name_of, spec_of
+from ..techniques.variant import MapReading
 from ..text import settings_text
 from ..text.checks import renderer_of
 from ..travel import Value
@@ -109,6 +110,11 @@ class Run(Value):
     def settings(self) -> Mapping[str, Any]:
         """All settings of the technique."""
         return dict(self.item.settings)
+
+    @property
+    def read(self) -> MapReading:
+        """How its maps are read."""
+        return MapReading(self.bias, self.filter, self.blend, self.stored)
 
     @property
     def several(self) -> bool:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .. import _core
+from ..aliasing.codes import LIT_FROM
 from ..errors import ArgumentError, ShadowlabError, UnknownNameError
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import full_name_of, labelled
@@ -281,6 +282,6 @@ class _Counting:
             if run.failure:
                 raise ArgumentError(f"views: {self.view.label!r} has no normal map to compare with: {run.failure}")
             mask = np.asarray(run.mask)
-            lit = np.where(mask >= 0.5, Truth.LIT, Truth.SHADOW)
+            lit = np.where(mask >= LIT_FROM, Truth.LIT, Truth.SHADOW)
             self._reference = np.where(np.isnan(mask), Truth.NOTHING, lit).astype(np.int8)
         return self._reference

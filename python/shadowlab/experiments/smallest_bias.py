@@ -237,7 +237,8 @@ def smallest_bias(
             looks.append(BiasLooks(one, item, side, draw, part, rest, read.filter, read.stored))
         lit = sum(int(np.count_nonzero(one.lit)) for one in looks)
         allowed = int(share * lit)
-        plane = _closed_form(looks, allowed)
+        # An endless plane has nothing behind it that other surfaces could store.
+        plane = _closed_form(looks, allowed) if read.stored.surface == "front" else None
         step("the least value")
         search = BiasSearch(lambda value: _sum_of([one.counts(value) for one in looks]), TOLERANCE)
         start = plane if plane is not None and plane > 0.0 else STARTS[part]
@@ -263,10 +264,7 @@ def _sum_of(counts: Sequence[BiasCounts]) -> BiasCounts:
 
 def _closed_form(looks: Sequence[BiasLooks], allowed: int) -> float | None:
     """What all planes but `allowed` need at most; None where that is infinite."""
-    planes = [of_planes for one in looks if (of_planes := one.of_planes()) is not None]
-    if len(planes) < len(looks):
-        return None
-    needed = np.concatenate(planes)
+    needed = np.concatenate([one.of_planes() for one in looks])
     if needed.size <= allowed:
         return 0.0
     k = needed.size - 1 - allowed

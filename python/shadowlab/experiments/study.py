@@ -72,9 +72,14 @@ class Study(Value):
     stored: _core.Stored = field(default_factory=_core.Stored)
 
     @property
+    def read(self) -> MapReading:
+        """How the maps of techniques were read that do not say it themselves."""
+        return MapReading(self.bias, self.filter, self.blend, self.stored)
+
+    @property
     def lookup(self) -> str:
         """How the maps were read: the filter, over which share of their ranges maps blend, and what they store."""
-        return MapReading(self.bias, self.filter, self.blend, self.stored).lookup
+        return self.read.lookup
 
     @property
     def scene(self) -> _core.Scene:

@@ -66,18 +66,13 @@ def relief(depth: np.ndarray) -> np.ndarray:
 def reduced(depth: np.ndarray, side: int) -> np.ndarray:
     """The map with at most `side` texels along each edge: the nearest depth of each block, so thin casters stay."""
     height, width = depth.shape
-    step = reduction(depth.shape, side)
+    step = max(1, -(-max(height, width) // side))
     if step == 1:
         return depth
     padded = np.pad(depth, ((0, -height % step), (0, -width % step)), constant_values=1.0)
     blocks = padded.reshape(padded.shape[0] // step, step, padded.shape[1] // step, step)
     nearest: np.ndarray = blocks.min(axis=(1, 3))
     return nearest
-
-
-def reduction(shape: tuple[int, ...], side: int) -> int:
-    """Texels along each side of the blocks that `reduced` makes of a map (H, W)."""
-    return max(1, -(-max(shape) // side))
 
 
 def served_depths(partition: Partition, camera: Camera) -> tuple[float, float] | None:

@@ -14,11 +14,11 @@ from ..experiments.evaluate import evaluate
 from ..pictures.light_plane import LightPlane
 from ..pictures.maps import served_depths
 from ..scene.view import View, checked_view, light_of
-from ..text import shown
 from ..text.checked import a_text, a_word, checked
 from ..text.checks import renderer_of
 from ..types import CULLS, Cull
 from .axes import _axes, legend_beside
+from .light_views import chosen_part
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,14 +100,12 @@ def culled(
     p = run.parameterization
     if p is None:
         raise ArgumentError(f"technique: expected one that makes a map of this view; {run.failure}")
-    if isinstance(map, bool) or not isinstance(map, (int, np.integer)) or not 0 <= map < len(p.partitions):
-        raise ArgumentError(f"map: expected a whole number below {len(p.partitions)}, got {shown(map)}; choose one")
+    part = chosen_part(list(p.partitions), map)
     how: dict[str, Any] = {"bias": run.bias, "filter": run.filter, "stored": run.stored}
     if cull == "seen":
         how |= {"gbuffer": view.gbuffer(draws), "camera": view.camera, "light": light}
     asks = draws if isinstance(draws, _core.Renderer) else _core.Renderer("cpu")
     found: Casters = asks.casters(view.scene, p, resolution=run.resolution, cull=cull, **how)
-    part = p.partitions[map]
     plane = LightPlane.of(light, view.camera, part)
     ax = _axes(ax)
     _draw_boxes(ax, view.scene, plane, found.rules[map])

@@ -208,9 +208,14 @@ def _chosen(
     if max(texels) > LONGEST_PICTURE:
         raise ArgumentError(f"resolution: expected at most {LONGEST_PICTURE} texels a side, got {shown(resolution)}")
     parts = list(p.partitions)
+    return chosen_part(parts, index), parts, texels
+
+
+def chosen_part(parts: list[_core.Partition], index: int) -> _core.Partition:
+    """The map of an index, checked."""
     if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index < len(parts):
         raise ArgumentError(f"map: expected one from 0 to {len(parts) - 1}, got {shown(index)}; there are {len(parts)}")
-    return parts[index], parts, texels
+    return parts[index]
 
 
 def _depth_of(depth: npt.ArrayLike, index: int) -> NDArray[np.float32]:

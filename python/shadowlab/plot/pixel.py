@@ -21,7 +21,7 @@ from ..experiments.pixel_explanation import PixelExplanation
 from ..experiments.run import done
 from ..text import shown
 from .axes import say
-from .pixel_cut import cut_view
+from .pixel_cut import CUT_BLOCKER, CUT_FIRST, CUT_PIXEL, CUT_STORED, CUT_TEXEL, cut_view
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,10 +30,6 @@ if TYPE_CHECKING:
 
     from ..aliasing.pixel_surface import Met, PixelSurface
 
-# Of the pixel, of its texel, of what is stored and of what truth's ray meets: apart for all kinds of colour vision.
-PIXEL, TEXEL, STORED, BLOCKER = "#000000", "#E69F00", "#009E73", "#CC79A7"
-# What light meets before what is stored.
-FIRST = "#56B4E9"
 CASING: dict[str, Any] = {"color": "white", "linewidth": 4.0, "solid_joinstyle": "miter"}
 # Pixels and texels around: at least and at most, each way.
 LEAST_PX, MOST_PX = 8, 60
@@ -121,9 +117,9 @@ def eye_crop(found: PixelExplanation, ax: Axes) -> Axes:
                 columns + x0 + 0.5, rows + y0 + 0.5, ".", color=np.array(rgb) / 255, label=name,
                 markersize=max(2.0, 60.0 / around),
             )  # fmt: skip
-    outlined(ax, middle + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), PIXEL, "the pixel")
+    outlined(ax, middle + 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), CUT_PIXEL, "the pixel")
     if corners is not None:
-        outlined(ax, corners, TEXEL, "its texel")
+        outlined(ax, corners, CUT_TEXEL, "its texel")
     ax.set(xlim=(x0, x1), ylim=(y1, y0), title="eye view, as the map draws it", xlabel="pixels")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(6, integer=True))
@@ -146,9 +142,9 @@ def map_crop(found: PixelExplanation, ax: Axes) -> Axes:
     ax.imshow(pictures.relief(layer[y0:y1, x0:x1]), extent=(x0, x1, y1, y0), interpolation="nearest")
     scene = found.run.view.scene
     named: list[tuple[str, str, PixelSurface | Met | None, Any]] = [
-        (PIXEL, "receiver", found.surface, "-"),
+        (CUT_PIXEL, "receiver", found.surface, "-"),
         *stored_triangles(found),
-        (BLOCKER, "blocker", found.blocker, (0, (4, 2))),
+        (CUT_BLOCKER, "blocker", found.blocker, (0, (4, 2))),
     ]
     for colour, name, which, line in named:
         corners = None if which is None else _core.face_corners(scene, which.instance, which.triangle)
@@ -158,9 +154,9 @@ def map_crop(found: PixelExplanation, ax: Axes) -> Axes:
             ax.plot(*ring.T, color="white", linewidth=3.0, alpha=0.8)
             ax.plot(*ring.T, color=colour, linewidth=1.6, linestyle=line, label=f"{name}'s triangle")
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + np.array([texel.column, texel.row])
-    outlined(ax, square, TEXEL, "the texel")
-    ax.plot(*chain.place, "o", color=PIXEL, markeredgecolor="white", markersize=6, label="the pixel's point")
-    ax.plot(texel.column + 0.5, texel.row + 0.5, "+", color=TEXEL, markersize=9, markeredgewidth=2)
+    outlined(ax, square, CUT_TEXEL, "the texel")
+    ax.plot(*chain.place, "o", color=CUT_PIXEL, markeredgecolor="white", markersize=6, label="the pixel's point")
+    ax.plot(texel.column + 0.5, texel.row + 0.5, "+", color=CUT_TEXEL, markersize=9, markeredgewidth=2)
     ax.set(xlim=(x0, x1), ylim=(y1, y0), xlabel=f"texels of {'the map' if found.maps == 1 else f'map {found.map + 1}'}")
     ax.set_xticks([x0, texel.column, x1])
     ax.set_yticks([y0, texel.row, y1])
@@ -175,10 +171,10 @@ def stored_triangles(found: PixelExplanation) -> list[tuple[str, str, Met, Any]]
         return []
     lines = ("-", (0, (1, 1)))
     names = ("stored surface",) if len(held.surfaces) < 2 else ("first surface", "second surface")
-    made = [(STORED, name, met, line) for name, met, line in zip(names, held.surfaces, lines, strict=False)]
+    made = [(CUT_STORED, name, met, line) for name, met, line in zip(names, held.surfaces, lines, strict=False)]
     own = [(met.instance, met.triangle) for met in held.surfaces]
     if held.first is not None and (held.first.instance, held.first.triangle) not in own:
-        made.append((FIRST, "first surface", held.first, (0, (1, 1))))
+        made.append((CUT_FIRST, "first surface", held.first, (0, (1, 1))))
     return made
 
 

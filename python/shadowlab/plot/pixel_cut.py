@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from ..aliasing.codes import LIT_FROM
 from ..experiments.run import done
 from ..text import digits
 from .axes import SOFT, say
@@ -25,7 +26,9 @@ if TYPE_CHECKING:
     from ..experiments.pixel_explanation import PixelExplanation
     from ..types import Vector
 
+# What light meets before what is stored.
 CUT_FIRST = "#56B4E9"
+# Of the pixel, its texel, what is stored, what truth's ray meets and what is compared: apart for all colour vision.
 CUT_PIXEL, CUT_TEXEL, CUT_STORED, CUT_BLOCKER, CUT_REFERENCE = "#000000", "#E69F00", "#009E73", "#CC79A7", "#0072B2"
 # What is higher than so many texels or biases is drawn at the edge with its distance.
 TALLEST = 8.0
@@ -106,7 +109,7 @@ def cut_view(found: PixelExplanation, ax: Axes) -> Axes:
         ax.annotate("the texel stores no caster", (1, 1), color=CUT_STORED, **corner, **LABEL)
     if found.blocker is not None and blocker is not None:
         put(ax, blocker, "D", f"blocker, {digits(found.blocker.distance)} away", CUT_BLOCKER, below=True)
-    said = "lit" if comparison.light >= 0.5 else "in shadow"
+    said = "lit" if comparison.light >= LIT_FROM else "in shadow"
     ax.set_xlabel(f"the map says {said}, rays say {found.truth}; scale bar in world units", fontsize="small")
     scale_bar(ax)
     return ax

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ..aliasing.causes import MEANINGS
+from ..aliasing.codes import LIT_FROM
 from ..text import digits, listed, px_text
 from .pixel_place_words import depth, depth_text, met_text, point_text, triangle_text
 from .pixel_stored_words import held_line, stored_line, too_near_text
@@ -55,7 +56,7 @@ def first_line(found: PixelExplanation) -> str:
     if found.verdict in WRONG:
         return f"{of} {WRONG[found.verdict]}. Cause: {found.cause}."
     if found.truth == "undecided":
-        said = "lights" if (found.light or 0.0) >= 0.5 else "shades"
+        said = "lights" if (found.light or 0.0) >= LIT_FROM else "shades"
         return (
             f"{of} counts as no error: the map {said} it, and its truth is undecided, since it changes where rays move "
             "by what single precision resolves."
@@ -227,7 +228,7 @@ def texel_lines(found: PixelExplanation) -> list[str]:
     lowered = depth_text(comparison.unbiased - comparison.reference)
     bias = f"; bias {lowered} ({digits(comparison.bias_world)} towards the light)" if parts else ""
     of = f"; each alone: {', '.join(parts)}" if len(parts) > 1 else ""
-    said = "lit" if comparison.light >= 0.5 else "in shadow"
+    said = "lit" if comparison.light >= LIT_FROM else "in shadow"
     unbiased = f"{depth(comparison.unbiased)} without bias" if parts else "without any bias"
     lines.append(f"Comparison: reference {depth(comparison.reference)}, {unbiased}{bias}{of}.")
     votes = [

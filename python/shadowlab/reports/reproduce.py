@@ -166,14 +166,13 @@ def python_snippet(study: Study, runs: Sequence[Run]) -> str:
     entries = "".join(f"    {label!r}: {made},\n" for label, made in techniques)
     resolutions = sorted({run.resolution for run in runs})
     resolution = resolutions[0] if len(resolutions) == 1 else resolutions
-    read = MapReading(study.bias, study.filter, study.blend, study.stored)
     numpy_line = "import numpy as np\n" if any(run.given for run in runs) else ""
     return (
         f"{numpy_line}import shadowlab as sl\n\n"
         f"{study.source.python}\n{camera_python(study.camera)}\n{light_python(study.light)}\n"
         f"study = sl.compare(scene, camera, light, {{\n{entries}}},\n"
         f"    resolution={resolution}, size={study.size}, renderer=sl.Renderer({study.backend!r}),\n"
-        f"    {reading_python(read)},\n"
+        f"    {reading_python(study.read)},\n"
         f"    truth={study.truth is not None})\n"
         "print(study)"
     )

@@ -100,16 +100,13 @@ def error_figures(
 ) -> str:  # fmt: skip
     """The size of texels at every pixel of a run, and the causes of its wrong pixels, `width` pixels wide each."""
     aspect = study.camera.aspect
-    e = study.footprint(run.label, run.resolution)
-    source = album.add(partial(backdrop.texels, e), f"{stem}_texels.png")
+    source = album.add(lambda: backdrop.texels(study.footprint(run.label, run.resolution)), f"{stem}_texels.png")
     s = done(run.summary)
     told = "Nothing looks up a texel."
     if s.percentiles is not None and s.undersampled is not None:
         told = f"95 % of the pixels up to {px_text(s.percentiles[95])}, {share_text(s.undersampled)} undersampled."
     text = f"Length of a texel of {name} at every pixel. {told}"
-    caption = (
-        f"<b>Length of a texel</b> in the picture. {escape(told)}{error_scale_svg(e.map.ravel()[:0], label='pixels')}"
-    )
+    caption = f"<b>Length of a texel</b> in the picture. {escape(told)}{error_scale_svg((), label='pixels')}"
     found = figure(picture(source, text, aspect), caption, aspect)
     if run.causes is None:
         return found

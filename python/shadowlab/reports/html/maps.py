@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...experiments.run import done
-from ...pictures.maps import chosen_picture, layer_picture, map_colour, reduction
+from ...pictures.maps import chosen_picture, layer_picture, map_colour, reduced
 from ...text import share_text
 from .parts import css_rgb, figure, head_cell, picture, swatch, table_html
 
@@ -35,9 +35,9 @@ def map_figure(camera: Camera, run: Run, name: str, stem: str, album: Album) -> 
         covered = share_text(float(np.mean(layer < 1.0)))
         text = f"Shadow map of {name}{which} as the light sees it, with the camera frustum; {covered} of it covered"
         file = f"{stem}_map{f'_{i + 1}' if several else ''}.png"
-        source = album.add(partial(layer_picture, maps, p, camera, MAP_SIDE, i), file)
-        step = reduction(layer.shape, MAP_SIDE)
-        height, width = (-(-side // step) for side in layer.shape)
+        small = reduced(layer, MAP_SIDE)
+        source = album.add(partial(layer_picture, small, p, camera, MAP_SIDE, i), file)
+        height, width = small.shape
         made.append(picture(source, text, width / height))
     covered = share_text(float(np.mean(maps < 1.0)))
     frustum = "the part of the camera frustum that a map serves" if several else "the camera frustum"

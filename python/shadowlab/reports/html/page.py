@@ -234,6 +234,7 @@ def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Ba
     stem = f"{slug(run.label)}_{run.resolution}"
     stem = stem if f"{stem}_eye.png" not in album else f"{stem}_{index}"
     aspect, name = study.camera.aspect, f"{run.label} at {run.resolution}²"
+    width = max(1, round(max(study.size) / SHOWN_PX))
     eye_source = album.add(shaded[id(run)], f"{stem}_eye.png")
     light_view = map_figure(study.camera, run, name, stem, album)
     eye_text = f"Eye view with the shadows of {name}"
@@ -245,7 +246,6 @@ def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Ba
         flip = flipping(eye_source, eye_text, aspect)
         image = run.errors.image
         album.add(partial(backdrop.difference, image), f"{stem}_difference.png")
-        width = max(1, round(max(study.size) / SHOWN_PX))
         wide = album.add(partial(backdrop.difference, image, width))
         drawn = f", each drawn {width} pixels wide" if width > 1 else ""
         counts = f"{int(run.errors.false_shadow):,} of false shadow, {int(run.errors.false_light):,} of false light"
@@ -259,7 +259,7 @@ def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Ba
                 aspect,
             ),
         ]
-    rows += [error_figures(study, run, name, stem, backdrop, album, max(1, round(max(study.size) / SHOWN_PX)))]
+    rows += [error_figures(study, run, name, stem, backdrop, album, width)]
     rows += [chosen_figure(study, run, name, stem, album)] if run.chosen is not None else []
     grid = "".join(f'<div class="pictures">{row}</div>' for row in rows) + map_table(run, study.camera)
     return f'<article class="run" id="run-{index}">{title}{numbers_line(run)}{grid}{tail}</article>\n'

@@ -8,8 +8,7 @@ use shadowlab::scene::Instance;
 use shadowlab::techniques::{TECHNIQUES, technique_of};
 use shadowlab::{Camera, Error, Light, Parameterization, Progress, Scene};
 
-use crate::support::views::picture_of;
-use crate::support::views::{Random, View, cube, directional, look, samples_of, shaded_samples, square};
+use crate::support::views::{Random, View, cube, directional, look, picture_of, samples_of, shaded_samples, square};
 
 /// Techniques beside the defaults of all, by their texts.
 const OTHERS: [&str; 6] = [

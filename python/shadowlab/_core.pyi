@@ -17,6 +17,7 @@ from ._core_lookups import filter_text as filter_text
 from ._core_lookups import look_up as look_up
 from ._core_lookups import reads as reads
 from ._core_lookups import texel_coordinates as texel_coordinates
+from ._core_maps import Maps
 from ._core_maps import Note as Note
 from ._core_maps import Parameterization as Parameterization
 from ._core_maps import Partition as Partition
@@ -25,6 +26,7 @@ from ._core_renderer import Renderer as Renderer
 from ._core_renderer import looking_pays as looking_pays
 from ._core_samples import Samples as Samples
 from ._core_scene import DirectionalLight as DirectionalLight
+from ._core_scene import Light
 from ._core_scene import Mesh as Mesh
 from ._core_scene import PointLight as PointLight
 from ._core_scene import Scene as Scene
@@ -46,7 +48,7 @@ from ._core_trace import shadows_at as shadows_at
 from ._core_trace import trace_memory as trace_memory
 from ._core_trace import trace_shadow_mask as trace_shadow_mask
 from ._core_trace import trace_shadow_masks as trace_shadow_masks
-from ._core_types import Light, Maps, Size
+from ._core_types import Size
 
 __version__: str
 __all__ = [

@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
-from ._core_maps import Parameterization
-from ._core_scene import Scene
-from ._core_types import Filter, Float, Light, Maps, RendererLike, Size, StoredLike, TechniqueLike, ViewLike
+from ._core_maps import Maps, Parameterization
+from ._core_scene import Light, Scene
+from ._core_stored import StoredLike
+from ._core_types import Filter, Float, RendererLike, Size, TechniqueLike, ViewLike
 
 @final
 class Bias:

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
 from ._core_samples import Samples
-from ._core_scene import Scene
-from ._core_types import ConventionLike, Float, Light, Matrices, NoteKind, PostWarp
+from ._core_scene import Light, Scene
+from ._core_types import ConventionLike, Float, Matrices, NoteKind, PostWarp
 
 # The value of a technique's parameter: a number, a flag, a word, a technique within it, or several of these.
 _Setting: TypeAlias = "bool | float | str | Technique | Sequence[float | str | Technique] | npt.NDArray[Any]"
@@ -355,3 +355,5 @@ class Parameterization:
         """The maps as a table, for notebooks."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
+
+Maps: TypeAlias = Parameterization | Matrices

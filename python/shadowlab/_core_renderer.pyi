@@ -8,8 +8,10 @@ from typing_extensions import Self
 
 from ._core_camera import Camera, GBuffer
 from ._core_lookups import Bias
-from ._core_scene import Scene
-from ._core_types import Cull, Filter, FootprintLike, Light, Maps, Size, StoredLike
+from ._core_maps import Maps
+from ._core_scene import Light, Scene
+from ._core_stored import StoredLike
+from ._core_types import Cull, Filter, FootprintLike, Size
 
 @final
 class Renderer:

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
-from ._core_types import Float, Light, MapsLike, Matrices
+from ._core_scene import Light
+from ._core_types import Float, MapsLike, Matrices
 
 _Size: TypeAlias = "int | tuple[int, int]"
 _States: TypeAlias = "npt.NDArray[np.int8] | npt.NDArray[np.float32]"

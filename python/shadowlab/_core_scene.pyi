@@ -1,7 +1,7 @@
 """Scenes and lights of `_core`, which exports them."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -235,3 +235,5 @@ class PointLight:
         """(4,) float64: the centre of projection as a homogeneous point."""
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
+
+Light: TypeAlias = DirectionalLight | SpotLight | PointLight

@@ -1,11 +1,11 @@
 """Bias and what a map stores, of `_core`, which exports them."""
 
-from typing import Literal, final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
-from ._core_types import Maps, StoredLike
+from ._core_maps import Maps
 
 @final
 class Stored:
@@ -100,3 +100,5 @@ def depth_rows(parameterization: Maps, origin: npt.ArrayLike, stored: StoredLike
 
 def depth_steps(stored: StoredLike, depths: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """The distance to the next number of the format at stored depths (N,): (N,) float64."""
+
+StoredLike: TypeAlias = Stored | str | None

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core_camera import Camera, GBuffer
-from ._core_scene import Scene
-from ._core_types import Float, Light, Size
+from ._core_scene import Light, Scene
+from ._core_types import Float, Size
 
 def trace_shadow_mask(
     scene: Scene,

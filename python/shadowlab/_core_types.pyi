@@ -6,15 +6,9 @@ from typing import Any, Literal, Protocol, TypeAlias, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from ._core_maps import Parameterization
-from ._core_scene import DirectionalLight, PointLight, SpotLight
-from ._core_stored import Stored
-
 Float: TypeAlias = npt.NDArray[np.float64]
 Size: TypeAlias = int | tuple[int, int] | Sequence[int]
-Light: TypeAlias = DirectionalLight | SpotLight | PointLight
 Filter: TypeAlias = str
-StoredLike: TypeAlias = Stored | str | None
 
 NoteKind: TypeAlias = Literal[
     "nothing_seen",
@@ -44,8 +38,6 @@ Cull: TypeAlias = Literal["none", "volume", "seen"]
 Matrices: TypeAlias = (
     npt.NDArray[Any] | Sequence[npt.NDArray[Any]] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
 )
-
-Maps: TypeAlias = Parameterization | Matrices
 
 # ("log", scale, offset), or ("rectilinear", x, y) with knots (N, 2).
 PostWarp: TypeAlias = tuple[Literal["log"], float, float] | tuple[Literal["rectilinear"], npt.ArrayLike, npt.ArrayLike]

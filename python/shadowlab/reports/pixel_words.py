@@ -92,6 +92,9 @@ def cause_line(found: PixelExplanation) -> str:
         return too_near_text(found) or (
             "The map does not hold the caster: its shadow passes between the centres of the texels."
         )
+    if found.run.stored.surface in ("second", "midpoint", "dual"):
+        # Two surfaces in one place: which of them is the second depends on rounding, in a map and for a ray.
+        return f"Surfaces lie on one another in the texel, or the map itself is wrong: {MEANINGS[cause]}."
     return f"The map itself is wrong: {MEANINGS[cause]}."
 
 

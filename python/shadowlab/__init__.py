@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
     from .experiments.smallest_bias import SmallestBias, smallest_bias
+    from .experiments.store.store import Store
     from .experiments.study import Study
     from .scene.default_view import default_view, default_views
 
@@ -85,6 +86,7 @@ __all__ = [
     "SmallestBias",
     "Source",
     "SpotLight",
+    "Store",
     "Stored",
     "Study",
     "Technique",
@@ -132,6 +134,7 @@ _LAZY = {
     "PrefilteredMaps": "experiments.prefiltered",
     "Run": "experiments.run",
     "SmallestBias": "experiments.smallest_bias",
+    "Store": "experiments.store.store",
     "Study": "experiments.study",
     "advise": "experiments.advise",
     "compare": "experiments.compare",

@@ -56,6 +56,20 @@ class StateError(ShadowlabError, ValueError):
     """A pickle that is damaged or was written by a newer version, or an object that cannot be pickled."""
 
 
+class StoreError(ShadowlabError, OSError):
+    """A store of runs that cannot be read or written; the message names the file.
+
+    Attributes
+    ----------
+    problem : str
+        "missing" (no such file or folder), "foreign" (a file of another program), "newer" (written by a newer
+        shadowlab), "damaged", "locked" (another process writes), "read_only", "full" (no room on the disk), "closed",
+        or "disk" for other errors of the system.
+    """
+
+    problem: str = ""
+
+
 class InternalError(ShadowlabError, RuntimeError):
     """A defect in shadowlab itself."""
 

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from .experiments.run import Run
     from .experiments.scene_optimal import scene_optimal_experiment
     from .experiments.smallest_bias import SmallestBias, smallest_bias
+    from .experiments.store.read_store import read_store
     from .experiments.store.store import Store
     from .experiments.study import Study
     from .scene.default_view import default_view, default_views
@@ -111,6 +112,7 @@ __all__ = [
     "prefiltered_maps",
     "preset",
     "presets",
+    "read_store",
     "report",
     "scene_optimal_experiment",
     "set_threads",
@@ -146,6 +148,7 @@ _LAZY = {
     "predict": "experiments.predict",
     "prefiltered_maps": "experiments.prefiltered",
     "plot": "plot",
+    "read_store": "experiments.store.read_store",
     "report": "doctor",
     "scene_optimal_experiment": "experiments.scene_optimal",
     "smallest_bias": "experiments.smallest_bias",

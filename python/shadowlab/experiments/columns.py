@@ -7,10 +7,12 @@ docs/columns.md is generated from here.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from ..aliasing.causes import CAUSES, MEANINGS
 from ..errors import ShadowlabWarning
@@ -268,13 +270,42 @@ def table(name: str, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def frame(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """The rows as a table of these columns, with their dtypes; texts that are missing are empty."""
+    """The rows as a table of these columns; texts that are missing are empty.
+
+    Columns of the vocabulary have its dtypes, others that of their values: "Int64", "float64", "boolean", or `object`
+    of texts and of values of several kinds.
+    """
     import pandas as pd
 
-    made = pd.DataFrame([{name: row.get(name) for name in names} for row in rows], columns=list(names))
-    texts = [name for name in names if COLUMNS[name].dtype == "str"]
-    kinds: dict[str, Any] = {name: COLUMNS[name].dtype for name in names if name not in texts}
-    return made.fillna(dict.fromkeys(texts, "")).astype({**kinds, **dict.fromkeys(texts, "object")})
+    held = list(rows)
+    values = {name: [row.get(name) for row in held] for name in names}
+    return pd.DataFrame({name: _series(name, of) for name, of in values.items()}, columns=list(names))
+
+
+def _series(name: str, values: list[Any]) -> pd.Series:
+    """The values of a column with its dtype, integers with all their digits."""
+    import pandas as pd
+
+    there = [value for value in values if value is not None]
+    sought = (COLUMNS[name].dtype,) if name in COLUMNS else ()
+    kinds = (*sought, *_FITS) if there else sought
+    kind = next((dtype for dtype in kinds if all(map(_FITS[dtype], there))), "object")
+    if kind == "str":
+        return pd.Series(["" if value is None else value for value in values], dtype="object")
+    return pd.Series(values, dtype=kind)
+
+
+def _whole(value: object) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+# Whether a column of a dtype holds a value as it is, in the order in which a dtype is sought.
+_FITS: Mapping[Dtype, Callable[[Any], bool]] = MappingProxyType({
+    "str": lambda value: isinstance(value, str),
+    "boolean": lambda value: isinstance(value, (bool, np.bool_)),
+    "Int64": lambda value: _whole(value) or (isinstance(value, float) and (value != value or value.is_integer())),
+    "float64": lambda value: isinstance(value, (float, np.floating)) or (_whole(value) and int(float(value)) == value),
+})  # fmt: skip
 
 
 def with_current(rows: pd.DataFrame, wanted: Iterable[str]) -> pd.DataFrame:

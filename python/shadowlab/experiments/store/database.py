@@ -40,6 +40,9 @@ TABLE_NAMES = ("runs", "state")
 # Seconds after which a file that another process holds is given up, and between looks: Python sees Ctrl-C in between.
 LONGEST_WAIT, LOOK_EVERY = 60.0, 0.05
 
+# What the module of SQLite raises; texts of damaged files are not always UTF-8, in its own messages neither.
+UNREADABLE = (sqlite3.Error, UnicodeError)
+
 _PROBLEMS = (
     ("file is not a database", "foreign", "it is not a store of shadowlab; choose another path"),
     ("file is encrypted", "foreign", "it is not a store of shadowlab; choose another path"),
@@ -64,7 +67,7 @@ def damage(path: Path, what: str) -> StoreError:
     return problem(path, "damaged", f"it is damaged ({what}); {FIX_DAMAGE}")
 
 
-def told(path: Path, error: sqlite3.Error) -> StoreError:
+def told(path: Path, error: Exception) -> StoreError:
     """An error of SQLite as one of ours."""
     # Codes of errors are there from Python 3.11 on, the texts in all.
     text = str(error).lower()
@@ -74,7 +77,7 @@ def told(path: Path, error: sqlite3.Error) -> StoreError:
     return damage(path, reason_of(error))
 
 
-def is_busy(error: sqlite3.Error) -> bool:
+def is_busy(error: Exception) -> bool:
     """Whether another process holds the file for now."""
     return isinstance(error, sqlite3.OperationalError) and "locked" in str(error).lower()
 
@@ -90,7 +93,7 @@ def patiently(path: Path, do: Callable[[], T]) -> T:
     while True:
         try:
             return do()
-        except sqlite3.Error as error:
+        except UNREADABLE as error:
             if not is_busy(error) or time.monotonic() > until:
                 raise told(path, error) from error
         time.sleep(LOOK_EVERY)
@@ -122,7 +125,7 @@ def opened_to_write(path: Path, journal: Journal | None) -> sqlite3.Connection:
         wanted: Journal | None = journal or ("delete" if network else "wal" if new else None)
         has = patiently(path, lambda: set_journal(connection, wanted))
         # A commit to the log waits for no disk. Without a log only a full wait keeps the file whole in a power cut.
-        connection.execute(f"pragma synchronous = {'normal' if has == 'wal' else 'full'}")
+        patiently(path, lambda: connection.execute(f"pragma synchronous = {'normal' if has == 'wal' else 'full'}"))
         if wanted is not None and has != wanted:
             raise problem(path, "disk", f"its file system has no journal {wanted!r}, but {has!r}; choose another path")
         if new:

@@ -18,17 +18,18 @@ from ...techniques.kinds import is_parameterization
 from ...techniques.labels import full_name_of, resolved
 from ...techniques.variant import reading
 from ...text import shown
+from ...text.arrays import checked_items
 from ...text.checked import a_flag, a_text
 from ...text.checks import check_bias, check_filter, checked_blend, checked_stored, whole
 from ...travel import Value, checksum
 from ...types import Filter, Item
-from ..metrics import Metric, checked_metrics
 from ..phases import checked_phases
 
 #: Version of all that makes the numbers of a row: techniques, fits, renderers, lookups, truth and metrics. Raised with
 #: every change that gives another number for the same run; rows of other versions are then made anew. CONTRIBUTING.md
 #: says when, and a test holds the numbers of all techniques against those of this version.
 ALGORITHMS = 1
+OF_METRICS = ("names of metrics", "try ['misclassified']")
 #: Within one another, lists of what a key is made of.
 DEEPEST = 32
 
@@ -38,7 +39,7 @@ def run_key(
     item: Item,
     *,
     resolution: int,
-    metrics: Sequence[Metric],
+    metrics: Sequence[str],
     bias: _core.Bias | None,
     filter: Filter,
     blend: float,
@@ -56,8 +57,10 @@ def run_key(
     item : Technique, Preset or Parameterization
         A technique counts by its name and all settings, matrices by their bits. Of a class from elsewhere the name of
         the class counts, but not its code: give it a setting that changes with the code.
-    resolution, metrics, bias, filter, blend, stored, phases, timing
+    resolution, bias, filter, blend, stored, phases, timing
         As of `evaluate`.
+    metrics : sequence of str
+        As of `evaluate`, in any order; others stand for functions of the caller, with what changes when they do.
     backend : str
         What drew it: "cpu", or a device with its adapter.
 
@@ -71,7 +74,7 @@ def run_key(
     ArgumentError
         For arguments that `evaluate` refuses, and settings that are no plain values.
     UnknownNameError
-        For a technique, metric, filter or part of `stored` that does not exist.
+        For a technique, filter or part of `stored` that does not exist.
 
     Examples
     --------
@@ -89,7 +92,8 @@ def run_key(
     check_filter(filter)
     read = reading(made_by, bias, filter, checked_blend(blend), checked_stored(stored))
     pixels = (seen.scene.content_hash, seen.camera, seen.light, seen.size)
-    counted = (whole("resolution", resolution), checked_metrics(metrics), checked_phases(phases))
+    names = sorted({a_text("metrics", name) for name in checked_items("metrics", metrics, *OF_METRICS)})
+    counted = (whole("resolution", resolution), names, checked_phases(phases))
     return key_of_parts(
         *pixels, technique_parts(made_by), *counted, tuple(read), a_text("backend", backend), a_flag("timing", timing)
     )
@@ -132,8 +136,10 @@ def _plain(value: object, depth: int) -> Any:
     if isinstance(value, Value):
         cls, version, state, _ = value.__reduce__()[1]
         return (cls.__name__, version, _plain(state, depth + 1))
-    if type(value).__module__ == _core.__name__:
+    try:
         reduced = value.__reduce__()
-        if isinstance(reduced, tuple) and reduced[0] is _core.restore:
-            return tuple(reduced[1])
+    except Exception:  # noqa: BLE001 - objects of callers may raise whatever they like
+        reduced = ""
+    if isinstance(reduced, tuple) and reduced[0] is _core.restore:
+        return tuple(reduced[1])
     raise ArgumentError(f"item: expected settings that are plain values, got {shown(value)}; give numbers and texts")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from .database import damage, told
+from .database import UNREADABLE, damage, told
 from .row_text import DIGEST_BYTES_OF_ROW, Cell, digest_of_row, digest_of_state, row_of_text, xored
 
 #: What is read of a row, as bytes whatever the damage made of it.
@@ -102,5 +102,5 @@ def all_rows(path: Path, connection: sqlite3.Connection) -> Iterator[KeptRow]:
         finally:
             if connection.in_transaction:
                 connection.execute("rollback")
-    except sqlite3.Error as error:
+    except UNREADABLE as error:
         raise told(path, error) from error

@@ -32,7 +32,7 @@ def test_quick_counts_four_configurations_and_checks_bounds(run, tmp_path, small
     assert "4 of 4" in out
     assert status == 0, out
     assert "Bounds hold: scene_optimal:search=published at least" in out
-    names = {"runs.csv", "totals.csv", "views.csv", "results.json", "table.md"}
+    names = {"runs.sqlite", "runs.csv", "totals.csv", "views.csv", "results.json", "table.md"}
     assert {file.name for file in tmp_path.iterdir()} == names
     data = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     assert {row["view"] for row in data["runs"]} == set(scene_optimal_views.QUICK)

@@ -30,6 +30,7 @@ SIZE = (32, 18)
 
 # Public classes that do not travel, and why.
 STAYS = {
+    "Store": "an open file; its path travels",
     "Renderer": "it holds a device; refusing to be pickled is tested by itself",
 }
 # Classes without a public name that public functions return.

@@ -348,6 +348,13 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.predict": {"shadows": lambda: "mapped"},
     "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "_core.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
+    "Store": {"path": lambda: f"{folder().name}/new.sqlite", "journal": lambda: None},
+    "Store.put": {"key": lambda: "a", "row": lambda: {"maps": 1, "failure": ""}, "done": lambda: True},
+    "Store.missing": {"keys": lambda: ["a", "b"]},
+    "Store.rows": {"keys": lambda: ["a", "b"]},
+    "sl.read_store": {
+        "path": lambda: str(store().path), "where": lambda: "maps > 0", "old": lambda: False,
+    },
     "sl.smallest_bias": {"part": lambda: "slope", "acne": lambda: 0.01},
     "sl.plot.bias_curve": {"found": lambda: example("SmallestBias")},
     "sl.prefiltered_maps": {
@@ -400,6 +407,14 @@ def folder() -> tempfile.TemporaryDirectory[str]:
 
 
 @functools.cache
+def store() -> sl.Store:
+    """A store with a row."""
+    made = sl.Store(f"{folder().name}/runs.sqlite")
+    made.put("a", {"maps": 1})
+    return made
+
+
+@functools.cache
 def model() -> str:
     """The path of a small file."""
     path = Path(folder().name) / "model.obj"
@@ -419,6 +434,8 @@ def receiver(callee: Callee) -> Any:
     assert callee.owner is not None
     if callee.owner is sl.TemporalFit:
         return sl.TemporalFit()
+    if callee.owner is sl.Store:
+        return sl.Store(store().path) if callee.name == "Store.close" else store()
     if callee.owner is sl.Scene:
         return world().scene
     if callee.owner is sl.Renderer:

@@ -178,7 +178,6 @@ _OF_NORMAL = (
     _number("ratio_of_best", "", "Wrong pixels of the normal map by those of the best.", ""),
 )
 _OF_RUNS = (
-    _text("key", "Digest of everything that the row depends on."),
     _text("notes", "What the technique could not do as asked, and doubts about given matrices."),
     _text("failure", "Why the row has no numbers; empty where it has."),
 )
@@ -240,7 +239,7 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "scene_optimal": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "single_side",
         "maps", "resolution", "bytes", *_WRONG, "misclassified_by_map", "compared_by_map", "outside_shadow",
-        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure", "key",
+        "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "scene_optimal.totals": (
         "single_side", "technique", "configurations", "misclassified", "misclassified_normal", "percent_more",

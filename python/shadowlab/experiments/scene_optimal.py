@@ -14,6 +14,7 @@ stands beside it; more techniques are counted, and techniques with K maps have m
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -24,20 +25,21 @@ from .. import _core
 from ..aliasing.codes import LIT_FROM
 from ..errors import ArgumentError, ShadowlabError, UnknownNameError
 from ..techniques.kinds import is_parameterization
-from ..techniques.labels import full_name_of, labelled
-from ..text import format_spec, reason_of, shown
+from ..techniques.labels import labelled, spec_of
+from ..text import reason_of, shown
 from ..text.arrays import checked_items
 from ..text.checked import a_count, a_flag, a_path
 from ..text.checks import check_bias, renderer_of, whole
 from ..text.progress import Steps
 from ..text.specs import LONGEST_PICTURE
 from ..trace import Truth
-from .columns import TABLES
+from .columns import table
 from .evaluate import evaluate, fitted
-from .kept_rows import KeptRows, key_of_row
 from .memory import BYTES_PER_TEXEL, side_of
 from .scene_optimal_table import NORMAL, SceneOptimalTable
 from .scene_optimal_views import configurations
+from .store.keys import key_of_parts, technique_parts
+from .store.store import Store
 from .views import LabelledView
 
 if TYPE_CHECKING:
@@ -58,7 +60,7 @@ QUICK_TECHNIQUES = (
 )  # fmt: skip
 #: Texels along each side of the map that the paper takes for the truth.
 REFERENCE_SIDE = 3700
-ROWS_FILE = "runs.csv"
+ROWS_FILE = "runs.sqlite"
 
 
 def scene_optimal_experiment(
@@ -89,8 +91,8 @@ def scene_optimal_experiment(
     reference : int
         Texels along each side of the normal map that the paper takes for the truth.
     out : path, optional
-        A directory. Rows are kept in ``runs.csv`` there after every configuration, and not made again where they are
-        there for the same settings.
+        A directory. Rows are kept in a store there, ``runs.sqlite``, as they are counted, and not counted again where
+        they are there for the same settings.
     progress : bool
         Whether to show a progress bar, on terminals and in notebooks.
 
@@ -102,10 +104,12 @@ def scene_optimal_experiment(
     Raises
     ------
     ArgumentError
-        For sizes that are no whole numbers above 0 or come twice, matrices instead of techniques, no views, views that
-        share a label, and a table of another kind in `out`.
+        For sizes that are no whole numbers above 0 or come twice, matrices instead of techniques, no views, and views
+        that share a label.
     UnknownNameError
         For a technique or renderer that does not exist.
+    StoreError
+        For a file in `out` that is no store, or cannot be read or written.
 
     References
     ----------
@@ -134,21 +138,35 @@ def scene_optimal_experiment(
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ArgumentError(f"out: expected a directory, cannot make {str(out)!r} ({reason_of(error)})") from None
-    rows = KeptRows(TABLES["scene_optimal"], None if out is None else Path(out) / ROWS_FILE)
-    keys = []
-    with Steps(len(seen) * len(entries) * len(sides), progress) as step:
-        for view in seen:
-            made: dict[str, dict[str, Any]] = {}
-            counting = _Counting(how, view)
-            for side in sides:
-                for label, item in entries:
-                    step(f"{view.label}, {label} {side}²")
-                    key = how.key(view, label, item, side)
-                    keys.append(key)
-                    if rows.get(key) is None:
-                        made[key] = counting.row(label, item, side)
-            rows.add(made)
-    return SceneOptimalTable(rows.table(keys), how.reference, how.renderer.backend, how.renderer.adapter)
+    wanted = [
+        _Count(view, label, item, side, how.key(view, item, side))
+        for view in seen
+        for side in sides
+        for label, item in entries
+    ]
+    with ExitStack() as stack:
+        store = None if out is None else stack.enter_context(Store(out / ROWS_FILE))
+        rows = _done_rows(store, [one.key for one in wanted])
+        step = stack.enter_context(Steps(len(wanted), progress))
+        counting = None
+        for one in wanted:
+            step(f"{one.view.label}, {one.label} {one.side}²")
+            if counting is None or counting.view is not one.view:
+                counting = _Counting(how, one.view)
+            if one.key not in rows:
+                rows[one.key] = counting.row(one.label, one.item, one.side)
+                if store is not None:
+                    store.put(one.key, rows[one.key])
+        found = table("scene_optimal", [rows[one.key] | one.names for one in wanted])
+    return SceneOptimalTable(found, how.reference, how.renderer.backend, how.renderer.adapter)
+
+
+def _done_rows(store: Store | None, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """The rows of these keys that are done, by key."""
+    if store is None:
+        return {}
+    missing = set(store.missing(keys))
+    return dict(store.rows([key for key in keys if key not in missing]))
 
 
 def chosen_views(names: Sequence[str], views: Sequence[LabelledView]) -> list[LabelledView]:
@@ -228,12 +246,29 @@ class _How:
     bias: _core.Bias
     reference: int
 
-    def key(self, view: LabelledView, label: str, item: Item, side: int) -> str:
-        """The digest of all that a row depends on."""
-        spec = format_spec(full_name_of(item), dict(item.settings))
+    def key(self, view: LabelledView, item: Item, side: int) -> str:
+        """The key of a row."""
         drawn = (self.renderer.backend, self.renderer.adapter, self.bias, self.reference)
-        what = (view.view.scene.content_hash, view.camera, view.light, view.size, view.label)
-        return key_of_row(_core.__version__, *what, *drawn, label, spec, side)
+        what = (view.view.scene.content_hash, view.camera, view.light, view.size)
+        return key_of_parts("scene_optimal", *what, *drawn, technique_parts(item), side)
+
+
+@dataclass(frozen=True)
+class _Count:
+    """A row that there is to be."""
+
+    view: LabelledView
+    label: str
+    item: Item
+    side: int
+    key: str
+
+    @property
+    def names(self) -> dict[str, Any]:
+        """What the row calls its view and technique; a kept one may be of another table."""
+        view = self.view
+        names = {"view": view.label, "camera": view.camera_label, "light": view.light_label}
+        return names | {"technique": self.label, "spec": spec_of(self.label, self.item)}
 
 
 class _Counting:
@@ -251,9 +286,7 @@ class _Counting:
         run = evaluate(
             view.view, item, own, metrics=["misclassified"], renderer=self.how.renderer, bias=self.how.bias, label=label
         )
-        row = run.row() | {
-            "camera": view.camera_label, "light": view.light_label, "memory": memory, "single_side": side
-        }  # fmt: skip
+        row = run.row() | {"memory": memory, "single_side": side}
         if run.failure:
             return row
         by_map = _core.misclassified(cast("NDArray[np.float32]", run.mask), self.reference)

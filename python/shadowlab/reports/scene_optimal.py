@@ -135,8 +135,9 @@ def as_good(result: SceneOptimalTable, technique: str = OPTIMAL) -> pd.DataFrame
 
 
 def save(result: SceneOptimalTable, directory: Path, progress: bool) -> Path:
-    """Writes totals.csv, views.csv, results.json, table.md and the figures; the directory."""
+    """Writes runs.csv, totals.csv, views.csv, results.json, table.md and the figures; the directory."""
     directory.mkdir(parents=True, exist_ok=True)
+    result.table.to_csv(directory / "runs.csv", index=False)
     result.totals.to_csv(directory / "totals.csv", index=False)
     result.views.to_csv(directory / "views.csv", index=False)
     text = json.dumps(as_data(result), indent=1, allow_nan=False)

@@ -77,11 +77,6 @@ def told(path: Path, error: Exception) -> StoreError:
     return damage(path, reason_of(error))
 
 
-def is_busy(error: Exception) -> bool:
-    """Whether another process holds the file for now."""
-    return isinstance(error, sqlite3.OperationalError) and "locked" in str(error).lower()
-
-
 def patiently(path: Path, do: Callable[[], T]) -> T:
     """The result of something that is tried again while another process holds the file.
 
@@ -94,8 +89,9 @@ def patiently(path: Path, do: Callable[[], T]) -> T:
         try:
             return do()
         except UNREADABLE as error:
-            if not is_busy(error) or time.monotonic() > until:
-                raise told(path, error) from error
+            found = told(path, error)
+            if found.problem != "locked" or time.monotonic() > until:
+                raise found from error
         time.sleep(LOOK_EVERY)
 
 

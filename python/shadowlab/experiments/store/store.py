@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar, cast
 
 from ...errors import ArgumentError, StateError
 from ...text import shown
@@ -242,7 +242,9 @@ def checked_keys(keys: object) -> list[str]:
     fix = "run_key makes them"
     if isinstance(keys, (str, bytes)):
         raise ArgumentError(f"keys: expected several keys, got {shown(keys)}; give a list")
-    given = list(keys) if isinstance(keys, (list, tuple, dict)) else checked_items("keys", keys, "several keys", fix)
+    # Lists and the like are as long as they say; what else may be read has a limit.
+    plain = type(keys) in (list, tuple, dict)
+    given = cast("Iterable[object]", keys) if plain else checked_items("keys", keys, "several keys", fix)
     return list(dict.fromkeys(map(checked_key, given)))
 
 

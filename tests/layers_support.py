@@ -48,10 +48,11 @@ def modules_of(root: Path) -> dict[str, Path]:
 def room_of(module: str) -> str:
     """The folder at the top of the package that a module stands in, or the file at the top that it is.
 
-    The extension's stub is divided into several files, which are one room.
+    The extension's stub is divided into several files, which are one room; `python -m` with the package is its command
+    line.
     """
     top = module.partition(".")[0]
-    return "_core" if top.startswith("_core") else top
+    return "_core" if top.startswith("_core") else "cli" if top == "__main__" else top
 
 
 def imports_of(source: str, module: str, modules: Mapping[str, Path], package: str = "shadowlab") -> list[Import]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import shlex
 import subprocess
@@ -194,7 +195,7 @@ def test_matrix_formats_hold_the_same_matrix(mesh, kind):
     else:
         matrix = np.array([line.split() for line in done.stdout.decode().splitlines()], dtype=float)
     scene = sl.load_scene(mesh)
-    options = cli.parser().parse_args(cli.joined_negative_values(words))
+    options = cli.given_options(words)
     _, camera, light, _ = cli.load_view(options, None)
     np.testing.assert_array_equal(np.asarray(light.direction), np.asarray(sl.DirectionalLight((-1, -1, -1)).direction))
     samples = sl.View(scene, camera, light, size=None).samples(renderer="cpu")
@@ -385,6 +386,11 @@ def test_texts_of_values():
     assert parse_value("1e3") == 1000.0
     assert parse_vector(" 1, -2.5 ,+3e0", "eye") == (1.0, -2.5, 3.0)
     assert parse_size("1280×720") == (1280, 720)
-    assert cli.joined_negative_values(["--light", "-1,2,3", "--ground", "--near", "-.5", "-x"]) == [
-        "--light=-1,2,3", "--ground", "--near=-.5", "-x",
-    ]  # fmt: skip
+
+
+def test_a_value_may_begin_with_a_minus_and_an_option_is_no_value(run):
+    given = cli.given_options(["matrix", "@robots", "--light", "-1,2,3", "--ground", "--near", "-.5", "--far=-inf"])
+    assert (given.light, given.ground, given.near, given.far) == ("-1,2,3", True, -0.5, -math.inf)
+    assert cli.given_options(["matrix", "@robots", "--out=--ground"]).out == "--ground"
+    fails(run("matrix", "@robots", "--out", "--ground"), "'--out' requires an argument", "shadowlab matrix --help")
+    fails(run("matrix", "@robots", "--light"), "'--light' requires an argument")

@@ -16,7 +16,7 @@ SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
 
 
 def test_a_scene_without_its_own_view_gets_one(run, mesh):
-    options = cli.parser().parse_args(["matrix", mesh, "--size", "200x100"])
+    options = cli.given_options(["matrix", mesh, "--size", "200x100"])
     scene, camera, light, _ = cli.load_view(options, (200, 100))
     fitting, sun = sl.default_view(scene, aspect=2.0)
     assert camera == fitting
@@ -31,7 +31,7 @@ def test_without_a_size_a_library_scene_keeps_its_aspect_and_others_are_wide(run
     assert data["size"] == [1360, 765]
     assert data["camera"]["aspect"] == own.aspect
     assert "--size 1360x765" in data["reproduce"]["command"]
-    options = cli.parser().parse_args(["matrix", mesh])
+    options = cli.given_options(["matrix", mesh])
     assert cli.load_view(options, None)[1].aspect == 16 / 9
 
 
@@ -56,7 +56,7 @@ def test_the_options_that_are_printed_repeat_the_view(run, mesh, tmp_path, view)
 
 
 def view_of(words, more):
-    options = cli.parser().parse_args(cli.joined_negative_values(["compare", *words, *more]))
+    options = cli.given_options(["compare", *words, *more])
     return cli.load_view(options, tuple(map(int, options.size.split("x"))) if options.size else None)
 
 
@@ -110,7 +110,7 @@ def test_arrays_are_saved_and_read_without_pickle(run, tmp_path):
 
 
 def test_an_eye_alone_looks_at_the_middle(mesh):
-    options = cli.parser().parse_args(["matrix", mesh, "--eye", "9,0,0"])
+    options = cli.given_options(["matrix", mesh, "--eye", "9,0,0"])
     scene, camera, _, _ = cli.load_view(options, (8, 8))
     np.testing.assert_allclose(camera.forward, (-1, 0, 0), atol=1e-12)
     depth = camera.depth(np.array([[0.5, 0, 0], [-0.5, 0, 0]]))
@@ -120,7 +120,7 @@ def test_an_eye_alone_looks_at_the_middle(mesh):
 
 @pytest.mark.parametrize("target", ["0,-9,0", "0,9,0"])
 def test_straight_down_and_up_have_a_picture(mesh, target):
-    options = cli.parser().parse_args(["matrix", mesh, "--eye", "0,0,0", "--target", target])
+    options = cli.given_options(["matrix", mesh, "--eye", "0,0,0", "--target", target])
     with pytest.warns(sl.errors.ShadowlabWarning, match="^up: the camera looks straight"):
         _, camera, _, _ = cli.load_view(options, (8, 8))
     assert np.isfinite(camera.clip_from_world).all()

@@ -153,5 +153,5 @@ def test_the_commands_of_the_page_are_commands(page):
     from shadowlab import cli
 
     for example in page.EXAMPLES:
-        options = cli.parser().parse_args(shlex.split(example.command)[1:])
+        options = cli.given_options(shlex.split(example.command)[1:])
         assert options.pixel == ",".join(map(str, example.pixel))

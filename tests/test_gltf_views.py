@@ -255,7 +255,7 @@ def test_what_a_file_brings_is_said_once(run, stage, tmp_path):
 
 
 def view_of(*words):
-    options = cli.parser().parse_args(["matrix", *words])
+    options = cli.given_options(["matrix", *words])
     return cli.load_view(options, None)
 
 

@@ -310,7 +310,7 @@ def test_a_matrix_technique_says_what_it_misses(tmp_path):
 
 
 def view_of(*words):
-    options = cli.parser().parse_args(cli.joined_negative_values(["matrix", "@robots", *words]))
+    options = cli.given_options(["matrix", "@robots", *words])
     return cli.load_view(options, None)
 
 

@@ -32,7 +32,6 @@ READERS = {
 PATTERNS = {"match", "search", "fullmatch", "finditer", "findall", "sub"}
 # Regular expressions are for what people type, for names of files, for anchors and for files that are read.
 MAY_IMPORT_RE = {
-    "cli/main.py": "options that look like negative numbers",
     "experiments/memory.py": "budgets as people type them",
     "experiments/store/mounts.py": "blanks in the list of mounts",
     "experiments/store/row_filter.py": "words of SQL in questions that people type",

@@ -1,6 +1,6 @@
 """The command line."""
 
-from .main import joined_negative_values, main, parser
+from .main import given_options, main
 from .view import load_view
 
-__all__ = ["joined_negative_values", "load_view", "main", "parser"]
+__all__ = ["given_options", "load_view", "main"]

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from ..scene.source import NAMED_LIGHT
 from .brought import brought_text, light_name
+from .command import Command, Option, Options
 from .options import (
     check_once,
     directory_option,
     lookup_given,
     lookup_options,
+    scene_argument,
     size_given,
     technique_option,
     view_options,
@@ -27,58 +28,9 @@ if TYPE_CHECKING:
     from ..scene.scenes import Scene
     from ..scene.source import Source
     from ..types import Light
-    from .options import Commands
 
 
-def advise_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command with its options to the others."""
-    # --light is there once for a single view, and may be repeated here: the later one of that name counts.
-    advise = commands.add_parser(
-        "advise",
-        parents=[shared],
-        conflict_handler="resolve",
-        help="which technique is best at equal memory, and where that switches",
-        description=advise_command.__doc__,
-    )
-    view_options(advise)
-    advise.add_argument(
-        "--memory", action="append", metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB (default: 4MiB)"
-    )
-    lights = advise.add_argument_group("lights", "One that fits the scene where none is given.")
-    lights.add_argument(
-        "--light",
-        action="append",
-        metavar="DX,DY,DZ",
-        help="the way a directional light or the middle of a spot travels; repeat for several",
-    )
-    lights.add_argument(
-        "--lights",
-        "--lights-deg",
-        dest="lights",
-        metavar="DEG[,DEG...]",
-        help="elevations of a directional light, degrees from 0 to 90, in the azimuth of the one that fits the scene",
-    )
-    technique_option(
-        advise,
-        'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
-        "ships (default: every technique that serves the lights, with its settings that matter)",
-    )
-    advise.add_argument(
-        "--error",
-        default="misclassified",
-        metavar="NAME",
-        help="what is ranked by: misclassified, worst (one pixel decides it: p95 is the one to use), p95, mean, "
-        "undersampled, perspective (default: misclassified)",
-    )
-    advise.add_argument(
-        "--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"
-    )
-    lookup_options(advise)
-    directory_option(advise, "advice", "report.html, advice.csv, advice.json and the rest")
-    advise.set_defaults(run=advise_command)
-
-
-def advise_command(options: Namespace) -> int:
+def advise_command(options: Options) -> int:
     """Ranks techniques at equal memory over lights, and writes a report, tables, and advice.json with all numbers."""
     from .._core import Renderer
     from ..experiments.advise import advise
@@ -127,7 +79,7 @@ def advise_command(options: Namespace) -> int:
 
 
 def load_views(
-    options: Namespace, size: tuple[int, int] | None, elevations: list[float] | None
+    options: Options, size: tuple[int, int] | None, elevations: list[float] | None
 ) -> tuple[Scene, Camera, list[Light], Source]:
     """Scene, camera, lights and where the scene came from."""
     directions = options.light or []
@@ -136,7 +88,7 @@ def load_views(
     check_once("light", directions)
     if options.light_position is not None and len(directions) > 1 and options.cone_deg is None:
         raise ArgumentError("light: expected no direction of a point light, got several; --cone-deg makes them spots")
-    first = Namespace(**{**vars(options), "light": directions[0] if directions else None})
+    first = options.with_(light=directions[0] if directions else None)
     scene, camera, light, source = load_view(first, size)
     names = [light_name(direction) for direction in directions]
     if any(names):
@@ -148,7 +100,7 @@ def load_views(
         # Their directions are not the one that fits the scene.
         source = replace(source, given=tuple(one for one in source.given if one[0] != "light"))
         return scene, camera, [elevated(light, camera, angle) for angle in elevations], source
-    more = [Namespace(**{**vars(options), "light": direction}) for direction in directions[1:]]
+    more = [options.with_(light=direction) for direction in directions[1:]]
     others = [chosen_light(one, given_vectors(one), light, scene) for one in more]
     return scene, camera, [light, *others], source
 
@@ -187,3 +139,46 @@ def elevated(light: Light, camera: Camera, elevation: float) -> DirectionalLight
         level = np.asarray(camera.right, np.float64) * (1.0, 0.0, 1.0)
         length = float(np.linalg.norm(level)) or 1.0
     return DirectionalLight(math.cos(elevation) * level / length - (0.0, math.sin(elevation), 0.0))
+
+
+_LIGHTS = "Lights; one that fits the scene where none is given"
+ADVISE = Command(
+    "advise",
+    advise_command,
+    [
+        scene_argument(),
+        Option("--memory", multiple=True, metavar="SIZE[,SIZE...]", help="such as 4MiB or 4MiB,16MiB (default: 4MiB)"),
+        technique_option(
+            'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
+            "ships (default: every technique that serves the lights, with its settings that matter)"
+        ),
+        Option(
+            "--error",
+            default="misclassified",
+            metavar="NAME",
+            help="what is ranked by: misclassified, worst (one pixel decides it: p95 is the one to use), p95, mean, "
+            "undersampled, perspective (default: misclassified)",
+        ),
+        Option("--over", default="mean", metavar="mean|worst", help="how views are put together (default: mean)"),
+        *lookup_options(),
+        directory_option("advice", "report.html, advice.csv, advice.json and the rest"),
+        Option(
+            "--light",
+            section=_LIGHTS,
+            multiple=True,
+            metavar="DX,DY,DZ|NAME",
+            help="the way a directional light or the middle of a spot travels, or a light of the file, by its name; "
+            "repeat for several",
+        ),
+        Option(
+            "--lights",
+            "--lights-deg",
+            "lights",
+            section=_LIGHTS,
+            metavar="DEG[,DEG...]",
+            help="elevations of a directional light, degrees from 0 to 90, in the azimuth of the one that fits the "
+            "scene",
+        ),
+        *view_options(),
+    ],
+)

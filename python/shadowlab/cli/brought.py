@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ArgumentError, UnknownNameError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT
 from ..text import parse_pair
+from .command import Options
 
 if TYPE_CHECKING:
     from .._core import Camera
@@ -37,7 +37,7 @@ def _is_float(text: str) -> bool:
     return True
 
 
-def named_camera(options: argparse.Namespace, scene: Scene, aspect: float) -> Camera:
+def named_camera(options: Options, scene: Scene, aspect: float) -> Camera:
     """The file's camera that was named, in the picture's aspect, with the lens and depths that were given.
 
     Raises
@@ -62,7 +62,7 @@ def named_camera(options: argparse.Namespace, scene: Scene, aspect: float) -> Ca
     return found.replace(**changes)
 
 
-def camera_named(options: argparse.Namespace, scene: Scene) -> Camera:
+def camera_named(options: Options, scene: Scene) -> Camera:
     """The file's camera as it is; errors as of `named_camera`."""
     for name in EXCLUDED:
         if getattr(options, name) is not None:
@@ -70,7 +70,7 @@ def camera_named(options: argparse.Namespace, scene: Scene) -> Camera:
     return _by_name(scene.cameras, options.camera, "camera", "--eye and --target place one")
 
 
-def named_light(options: argparse.Namespace, scene: Scene) -> Light | None:
+def named_light(options: Options, scene: Scene) -> Light | None:
     """The file's light that was named; None where the text is a direction, or none was given.
 
     Raises

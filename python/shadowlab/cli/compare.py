@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import click
+
 from ..errors import ArgumentError
 from .brought import brought_text
+from .command import Command, Option, Options
 from .options import (
     check_once,
     directory_option,
+    light_option,
     lookup_given,
     lookup_options,
     resolution_option,
     resolutions_given,
+    scene_argument,
     size_given,
     technique_option,
     view_options,
@@ -27,38 +31,11 @@ from .view import load_view, view_text
 if TYPE_CHECKING:
     from .._core import Note
     from ..experiments.run import Run
-    from .options import Commands
 
 DEFAULT_TECHNIQUES = ("uniform", "lispsm")
 
 
-def compare_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command with its options to the others."""
-    compare = commands.add_parser(
-        "compare",
-        parents=[shared],
-        help="techniques side by side, against traced truth",
-        description=compare_command.__doc__,
-    )
-    view_options(compare)
-    technique_option(
-        compare,
-        'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
-        "ships; matrix:file=F,convention=C for matrices of your own; `shadowlab techniques` lists the names "
-        "(default: uniform and lispsm)",
-    )
-    resolution_option(compare, "texels along each side of the maps", metavar="N[,N...]")
-    lookup_options(compare)
-    directory_option(compare, "report", "report.html and the rest")
-    compare.add_argument(
-        "--save-arrays",
-        metavar="FILE.npz",
-        help="write G-buffer, truth, matrices, maps and masks there, for numpy.load; docs/arrays.md lists the keys",
-    )
-    compare.set_defaults(run=compare_command)
-
-
-def compare_command(options: Namespace) -> int:
+def compare_command(options: Options) -> int:
     """Compares techniques on a scene and writes a report: report.html, results.csv, results.json and pictures."""
     from .._core import Renderer
     from ..experiments.compare import compare
@@ -113,3 +90,28 @@ def notes_of(runs: Sequence[Run]) -> list[str]:
         of += [note for note in run.notes if note not in of]
     more = {label: f" (and {len(of) - 1} more, in the report)" if len(of) > 1 else "" for label, of in notes.items()}
     return [f"{label}: {of[0]}{more[label]}" for label, of in notes.items() if of]
+
+
+COMPARE = Command(
+    "compare",
+    compare_command,
+    [
+        scene_argument(),
+        technique_option(
+            'repeat for several; "all" for every technique that serves the light; preset:NAME for what an engine '
+            "ships; matrix:file=F,convention=C for matrices of your own; `shadowlab techniques` lists the names "
+            "(default: uniform and lispsm)"
+        ),
+        resolution_option("texels along each side of the maps", metavar="N[,N...]"),
+        *lookup_options(),
+        directory_option("report", "report.html and the rest"),
+        Option(
+            "--save-arrays",
+            metavar="FILE.npz",
+            type=click.Path(),
+            help="write G-buffer, truth, matrices, maps and masks there, for numpy.load; docs/arrays.md lists the keys",
+        ),
+        light_option(),
+        *view_options(),
+    ],
+)

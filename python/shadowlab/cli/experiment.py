@@ -2,59 +2,14 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
-
 from ..text import parse_resolutions
-from ..text.checks import BACKENDS
-from .options import directory_option, technique_option, writable_directory
-
-if TYPE_CHECKING:
-    from .options import Commands
+from .command import Command, Commands, Option, Options
+from .options import backend_option, directory_option, technique_option, writable_directory
 
 BOUND_FAILED = 1
 
 
-def experiment_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command with its experiments to the others."""
-    experiment = commands.add_parser(
-        "experiment",
-        parents=[shared],
-        help="published experiments, made again",
-        description="Published experiments, made again.",
-    )
-    experiments: Commands = experiment.add_subparsers(
-        metavar="EXPERIMENT", required=True, parser_class=type(experiment)
-    )
-    one = experiments.add_parser(
-        "scene-optimal",
-        parents=[shared],
-        help="wrong pixels at equal memory in 28 configurations of the scene @statues (Chong, Gortler 2007)",
-        description=scene_optimal_command.__doc__,
-    )
-    one.add_argument(
-        "--quick", action="store_true", help="four configurations, one size and five techniques: about a minute"
-    )
-    one.add_argument(
-        "--sizes", metavar="N[,N...]", help="texels along each side of a single map (default: 750,1000,...,2000)"
-    )
-    technique_option(
-        one,
-        "repeat for several; the normal map is always counted; a technique with K maps has maps of N / sqrt(K) texels "
-        "a side (default: those of docs/scene_optimal.md)",
-    )
-    one.add_argument(
-        "--configuration",
-        action="append",
-        metavar="CAMERA|LIGHT|'CAMERA, LIGHT'",
-        help="repeat for several; docs/scene_optimal.md lists them (default: all 28)",
-    )
-    one.add_argument("--backend", default="auto", choices=BACKENDS, help="the renderer (default: auto)")
-    directory_option(one, "scene_optimal", "tables and figures, and rows that are not made again,")
-    one.set_defaults(run=scene_optimal_command)
-
-
-def scene_optimal_command(options: Namespace) -> int:
+def scene_optimal_command(options: Options) -> int:
     """Counts wrong pixels of techniques at equal memory, against traced truth and against a large normal map.
 
     The normal map is the smallest rectangle around what the light reaches of the view frustum; one of 3700 x 3700
@@ -85,3 +40,38 @@ def scene_optimal_command(options: Namespace) -> int:
     held = [f"{name} at least {least:g} %" for name, least in bounds.items()]
     print("\n".join(failed or [f"Bounds hold: {'; '.join(held) or 'none, as their techniques were not counted'}"]))
     return BOUND_FAILED if failed else 0
+
+
+SCENE_OPTIMAL = Command(
+    "scene-optimal",
+    scene_optimal_command,
+    [
+        Option("--quick", is_flag=True, help="four configurations, one size and five techniques: about a minute"),
+        Option(
+            "--sizes", metavar="N[,N...]", help="texels along each side of a single map (default: 750,1000,...,2000)"
+        ),
+        technique_option(
+            "repeat for several; the normal map is always counted; a technique with K maps has maps of N / sqrt(K) "
+            "texels a side (default: those of docs/scene_optimal.md)"
+        ),
+        Option(
+            "--configuration",
+            multiple=True,
+            metavar="CAMERA|LIGHT|'CAMERA, LIGHT'",
+            help="repeat for several; docs/scene_optimal.md lists them (default: all 28)",
+        ),
+        backend_option(),
+        directory_option("scene_optimal", "tables and figures, and rows that are not made again,"),
+    ],
+)
+EXPERIMENT = Commands(
+    "experiment",
+    {
+        "scene-optimal": (
+            "wrong pixels at equal memory in 28 configurations of the scene @statues (Chong, Gortler 2007)",
+            lambda: SCENE_OPTIMAL,
+        )
+    },
+    kind="EXPERIMENT",
+    help="Published experiments, made again.",
+)

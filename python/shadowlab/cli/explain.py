@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
+import click
 
 from ..errors import ArgumentError
 from ..text import parse_pixel
+from .command import Command, Option, Options
 from .options import (
+    light_option,
     lookup_given,
     lookup_options,
     one_resolution,
     resolution_option,
+    scene_argument,
     size_given,
     technique_option,
     view_options,
@@ -19,35 +21,12 @@ from .options import (
 )
 from .view import load_view
 
-if TYPE_CHECKING:
-    from .options import Commands
-
 # What matplotlib writes without anything else installed.
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 DEFAULT_TECHNIQUE = "lispsm"
 
 
-def explain_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command with its options to the others."""
-    explain = commands.add_parser(
-        "explain",
-        parents=[shared],
-        help="why a pixel is wrong, and what would mend it",
-        description=explain_command.__doc__,
-    )
-    view_options(explain)
-    explain.add_argument(
-        "--pixel", metavar="X,Y", required=True, help="column and row of the pixel, from 0,0 at the upper left"
-    )
-    technique_option(explain, f"(default: {DEFAULT_TECHNIQUE})")
-    resolution_option(explain, "texels along each side of the maps")
-    lookup_options(explain)
-    explain.add_argument("--no-trials", action="store_true", help="leave out what would mend it: draws no other map")
-    explain.add_argument("--figure", metavar="FILE", help="write a figure there: png, svg or pdf, by its ending")
-    explain.set_defaults(run=explain_command)
-
-
-def explain_command(options: Namespace) -> int:
+def explain_command(options: Options) -> int:
     """Explains a pixel: its surface, its texel and what that stores, the comparison, the cause, and what would mend it.
 
     Exit status 0 where the pixel is right or not compared, 1 where it is wrong.
@@ -75,3 +54,22 @@ def explain_command(options: Namespace) -> int:
         found.figure().savefig(file)
         print(f"\nFigure: {file}")
     return int(found.is_wrong)
+
+
+EXPLAIN = Command(
+    "explain",
+    explain_command,
+    [
+        scene_argument(),
+        Option("--pixel", metavar="X,Y", required=True, help="column and row of the pixel, from 0,0 at the upper left"),
+        technique_option(f"(default: {DEFAULT_TECHNIQUE})"),
+        resolution_option("texels along each side of the maps"),
+        *lookup_options(),
+        Option("--no-trials", is_flag=True, help="leave out what would mend it: draws no other map"),
+        Option(
+            "--figure", metavar="FILE", type=click.Path(), help="write a figure there: png, svg or pdf, by its ending"
+        ),
+        light_option(),
+        *view_options(),
+    ],
+)

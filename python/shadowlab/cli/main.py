@@ -1,4 +1,4 @@
-"""The command `shadowlab`: compare, advise, explain, experiment, matrix, diagnose, techniques, doctor.
+"""The command `shadowlab`: what it does with its words, with errors, and with an output that takes nothing.
 
 An error is one line on standard error and exit status 2; Ctrl-C is 130. Vectors and points are in the axes of the
 file, so `--up z` goes with coordinates as the program that wrote the file shows them.
@@ -6,49 +6,31 @@ file, so `--up z` goes with coordinates as the program that wrote the file shows
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import os
-import re
 import sys
 import tempfile
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, cast
+
+import click
 
 from ..errors import ArgumentError, ShadowlabError, ShadowlabWarning
-from .advise import advise_options
-from .compare import compare_options
-from .diagnose import diagnose_options
-from .doctor import doctor_options
-from .experiment import experiment_options
-from .explain import explain_options
-from .matrix import matrix_options
-from .options import Commands
-from .techniques import techniques_options
+from .all_commands import SHADOWLAB
+from .command import Options
 
 USAGE_ERROR = 2
+#: The variable by which a shell asks what completes its words.
+COMPLETE = "_SHADOWLAB_COMPLETE"
 INTERRUPTED = 130  # 128 + SIGINT, as shells say it
-# A value that begins with a minus and is not an option: -1,2,3  -.5  -inf,0,0
-NEGATIVE_VALUE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line."""
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(allow_abbrev=False, **kwargs)
-
-    def error(self, message: str) -> NoReturn:
-        """Says what is wrong and where help is, on one line."""
-        raise ArgumentError(f"{' '.join(message.split())}; see {self.prog} --help")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; the exit status."""
-    words = joined_negative_values(list(sys.argv[1:] if arguments is None else arguments))
+    words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words
     if sys.stderr is None:  # closed by whoever started this; print would turn to standard output
         sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - it lives as long as the process
@@ -61,9 +43,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Mesa's Vulkan layer asks for a Wayland display, and writes a line of its own where there is no session directory.
     os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
     try:
+        if COMPLETE in os.environ:
+            from .completion import complete
+
+            return complete(SHADOWLAB, COMPLETE, os.environ[COMPLETE])
         with one_line_warnings():
-            options = parser().parse_args(words)
-            status = int(options.run(options) or 0)
+            status = int(called(words))
             sys.stdout.flush()
             return status
     except KeyboardInterrupt:
@@ -107,16 +92,30 @@ def explanation(error: Exception) -> str:
     return f"{type(error).__name__}: {error}; a defect in shadowlab: please report it with what --debug shows"
 
 
-def joined_negative_values(words: list[str]) -> list[str]:
-    """`--light -1,2,3` as `--light=-1,2,3`, which argparse would take for an option."""
-    joined: list[str] = []
-    for word in words:
-        takes_value = joined and joined[-1].startswith("--") and "=" not in joined[-1]
-        if takes_value and NEGATIVE_VALUE.match(word):
-            joined[-1] += f"={word}"
-        else:
-            joined.append(word)
-    return joined
+def called(words: Sequence[str], instead: Callable[[Options], Any] | None = None) -> Any:
+    """What the command of these words returns; what another function returns that takes its options instead.
+
+    Raises
+    ------
+    ArgumentError
+        For words that are no command, with where help is.
+    SystemExit
+        After `--help` and `--version`.
+    """
+    try:
+        with SHADOWLAB.make_context("shadowlab", list(words), obj=instead) as ctx:
+            return SHADOWLAB.invoke(ctx)
+    except click.UsageError as wrong:
+        path = "shadowlab" if wrong.ctx is None else wrong.ctx.command_path
+        said = wrong.format_message().rstrip(".")
+        raise ArgumentError(f"{said[:1].lower()}{said[1:]}; see {path} --help") from None
+    except click.exceptions.Exit as left:
+        raise SystemExit(left.exit_code) from None
+
+
+def given_options(words: Sequence[str]) -> Options:
+    """The options that the words of a command give, which is not run; errors as of `called`."""
+    return cast("Options", called(words, lambda options: options))
 
 
 @contextlib.contextmanager
@@ -128,21 +127,3 @@ def one_line_warnings() -> Iterator[None]:
         yield
     for text in dict.fromkeys(" ".join(str(w.message).split()) for w in caught):
         print(f"shadowlab: warning: {text}", file=sys.stderr)
-
-
-def parser() -> Parser:
-    """The whole command line."""
-    from .._core import __version__
-
-    top = Parser(prog="shadowlab", description="The laboratory for shadow-map parameterizations.")
-    top.add_argument("--version", action="version", version=f"shadowlab {__version__}")
-    shared = Parser(add_help=False)
-    for one in (top, shared):
-        one.add_argument("--debug", action="store_true", help="show where an error comes from")
-    commands: Commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
-    for add in (
-        compare_options, advise_options, explain_options, experiment_options, matrix_options, diagnose_options,
-        techniques_options, doctor_options,
-    ):  # fmt: skip
-        add(commands, shared)
-    return top

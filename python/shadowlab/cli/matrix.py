@@ -3,42 +3,26 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import click
 
 from ..conventions.files import FORMS
 from ..errors import ArgumentError
-from .options import one_resolution, resolution_option, size_given, technique_option, view_options
+from .command import Command, Option, Options
+from .options import (
+    light_option,
+    one_resolution,
+    resolution_option,
+    scene_argument,
+    size_given,
+    technique_option,
+    view_options,
+)
 from .view import load_view
 
-if TYPE_CHECKING:
-    from .options import Commands
 
-
-def matrix_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command with its options to the others."""
-    matrix = commands.add_parser(
-        "matrix",
-        parents=[shared],
-        help="the matrix of a technique",
-        description=matrix_command.__doc__,
-    )
-    view_options(matrix)
-    technique_option(matrix, "(default: lispsm)")
-    resolution_option(matrix, "texels along each side the fit is made for")
-    matrix.add_argument(
-        "--convention",
-        default="webgpu",
-        metavar="NAME[:field=value,...]",
-        help="how the matrix is written: opengl, direct3d, vulkan... (default: webgpu, column vectors and z in 0..1)",
-    )
-    matrix.add_argument("--format", default="text", choices=FORMS, help="(default: text)")
-    matrix.add_argument("--out", metavar="FILE", help="write there instead of standard output")
-    matrix.set_defaults(run=matrix_command)
-
-
-def matrix_command(options: Namespace) -> int:
+def matrix_command(options: Options) -> int:
     """Prints a technique's shadow_clip_from_world: column vectors, NDC x, y in [-1, 1], z in [0, 1], 0 at the light."""
     from .._core import Renderer
     from ..conventions.convention import Convention
@@ -82,3 +66,25 @@ def write_out(content: bytes, path: str | None) -> None:
         Path(path).write_bytes(content)
     except OSError as error:
         raise ArgumentError(f"out: cannot write {path!r} ({error.strerror or error}); choose another file") from error
+
+
+MATRIX = Command(
+    "matrix",
+    matrix_command,
+    [
+        scene_argument(),
+        technique_option("(default: lispsm)"),
+        resolution_option("texels along each side the fit is made for"),
+        Option(
+            "--convention",
+            default="webgpu",
+            metavar="NAME[:field=value,...]",
+            help="how the matrix is written: opengl, direct3d, vulkan... (default: webgpu, column vectors and z in "
+            "0..1)",
+        ),
+        Option("--format", default="text", type=click.Choice(FORMS), help="(default: text)"),
+        Option("--out", metavar="FILE", type=click.Path(), help="write there instead of standard output"),
+        light_option(),
+        *view_options(),
+    ],
+)

@@ -2,25 +2,10 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .options import Commands
+from .command import Command, Options
 
 
-def techniques_options(commands: Commands, shared: ArgumentParser) -> None:
-    """Adds the command to the others."""
-    techniques = commands.add_parser(
-        "techniques",
-        parents=[shared],
-        help="the techniques and their parameters",
-        description=techniques_command.__doc__,
-    )
-    techniques.set_defaults(run=techniques_command)
-
-
-def techniques_command(_: Namespace) -> int:
+def techniques_command(_: Options) -> int:
     """Lists the techniques with title, source, lights, parameters and their ranges; then the presets of engines."""
     from ..techniques.presets import PRESETS
     from ..techniques.registry import techniques
@@ -38,3 +23,6 @@ def techniques_command(_: Namespace) -> int:
     for preset in PRESETS:
         print(f"  preset:{preset.name}: {preset.engine}\n    {preset.formula}")
     return 0
+
+
+TECHNIQUES_COMMAND = Command("techniques", techniques_command)

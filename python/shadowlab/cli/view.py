@@ -5,7 +5,6 @@ Vectors and points are in the axes of the file. What is not given is chosen to f
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
@@ -14,6 +13,7 @@ from ..errors import ArgumentError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
 from ..text import parse_pair, parse_spec, parse_vector
 from .brought import camera_named, light_name, named_camera, named_light
+from .command import Options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..types import Light
 
 
-def load_view(options: argparse.Namespace, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
+def load_view(options: Options, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
     """Scene, camera, light and where they came from.
 
     Without a size the camera of a library scene keeps its aspect, and the pictures of others are 16:9.
@@ -111,7 +111,7 @@ def view_text(camera: Camera, lights: Sequence[Light], size: tuple[int, int], so
     return f"View: {what}. These options repeat it:\n  {shlex.join(view_arguments(camera, lights, size, source))}"
 
 
-def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float64]]:
+def given_vectors(options: Options) -> dict[str, npt.NDArray[np.float64]]:
     """Eye, target and light as given, in the world's axes."""
     from ..scene.axes import turned
 
@@ -125,7 +125,7 @@ def given_vectors(options: argparse.Namespace) -> dict[str, npt.NDArray[np.float
 
 
 def chosen_camera(
-    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Camera, scene: Scene, aspect: float
+    options: Options, given: dict[str, npt.NDArray[np.float64]], fitting: Camera, scene: Scene, aspect: float
 ) -> Camera:
     """The fitting camera with everything that was given in its place."""
     import numpy as np
@@ -168,9 +168,7 @@ def chosen_camera(
     return Camera.look_at(eye, target, up=up, fov_y=fov_y, aspect=aspect, near=near, far=far, shift=shift)
 
 
-def chosen_light(
-    options: argparse.Namespace, given: dict[str, npt.NDArray[np.float64]], fitting: Light, scene: Scene
-) -> Light:
+def chosen_light(options: Options, given: dict[str, npt.NDArray[np.float64]], fitting: Light, scene: Scene) -> Light:
     """The light that was given or named, or the fitting one: a point light at a position, a spot with a cone."""
     import numpy as np
 

@@ -55,6 +55,12 @@ def _doctor() -> click.Command:
     return DOCTOR
 
 
+def _check() -> click.Command:
+    from .check import CHECK
+
+    return CHECK
+
+
 def _completion() -> click.Command:
     from .completion import COMPLETION
 
@@ -75,6 +81,7 @@ SHADOWLAB = Commands(
         "compare": ("techniques side by side, against traced truth", _compare),
         "advise": ("which technique is best at equal memory, and where that switches", _advise),
         "explain": ("why a pixel is wrong, and what would mend it", _explain),
+        "check": ("a gate for continuous integration: techniques or matrices against bounds", _check),
         "experiment": ("published experiments, made again", _experiment),
         "matrix": ("the matrix of a technique", _matrix),
         "diagnose": ("what sets two shadow matrices apart", _diagnose),

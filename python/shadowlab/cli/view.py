@@ -25,26 +25,35 @@ if TYPE_CHECKING:
     from ..types import Light
 
 
-def load_view(options: Options, size: tuple[int, int] | None) -> tuple[Scene, Camera, Light, Source]:
+def load_part(options: Options) -> Scene:
+    """The scene of the library or of a file, without a floor."""
+    from ..scene import library
+    from ..scene.files import load_scene
+
+    if not options.scene.startswith("@"):
+        return load_scene(options.scene, up=options.up)
+    if options.up not in (None, "y"):
+        raise ArgumentError("up: scenes of the library have y up; leave --up away")
+    name, params = parse_spec(options.scene[1:], "scene")
+    return library.scene(name, **cast("dict[str, Any]", params))
+
+
+def load_view(
+    options: Options, size: tuple[int, int] | None, part: Scene | None = None
+) -> tuple[Scene, Camera, Light, Source]:
     """Scene, camera, light and where they came from.
 
-    Without a size the camera of a library scene keeps its aspect, and the pictures of others are 16:9.
+    Without a size the camera of a library scene keeps its aspect, and the pictures of others are 16:9. `part` is the
+    scene where it has been loaded.
     """
     from ..reports.reproduce import own_numbers
     from ..scene import library
     from ..scene.default_view import WIDE_ASPECT, default_viewpoint
-    from ..scene.files import load_scene
     from ..scene.source import Source
     from ..text.checks import VIEWS, picture_size
 
     given = given_vectors(options)
-    if options.scene.startswith("@"):
-        if options.up not in (None, "y"):
-            raise ArgumentError("up: scenes of the library have y up; leave --up away")
-        name, params = parse_spec(options.scene[1:], "scene")
-        part: Scene = library.scene(name, **cast("dict[str, Any]", params))
-    else:
-        part = load_scene(options.scene, up=options.up)
+    part = load_part(options) if part is None else part
     own = part if isinstance(part, library.LibraryScene) and options.view is None else None
     of_file = None if options.camera is None else camera_named(options, part)
     brought = of_file if of_file is not None else own.camera if own is not None else None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Literal, get_args
 
 from ..aliasing.causes import CAUSES
@@ -15,12 +17,24 @@ METRICS: tuple[Metric, ...] = tuple(name for name in get_args(Metric) if name !=
 KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
 # Those that need maps.
 DRAWN = frozenset({"mask", "misclassified", "causes"})
+_PHASES = ("phases", "misclassified_mean", "misclassified_sd")
+#: The columns that each metric fills; those of wrong pixels come with causes, too.
+FILLED: Mapping[Metric, tuple[str, ...]] = MappingProxyType({
+    "mask": ("map_ms", "lookup_ms"),
+    "misclassified": (
+        "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *_PHASES
+    ),
+    "causes": (*CAUSES.values(), "edge_px"),
+    "texels": (
+        "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
+        "perspective_max", "storage_factor",
+    ),
+    "usage": ("unused",),
+})  # fmt: skip
 # The columns that metrics and times fill.
 MEASURED = (
-    "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", "phases",
-    "misclassified_mean", "misclassified_sd", *CAUSES.values(),
-    "edge_px", "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",
-    "perspective_max", "storage_factor", "unused", "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms",
+    *(name for metric in METRICS for name in FILLED[metric]),
+    "outside_shadow", "samples_ms", "fit_us", *FILLED["mask"],
 )  # fmt: skip
 
 

@@ -1,0 +1,196 @@
+"""What `shadowlab check` is asked to hold: views, techniques or matrices, and bounds on columns, from a configuration.
+
+What stands at the top of the document holds for every `[[check]]` that does not say otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..experiments.columns import COLUMNS, TABLES
+from ..experiments.metrics import FILLED, KNOWN_METRICS, MEASURED, Metric
+from ..techniques.registry import ALL, technique_of
+from ..text import shown
+from .check_path import EXAMPLE_PATH, CameraPath, path_of_config, texts_of_frames
+from .command import Options
+from .config import Table
+from .config_view import KEYS_OF_VIEW, holder, view_of_config
+
+DEFAULT_RESOLUTION = 1024
+KEYS = ("name", *KEYS_OF_VIEW, "technique", "resolution", "phases", "path", "bounds")
+EXAMPLE = "share = { max = 0.02 }"
+# Columns of one view that bounds may be set on, and those of a camera path.
+OF_VIEWS = ("maps", "bytes", *MEASURED)
+OF_PATHS = tuple(name for name in TABLES["temporal"] if COLUMNS[name].dtype in ("float64", "Int64") and name != "frame")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A bound on a column.
+
+    Attributes
+    ----------
+    column : str
+    least, most : float or None
+        None where there is no bound on that side.
+    """
+
+    column: str
+    least: float | None
+    most: float | None
+
+    @property
+    def text(self) -> str:
+        """The bound in words, with the column's unit."""
+        unit = COLUMNS[self.column].unit
+        sides = [f"at least {self.least:g}"] if self.least is not None else []
+        sides += [f"at most {self.most:g}"] if self.most is not None else []
+        return f"{' and '.join(sides)}{f' {unit}' if unit not in ('', 'share') else ''}"
+
+    def holds(self, value: float) -> bool:
+        """Whether a value is within the bound."""
+        return (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Techniques in one view, and what must hold of each.
+
+    Attributes
+    ----------
+    name : str
+    options : Options
+        The view and how maps are read, as the command line gives them.
+    techniques : tuple of str
+    resolution, phases : int
+    bounds : tuple of Bound
+    path : CameraPath or None
+    table : Table
+        Where it stands in the configuration.
+    """
+
+    name: str
+    options: Options
+    techniques: tuple[str, ...]
+    resolution: int
+    phases: int
+    bounds: tuple[Bound, ...]
+    path: CameraPath | None
+    table: Table
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What has to be measured for the bounds."""
+        bounded = {bound.column for bound in self.bounds}
+        return tuple(metric for metric in KNOWN_METRICS if bounded & set(FILLED[metric]))
+
+
+def checks_of(top: Table) -> list[Gate]:
+    """The checks of a configuration; the document itself is one where it has no `[[check]]`.
+
+    Raises
+    ------
+    ArgumentError
+        For a key that does not exist, a value that does not fit, or a check without techniques or bounds.
+    """
+    top.only((*KEYS, "check"))
+    tables = top.tables("check")
+    for table in tables:
+        table.only(KEYS)
+    if tables and "name" in top:
+        raise top.wrong("name", "expected no name at the top beside [[check]], got one; name each check")
+    checks = [one_check([table, top], i) for i, table in enumerate(tables, 1)] or [one_check([top], 1)]
+    names = [check.name for check in checks]
+    for check in checks:
+        if names.count(check.name) > 1:
+            raise check.table.wrong("name", f"expected a name of its own, got {check.name!r} twice")
+    return checks
+
+
+def one_check(tables: Sequence[Table], number: int) -> Gate:
+    """A check of the first table; what it does not say the others say."""
+    own = tables[0]
+    options = view_of_config(tables)
+    of_resolution, of_phases = (holder(tables, key) or own for key in ("resolution", "phases"))
+    path = path_of_config(tables)
+    phases = of_phases.whole("phases", 1)
+    techniques = techniques_of(tables, path)
+    bounds = bounds_of(tables, path, phases)
+    label = f"{options.scene}, {number}" if own.place else options.scene
+    return Gate(
+        own.text("name", "a name", label) or label,
+        options,
+        techniques,
+        of_resolution.whole("resolution", DEFAULT_RESOLUTION),
+        phases,
+        bounds,
+        path,
+        own,
+    )
+
+
+def techniques_of(tables: Sequence[Table], path: CameraPath | None) -> tuple[str, ...]:
+    """The texts of the techniques, each of which is one."""
+    table = holder(tables, "technique")
+    expected = 'a technique such as "lispsm" or "matrix:file=mine.npy,convention=opengl", or a list of them'
+    texts = None if table is None else table.texts("technique", expected)
+    if table is None or texts is None:
+        raise tables[0].wrong("technique", f"expected {expected}, got none")
+    for text in texts:
+        if text == ALL:
+            raise table.wrong("technique", 'expected techniques by their names, got "all"; list those that must hold')
+        if texts.count(text) > 1:
+            raise table.wrong("technique", f"{text!r} comes twice; give it once")
+        with table.naming("technique"):
+            for one in texts_of_frames(text, path):
+                technique_of(one)
+    return tuple(texts)
+
+
+def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> tuple[Bound, ...]:
+    """The bounds; those of the first table go before those of the others for the same column."""
+    found: dict[str, Bound] = {}
+    for table in tables:
+        of_bounds = table.table("bounds", "{ share = { max = 0.02 } }")
+        if of_bounds is None:
+            continue
+        of_bounds.only((*OF_VIEWS, *OF_PATHS))
+        for column in of_bounds.values:
+            bound = bound_of(of_bounds, column)
+            found.setdefault(bound.column, bound)
+            if bound.column in OF_PATHS and path is None:
+                raise of_bounds.wrong(column, f"expected a camera path beside it, got none; add path = {EXAMPLE_PATH}")
+            if bound.column in ("misclassified_mean", "misclassified_sd", "phases") and phases < 2:
+                raise of_bounds.wrong(column, "expected phases of 2 or more beside it; add phases = 8")
+    own = tables[0]
+    along = sorted(set(found) & set(OF_PATHS))
+    if "path" in own and not along:
+        raise own.wrong(
+            "path", f"expected a bound on one of {', '.join(OF_PATHS)} beside it, got none; remove the path"
+        )
+    for key in ("stored", "blend"):
+        of_key = holder(tables, key)
+        if along and of_key is not None:
+            fix = 'say it in the technique, "lispsm:stored=back,mix=0.1"'
+            raise of_key.wrong(key, f"expected none beside a bound on {along[0]}, got one; {fix}")
+    if not found:
+        raise own.wrong("bounds", f"expected at least one bound, got none; try {EXAMPLE}")
+    return tuple(found.values())
+
+
+def bound_of(table: Table, column: str) -> Bound:
+    """The bound on a column."""
+    sides = table.table(column, "{ max = 0.02 }")
+    assert sides is not None
+    sides.only(("max", "min"))
+    least, most = (sides.number(side, "a number") for side in ("min", "max"))
+    if least is None and most is None:
+        raise table.wrong(column, "expected max or min, got neither; try { max = 0.02 }")
+    for side, value in (("min", least), ("max", most)):
+        if value is not None and not math.isfinite(value):
+            raise sides.wrong(side, f"expected a finite number, got {shown(value)}; remove a bound that always holds")
+    if least is not None and most is not None and least > most:
+        raise table.wrong(column, f"expected min up to max, got {least:g} above {most:g}")
+    return Bound(column.replace("-", "_"), least, most)

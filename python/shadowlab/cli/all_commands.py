@@ -7,6 +7,12 @@ import click
 from .command import Commands, Option
 
 
+def _demo() -> click.Command:
+    from .demo import DEMO
+
+    return DEMO
+
+
 def _compare() -> click.Command:
     from .compare import COMPARE
 
@@ -78,6 +84,7 @@ def _say_version(ctx: click.Context, param: click.Parameter, value: bool) -> Non
 SHADOWLAB = Commands(
     "shadowlab",
     {
+        "demo": ("a first look, in seconds: two techniques on a bundled scene", _demo),
         "compare": ("techniques side by side, against traced truth", _compare),
         "advise": ("which technique is best at equal memory, and where that switches", _advise),
         "explain": ("why a pixel is wrong, and what would mend it", _explain),

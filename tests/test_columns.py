@@ -35,6 +35,7 @@ def tables() -> dict[str, pd.DataFrame]:
         "over_light_angle": angles.table, "frustum_over_light_angle": frustum.table, "temporal": temporal.table,
         "scene_optimal": optimal.table, "scene_optimal.totals": optimal.totals, "scene_optimal.views": optimal.views,
         "temporal.frames": temporal.frames,
+        "sweep": sl.sweep({"scene": "@robots", "technique": ["uniform", "lispsm"], "resolution": 64}, **how),
     }  # fmt: skip
 
 

@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from .experiments.store.read_store import read_store
     from .experiments.store.store import Store
     from .experiments.study import Study
+    from .experiments.sweeps.drawn_rows import random
+    from .experiments.sweeps.sweep import sweep
     from .scene.default_view import default_view, default_views
 
 __all__ = [
@@ -112,11 +114,13 @@ __all__ = [
     "prefiltered_maps",
     "preset",
     "presets",
+    "random",
     "read_store",
     "report",
     "scene_optimal_experiment",
     "set_threads",
     "smallest_bias",
+    "sweep",
     "technique",
     "techniques",
     "threads",
@@ -148,10 +152,12 @@ _LAZY = {
     "predict": "experiments.predict",
     "prefiltered_maps": "experiments.prefiltered",
     "plot": "plot",
+    "random": "experiments.sweeps.drawn_rows",
     "read_store": "experiments.store.read_store",
     "report": "doctor",
     "scene_optimal_experiment": "experiments.scene_optimal",
     "smallest_bias": "experiments.smallest_bias",
+    "sweep": "experiments.sweeps.sweep",
 }
 
 

@@ -346,6 +346,11 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.compare": {"truth": lambda: True, "source": lambda: None},
     "sl.evaluate": {"label": lambda: None},
     "sl.predict": {"shadows": lambda: "mapped"},
+    "sl.random": {"space": lambda: {"scene": "@robots", "technique": "uniform"}, "n": lambda: 2},
+    "sl.sweep": {
+        "space": lambda: {"scene": world().scene, "technique": "uniform", "resolution": 16}, "store": lambda: None,
+        "executor": lambda: None, "workers": lambda: None, "timeout": lambda: 60.0,
+    },
     "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "_core.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "Store": {"path": lambda: f"{folder().name}/new.sqlite", "journal": lambda: None},

@@ -144,7 +144,7 @@ def candidates_of(techniques: Techniques | None, views: Sequence[LabelledView]) 
 
 
 @dataclass(frozen=True)
-class Plan:
+class BudgetPlan:
     """A candidate with a budget: the side of its maps, and how many there are in each view or why there are none."""
 
     candidate: Candidate
@@ -156,12 +156,14 @@ class Plan:
 
 def planned(
     draw: Draw, candidates: Sequence[Candidate], views: Sequence[LabelledView], budgets: Sequence[int]
-) -> list[Plan]:
+) -> list[BudgetPlan]:
     """The plans of all candidates with all budgets."""
     return [plan for one in candidates for plan in plans_of(draw, one, views, budgets)]
 
 
-def plans_of(draw: Draw, candidate: Candidate, views: Sequence[LabelledView], budgets: Sequence[int]) -> list[Plan]:
+def plans_of(
+    draw: Draw, candidate: Candidate, views: Sequence[LabelledView], budgets: Sequence[int]
+) -> list[BudgetPlan]:
     """The largest maps of a candidate that fit into each budget in the view that needs most of them."""
 
     def counts(side: int) -> list[tuple[int, str]]:
@@ -180,12 +182,12 @@ def plans_of(draw: Draw, candidate: Candidate, views: Sequence[LabelledView], bu
             if needed <= most:
                 break
             most, side = needed, side_of(memory, needed)
-        plans.append(Plan(candidate, memory, side, most, tuple(of_views)))
+        plans.append(BudgetPlan(candidate, memory, side, most, tuple(of_views)))
     return plans
 
 
 def outcomes_of(
-    draw: Draw, plans: Sequence[Plan], views: Sequence[LabelledView], step: Callable[[str], None]
+    draw: Draw, plans: Sequence[BudgetPlan], views: Sequence[LabelledView], step: Callable[[str], None]
 ) -> tuple[list[Outcome], dict[str, float]]:
     """All plans in all views, in the order of the plans; and by label the share of each picture that shows a surface.
 
@@ -206,7 +208,7 @@ def outcomes_of(
     return [outcome for of_plan in zip(*of_view, strict=True) for outcome in of_plan], filled
 
 
-def outcome(draw: Draw, plan: Plan, view: LabelledView, maps: int, failure: str) -> Outcome:
+def outcome(draw: Draw, plan: BudgetPlan, view: LabelledView, maps: int, failure: str) -> Outcome:
     """What a candidate with a budget gives in a view. An error of ours becomes its `failure`."""
     one = plan.candidate
     blank = Outcome(one.label, one.technique, one.text, plan.memory, view)

@@ -76,6 +76,10 @@ _OF_MAPS = (
     _text("spec", "Text that makes the technique again: `sl.technique(text)`."),
     _text("settings", "Settings of the technique, all of them."),
     _count("resolution", "texels", "Side of each map.", ""),
+    _text("bias", "Bias of the look-ups, as its text."),
+    _text("filter", "Filter of the look-ups, as its text."),
+    _number("blend", "share", "Last share of each map's range over which the next map's light is mixed in.", ""),
+    _text("stored", "What the maps store, as its text."),
     _count("maps", "maps", "Number of maps."),
     _count("memory", "bytes", "Budget of depth texels.", ""),
     _count("single_side", "texels", "Side of the one square map that the budget holds.", ""),
@@ -122,6 +126,7 @@ _OF_TIME = (
     _number("fit_us", "µs", "Time of making the matrices.", "sum"),
     _number("map_ms", "ms", "Time of drawing the maps.", "sum"),
     _number("lookup_ms", "ms", "Time of looking every pixel up.", "sum"),
+    _number("seconds", "s", "Time of the whole run, without what all runs in its view share.", ""),
 )
 _OF_PATHS = (
     _count("receivers", "px", "Receivers that look up the same map in both frames."),
@@ -178,6 +183,7 @@ _OF_NORMAL = (
     _number("ratio_of_best", "", "Wrong pixels of the normal map by those of the best.", ""),
 )
 _OF_RUNS = (
+    _text("failure_type", "Name of the class of the error that is the failure, such as UnsupportedError."),
     _text("notes", "What the technique could not do as asked, and doubts about given matrices."),
     _text("failure", "Why the row has no numbers; empty where it has."),
 )
@@ -248,6 +254,13 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "scene_optimal.views": (
         "view", "camera", "light", "light_angle", "light_elevation", "misclassified_normal", "best", "misclassified",
         "ratio_of_best",
+    ),
+    "sweep": (
+        "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "resolution",
+        "memory", "bias", "filter", "blend", "stored", "maps", "bytes", *_WRONG, *_CAUSES, "edge_px", "measured",
+        "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max", "perspective_max",
+        "storage_factor", "unused", "outside", "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms",
+        "seconds", "notes", "failure_type", "failure",
     ),
     "temporal.frames": (
         "scene", "view", "technique", "frame", "refit", "reason", "maps", *_WRONG, "failure",

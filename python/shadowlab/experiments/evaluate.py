@@ -183,7 +183,7 @@ def _measured(
             numbers["unused"] = drawing.usage.unused
     except ShadowlabError as error:
         refusal = error.reason if isinstance(error, UnsupportedError) else ""
-        return Run(*head, **known, failure=str(error), refusal=refusal)
+        return Run(*head, **known, failure=str(error), failure_type=type(error).__name__, refusal=refusal)
     run = Run(*head, **known, summary=summary, values=tuple(numbers.items()))
     object.__setattr__(run, "_drawing", drawing)
     return run
@@ -193,6 +193,7 @@ def _together(view: View, runs: Sequence[Run]) -> Run:
     """The run of several lights."""
     first = runs[0]
     failure = "; ".join(f"{run.view.label}: {run.failure}" for run in runs if run.failure)
+    kinds = dict.fromkeys(run.failure_type for run in runs if run.failure)
     numbers: dict[str, float | None] = {}
     for name in dict.fromkeys(name for run in runs for name in run.numbers):
         values = [value for run in runs if (value := run.numbers.get(name)) is not None]
@@ -209,6 +210,7 @@ def _together(view: View, runs: Sequence[Run]) -> Run:
         *head,
         values=found,
         failure=failure,
+        failure_type=", ".join(kinds),
         parts=tuple(runs),
         blend=first.blend,
         stored=first.stored,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from .. import _core
 from ..errors import ArgumentError
@@ -66,6 +66,8 @@ class Run(Value):
         What speaks against a matrix from elsewhere.
     failure : str
         Why there are no numbers; empty where there are.
+    failure_type : str
+        Name of the class of the error that is the failure; empty where there is none.
     refusal : str
         Of a technique that refuses the light or the view, the failure without its name; else empty.
     parts : tuple of Run
@@ -90,11 +92,14 @@ class Run(Value):
     values: tuple[tuple[str, float | None], ...] = ()
     doubt: _core.Note | None = None
     failure: str = ""
+    failure_type: str = ""
     refusal: str = ""
     parts: tuple[Run, ...] = ()
     blend: float = 0.0
     stored: _core.Stored = field(default_factory=_core.Stored)
     _drawing: Drawing | None = field(default=None, init=False, compare=False)
+
+    STATE_VERSION: ClassVar[int] = 2
 
     @property
     def given(self) -> bool:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from ..errors import ArgumentError, ShadowlabError
 from ..text import shown
 from ..text.checks import whole
-from .candidates import Plan
+from .candidates import BudgetPlan
 from .predict import predict as ours
 from .thresholds import BASELINE
 from .tried import Untried
@@ -73,8 +73,8 @@ def checked_predict(predict: Predict | None, drawn: object) -> int:
 
 
 def shortlisted(
-    plans: Sequence[Plan], views: Sequence[LabelledView], predict: Predict | None, drawn: int
-) -> tuple[list[Plan], list[Untried]]:
+    plans: Sequence[BudgetPlan], views: Sequence[LabelledView], predict: Predict | None, drawn: int
+) -> tuple[list[BudgetPlan], list[Untried]]:
     """The plans that are drawn, in their order, and the others with what was predicted of them."""
     if predict is None:
         return list(plans), []
@@ -96,7 +96,7 @@ def shortlisted(
     return [plan for i, plan in enumerate(plans) if i in kept], [left[i] for i in sorted(left)]
 
 
-def predicted(plan: Plan, views: Sequence[LabelledView], predict: Predict) -> float | None:
+def predicted(plan: BudgetPlan, views: Sequence[LabelledView], predict: Predict) -> float | None:
     """The predicted wrong pixels of a plan over all views; None where there is no map, or no prediction."""
     if not plan.side or any(failure for _, failure in plan.of_views):
         return None

@@ -3,6 +3,7 @@
 ```
     Steps       work of several steps that Python counts      a call of the core within a step moves the bar on, too
     waiting     one call of the core outside of all steps     the extension asks for it (src/python/convert.rs)
+    Deadline    a limit of time                               calls of the core within end where they report beyond it
 ```
 Nothing shows of work that is over within a second, nor where standard error is neither a terminal nor a notebook's,
 unless somebody asks for it. Bars are gone when the work ends, however it ends.
@@ -13,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import signal
 import sys
 import threading
 import time
@@ -30,7 +32,7 @@ UNKNOWN_SIZE = (80, 24)
 FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} so far, {remaining} left"
 FORMAT_OF_UNKNOWN = "{desc}: {elapsed} so far"
 
-# The steps that each thread is within, the innermost last.
+# The steps and limits of time that each thread is within, the innermost last.
 _within = threading.local()
 
 
@@ -136,6 +138,78 @@ def steps_of_call(steps: int, progress: object) -> Steps:
     return Steps(steps, asked is not False, anywhere=asked is True)
 
 
+class OutOfTimeError(Exception):
+    """Work that took longer than it may. No error of the package, so that nothing takes it for a refusal."""
+
+
+class Deadline:
+    """A limit of time for the work of this thread within, as a context.
+
+    Calls of the core end where they report that they go on beyond it, within a tenth of a second. What else there is
+    ends on the main thread of systems with timers, where the program has no alarm of its own; elsewhere the work is
+    found late when it is over.
+
+    Parameters
+    ----------
+    seconds : float or None
+        None for no limit.
+
+    Raises
+    ------
+    OutOfTimeError
+        From within, or at the end.
+    """
+
+    def __init__(self, seconds: float | None):
+        self._seconds = seconds
+        self._end = math.inf
+        self._outer: Steps | Deadline | None = None
+        self._alarm = False
+
+    def __enter__(self) -> None:
+        if self._seconds is None:
+            return
+        self._end = time.monotonic() + self._seconds
+        within = _all_within()
+        self._outer = within[-1] if within else None
+        within.append(self)
+        if threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer"):
+            self._alarm = signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
+        if self._alarm:
+            signal.signal(signal.SIGALRM, self._raise)
+            signal.setitimer(signal.ITIMER_REAL, self._seconds)
+
+    def tell(self, done: int, total: int) -> None:
+        """Passes on how much is done, in time."""
+        self.check()
+        if self._outer is not None:
+            self._outer.tell(done, total)
+
+    def check(self) -> None:
+        """Raises beyond the limit.
+
+        Raises
+        ------
+        OutOfTimeError
+        """
+        if time.monotonic() >= self._end:
+            self._raise()
+
+    def _raise(self, *_: object) -> None:
+        raise OutOfTimeError(f"took longer than the timeout of {self._seconds:g} s")
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._seconds is None:
+            return
+        if self._alarm:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        if self in (within := _all_within()):
+            within.remove(self)
+        if kind is None:
+            self.check()
+
+
 class Waiting:
     """The progress of one call of the core, which reports to it while it works and closes it afterwards."""
 
@@ -161,8 +235,8 @@ def waiting() -> Waiting:
     return Waiting()
 
 
-def _all_within() -> list[Steps]:
-    found: list[Steps] | None = getattr(_within, "steps", None)
+def _all_within() -> list[Steps | Deadline]:
+    found: list[Steps | Deadline] | None = getattr(_within, "steps", None)
     if found is None:
         found = _within.steps = []
     return found

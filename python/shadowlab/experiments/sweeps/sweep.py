@@ -1,0 +1,137 @@
+"""`sl.sweep`: techniques in views, measured, as one table; a loop over `evaluate`, wherever that runs.
+
+```
+    space --plan--> rows --store--> those that are missing --groups by view, largest first--> run --> table
+                                                            in_process | workers | executors
+```
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ... import _core
+from ...errors import ArgumentError
+from ...text import shown
+from ...text.arrays import checked_number
+from ...text.checked import a_count, a_flag
+from ...text.progress import Steps
+from .collected import Collected
+from .in_process import run_here
+from .plan import SWEPT_METRICS, plan_of
+from .work import Task
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ...types import RendererArgument, RendererLike, Size
+
+# More than machines have cores.
+MOST_WORKERS = 1024
+# A year.
+LONGEST_RUN_S = 3.2e7
+
+
+def sweep(
+    space: object,
+    *,
+    size: Size | None = None,
+    store: object = None,
+    executor: object = None,
+    workers: int | None = None,
+    metrics: object = SWEPT_METRICS,
+    progress: bool = True,
+    timeout: float | None = None,
+    renderer: RendererArgument = None,
+) -> pd.DataFrame:
+    """Techniques in views, measured: one row per run, whatever fails.
+
+    Parameters
+    ----------
+    space : dict, or sequence of dict
+        A dict of key to value or list of values is their full product; a list of dicts is rows as they are;
+        `sl.random` draws some from a space. Keys: "scene" (a Scene, "@robots" of the library, a file), "camera" (a
+        Camera, the name of one of the scene's, "own" for that of a library scene, or one of the views "along", "above"
+        and "against"), "light" (a light, several together as a tuple, a name as for cameras, or a direction
+        "0.3,-1,0.1"), "technique" (as `sl.technique` takes it; "all" for each with its defaults), "technique.setting"
+        such as "lispsm.near" (or literally "technique.near" for all that have it), "resolution" (texels along each
+        side, 1024) or "memory" (bytes, "4 MiB"), "bias", "filter", "stored" and "blend" as of `sl.evaluate`. A dict of
+        label to value names scenes, cameras, lights and techniques. Views that are left out are the scene's own or
+        "along". A setting that a technique does not have drops out for it, and is said in `notes`.
+    size : int, (int, int), optional
+        Width and height of all pictures, pixels. About 1024 * 1024 of the camera's aspect where none is given.
+    store : path or Store, optional
+        Rows are written to it as they are done, and not computed again where they are there.
+    executor : optional
+        Where the runs are carried out: any `concurrent.futures.Executor`, a Dask `Client`, or a `joblib.Parallel`.
+    workers : int, optional
+        So many processes of their own, which share the cores. Without either, runs are in this process.
+    metrics : str, callable, or sequence of them
+        Names as of `sl.evaluate`, and functions ``f(run)`` that give a number or a dict of numbers. What they raise is
+        the failure of the row.
+    progress : bool
+        Whether to show a progress bar, on terminals and in notebooks.
+    timeout : float, optional
+        Seconds after which a run is a failure.
+    renderer : Renderer or str, optional
+        As of `sl.evaluate`.
+
+    Returns
+    -------
+    DataFrame
+        Columns as of docs/columns.md, with one per setting and per number of a function. `failure` and `failure_type`
+        are empty where there are numbers. `attrs` has versions, the machine, the adapter, and what was swept. Equal
+        for any executor, number of workers and order, times aside.
+
+    Raises
+    ------
+    ArgumentError
+        For a space, a value or an argument of another kind, and what cannot be sent to other processes.
+    UnknownNameError
+        For a key, scene, camera, light, technique, setting, metric, filter or renderer that does not exist.
+    LoadError
+        For a scene's file that cannot be read.
+    WorkerError
+        Where workers cannot be started.
+
+    Examples
+    --------
+    >>> import shadowlab as sl
+    >>> space = {"scene": "@robots", "technique": ["uniform", "lispsm"], "lispsm.near": [1, 2], "resolution": 128}
+    >>> df = sl.sweep(space, size=(160, 90), renderer="cpu")
+    >>> df[["technique", "lispsm.near", "misclassified"]].shape, set(df["failure"])
+    ((3, 3), {''})
+    """
+    a_flag("progress", progress)
+    limit = checked_timeout(timeout)
+    count = None if workers is None else a_count(1, MOST_WORKERS)("workers", workers)
+    if count is not None and executor is not None:
+        raise ArgumentError("workers: expected none beside an executor, got both; the executor has its own")
+    plan = plan_of(space, size=size, metrics=metrics, renderer=renderer)
+    task = Task(plan.metrics, plan.functions, sendable(plan.renderer), limit)
+    collected = Collected(plan)
+    run = run_here
+    with Steps(len(collected.missing()), progress) as step:
+        run(plan.groups(collected.missing()), task, collected.add, step)
+    return collected.table()
+
+
+def sendable(renderer: RendererLike) -> RendererLike | str:
+    """The renderer as every process makes its own: the package's by the name of its backend."""
+    return renderer.backend if isinstance(renderer, _core.Renderer) else renderer
+
+
+def checked_timeout(timeout: object) -> float | None:
+    """The limit of a run, seconds.
+
+    Raises
+    ------
+    ArgumentError
+        For anything but a number above 0.
+    """
+    if timeout is None:
+        return None
+    found = checked_number("timeout", timeout, "try 60", "seconds above 0")
+    if not 0 < found <= LONGEST_RUN_S:
+        raise ArgumentError(f"timeout: expected seconds above 0, got {shown(timeout)}; try 60")
+    return found

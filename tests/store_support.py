@@ -24,24 +24,29 @@ def key_of(i: int) -> str:
     return f"{i * 2654435761 % (1 << 32):08x}"
 
 
-def fill(path: str | Path, rows: int) -> int:
-    """Makes what is missing; returns how many rows that were."""
+def fill(path: str | Path, rows: int, told: int | None = None) -> int:
+    """Makes what is missing, with a byte to the pipe `told` after each row; returns how many rows that were."""
     keys = {key_of(i): i for i in range(rows)}
     with sl.Store(path) as store:
         missing = store.missing(keys)
         for key in missing:
             store.put(key, {"failure": "in flight"}, done=False)
             store.put(key, row_of(keys[key]))
+            if told is not None:
+                os.write(told, b".")
     return len(missing)
 
 
-def filling(path: Path, rows: int) -> int:
-    """A process that fills it; its number."""
+def filling(path: Path, rows: int) -> tuple[int, int]:
+    """A process that fills it: its number, and a pipe that tells with a byte of each row that is done."""
+    told_here, told_there = os.pipe()
     child = os.fork()
     if child == 0:
         try:
-            fill(str(path), rows)
+            os.close(told_here)
+            fill(str(path), rows, told_there)
         except BaseException:  # noqa: BLE001 - nothing of the tests may go on in here
             os._exit(1)
         os._exit(0)
-    return child
+    os.close(told_there)
+    return child, told_here

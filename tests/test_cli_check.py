@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.cli.check_config import OF_PATHS, OF_VIEWS, Bound
+from shadowlab.cli.check_config import OF_PATHS, BOUNDS_OF_VIEWS, Bound
 from shadowlab.cli.check_path import CameraPath
 from shadowlab.cli.check_run import value_of_bound
 from shadowlab.experiments.columns import COLUMNS
@@ -184,7 +184,7 @@ def test_a_mistake_is_one_line_with_file_line_and_key(check, name):
 
 
 def test_every_bounded_column_is_in_the_vocabulary_and_has_numbers():
-    assert all(COLUMNS[name].dtype in ("Int64", "float64") for name in (*OF_VIEWS, *OF_PATHS))
+    assert all(COLUMNS[name].dtype in ("Int64", "float64") for name in (*BOUNDS_OF_VIEWS, *OF_PATHS))
 
 
 def test_of_a_path_the_worst_step_counts_and_what_is_missing_does_not_hold():

@@ -18,8 +18,9 @@ import shadowlab as sl
 
 #: How often writers are killed.
 KILLS = int(os.environ.get("SHADOWLAB_STORE_KILLS", "10"))
-#: Rows of the work, so many that it is not done before the last kill; and seconds up to which a writer lives.
-ROWS, LONGEST_LIFE = 40 * KILLS, 0.1
+#: Rows of the work, so many that it is not done before the last kill.
+#: Rows up to which a writer lives, and seconds after.
+ROWS, LONGEST_LIFE, LONGEST_REST = 40 * KILLS, 20, 0.01
 
 
 def whole(path: Path) -> bool:
@@ -49,10 +50,13 @@ def test_killed_writers_lose_the_runs_in_flight_alone(tmp_path, writers):
     keys, grew, done = [key_of(i) for i in range(ROWS)], 0, 0
     for _ in range(KILLS):
         work = [filling(path, ROWS) for _ in range(writers)]
-        time.sleep(chance.random() * LONGEST_LIFE)
-        for one in work:
-            os.kill(one, signal.SIGKILL)
-        ends = {os.waitstatus_to_exitcode(os.waitpid(one, 0)[1]) for one in work}
+        for _ in range(chance.randrange(LONGEST_LIFE)):
+            os.read(work[0][1], 1)
+        time.sleep(chance.random() * LONGEST_REST)
+        for child, told in work:
+            os.kill(child, signal.SIGKILL)
+            os.close(told)
+        ends = {os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child, _ in work}
         assert ends <= {-signal.SIGKILL, 0}, "a writer failed for another reason"
         assert whole(path)
         with sl.Store(path) as store:

@@ -19,10 +19,10 @@ from .config import Table
 from .config_view import KEYS_OF_VIEW, holder, view_of_config
 
 DEFAULT_RESOLUTION = 1024
-KEYS = ("name", *KEYS_OF_VIEW, "technique", "resolution", "phases", "path", "bounds")
-EXAMPLE = "share = { max = 0.02 }"
+KEYS_OF_CHECK = ("name", *KEYS_OF_VIEW, "technique", "resolution", "phases", "path", "bounds")
+EXAMPLE_OF_BOUND = "share = { max = 0.02 }"
 # Columns of one view that bounds may be set on, and those of a camera path.
-OF_VIEWS = ("maps", "bytes", *MEASURED)
+BOUNDS_OF_VIEWS = ("maps", "bytes", *MEASURED)
 OF_PATHS = tuple(name for name in TABLES["temporal"] if COLUMNS[name].dtype in ("float64", "Int64") and name != "frame")
 
 
@@ -95,10 +95,10 @@ def checks_of(top: Table) -> list[Gate]:
     ArgumentError
         For a key that does not exist, a value that does not fit, or a check without techniques or bounds.
     """
-    top.only((*KEYS, "check"))
+    top.only((*KEYS_OF_CHECK, "check"))
     tables = top.tables("check")
     for table in tables:
-        table.only(KEYS)
+        table.only(KEYS_OF_CHECK)
     if tables and "name" in top:
         raise top.wrong("name", "expected no name at the top beside [[check]], got one; name each check")
     checks = [one_check([table, top], i) for i, table in enumerate(tables, 1)] or [one_check([top], 1)]
@@ -156,7 +156,7 @@ def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> 
         of_bounds = table.table("bounds", "{ share = { max = 0.02 } }")
         if of_bounds is None:
             continue
-        of_bounds.only((*OF_VIEWS, *OF_PATHS))
+        of_bounds.only((*BOUNDS_OF_VIEWS, *OF_PATHS))
         for column in of_bounds.values:
             bound = bound_of(of_bounds, column)
             found.setdefault(bound.column, bound)
@@ -176,7 +176,7 @@ def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> 
             fix = 'say it in the technique, "lispsm:stored=back,mix=0.1"'
             raise of_key.wrong(key, f"expected none beside a bound on {along[0]}, got one; {fix}")
     if not found:
-        raise own.wrong("bounds", f"expected at least one bound, got none; try {EXAMPLE}")
+        raise own.wrong("bounds", f"expected at least one bound, got none; try {EXAMPLE_OF_BOUND}")
     return tuple(found.values())
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .. import _core
 from ..text import digits, share_text
 from .check_config import OF_PATHS, Bound, Gate
-from .check_path import item_of
+from .check_path import item_of_check
 from .command import Options
 from .options import lookup_given, size_given
 from .view import load_part, load_view
@@ -109,7 +109,7 @@ def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLik
         if options.backend not in renderers:
             renderers[options.backend] = _core.Renderer(options.backend)
         cameras = [camera] if check.path is None else check.path.cameras(camera, options.up or "y")
-        items = {text: item_of(text, cameras, check.path) for text in check.techniques}
+        items = {text: item_of_check(text, cameras, check.path) for text in check.techniques}
     for text, item in items.items():
         begun = time.perf_counter()
         values, failure = columns_of_view(check, view, text, item, read, renderers[options.backend])

@@ -117,7 +117,7 @@ def opened_to_write(path: Path, journal: Journal | None) -> sqlite3.Connection:
         raise problem(path, "disk", what)
     connection = patiently(path, lambda: connected(path, "rwc"))
     try:
-        new = patiently(path, lambda: is_empty(path, connection))
+        new = patiently(path, lambda: has_no_tables(path, connection))
         wanted: Journal | None = journal or ("delete" if network else "wal" if new else None)
         has = patiently(path, lambda: set_journal(connection, wanted))
         # A commit to the log waits for no disk. Without a log only a full wait keeps the file whole in a power cut.
@@ -143,13 +143,13 @@ def opened_to_read(path: Path) -> sqlite3.Connection:
     log = path.with_name(f"{path.name}-wal")
     try:
         connection = connected(path, "ro")
-        new = patiently(path, lambda: is_empty(path, connection))
+        new = patiently(path, lambda: has_no_tables(path, connection))
     except StoreError as error:
         # WAL needs a file beside the store; without a log there is nothing in it that could change the rows.
         if error.problem not in ("missing", "read_only") or log.exists():
             raise
         connection = connected(path, "ro", immutable=True)
-        new = patiently(path, lambda: is_empty(path, connection))
+        new = patiently(path, lambda: has_no_tables(path, connection))
     if new:
         connection.close()
         raise problem(path, "missing", "it holds no runs; give the path that `sl.sweep(..., store=path)` was given")
@@ -183,7 +183,7 @@ def check_place(path: Path, missing: bool) -> None:
     raise problem(path, "missing", f"{what}; give the path of a file, in a folder that is there")
 
 
-def is_empty(path: Path, connection: sqlite3.Connection) -> bool:
+def has_no_tables(path: Path, connection: sqlite3.Connection) -> bool:
     """Whether a file has no tables yet; raises for one that is no store of a version that is known.
 
     Raises
@@ -218,7 +218,7 @@ def make_tables(path: Path, connection: sqlite3.Connection) -> None:
     """Makes a store of an empty file, unless another process did so meanwhile."""
     connection.execute("begin immediate")
     try:
-        if is_empty(path, connection):
+        if has_no_tables(path, connection):
             for statement in SCHEMA.split(";"):
                 connection.execute(statement)
             connection.execute(f"pragma application_id = {APPLICATION}")

@@ -86,7 +86,7 @@ def drawing_of(key: str, value: object) -> Callable[[np.random.Generator], objec
         return interval_of(key, value)
     if is_function(value):
         made = cast("Callable[[np.random.Generator], object]", value)
-        return lambda rng: called(key, made, rng)
+        return lambda rng: drawn_by(key, made, rng)
     choices = alternatives(key, value)
     if not choices:
         raise ArgumentError(f"space: expected at least one value for {key!r}, got none; leave the key out")
@@ -103,7 +103,7 @@ def as_given(one: Named) -> object:
     return one.value if one.label is None else {one.label: one.value}
 
 
-def called(key: str, make: Callable[[np.random.Generator], object], rng: np.random.Generator) -> object:
+def drawn_by(key: str, make: Callable[[np.random.Generator], object], rng: np.random.Generator) -> object:
     """What a callable draws."""
     try:
         return make(rng)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ...types import Item, TechniqueLike
 
 #: What stands for a setting in a table: plain values as they are, others as their texts.
-Cell = bool | int | float | str
+SettingCell = bool | int | float | str
 
 
 def owner_of(named: Named) -> str:
@@ -113,7 +113,7 @@ def with_settings(item: Item, settings: Mapping[str, Any]) -> Item:
     return variant(item, read)
 
 
-def cell_of(value: object) -> Cell:
+def cell_of(value: object) -> SettingCell:
     """What a table shows of the value of a setting."""
     if hasattr(value, "item") and hasattr(value, "dtype") and getattr(value, "ndim", None) == 0:
         value = cast("Any", value).item()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.cli.check_config import OF_PATHS, BOUNDS_OF_VIEWS, Bound
+from shadowlab.cli.check_config import BOUNDS_OF_VIEWS, OF_PATHS, Bound
 from shadowlab.cli.check_path import CameraPath
 from shadowlab.cli.check_run import value_of_bound
 from shadowlab.experiments.columns import COLUMNS

@@ -52,6 +52,10 @@ class DeviceError(ShadowlabError, RuntimeError):
     """No graphics adapter, or one that failed."""
 
 
+class WorkerError(ShadowlabError, RuntimeError):
+    """A process that works for another one: it cannot be started, or it ended before its work was done."""
+
+
 class StateError(ShadowlabError, ValueError):
     """A pickle that is damaged or was written by a newer version, or an object that cannot be pickled."""
 

@@ -78,7 +78,8 @@ def estimate(plan: Plan, timed: int = 3) -> Estimate:
         run_s, run_cost, view_s, view_cost = 0.0, 0.0, 0.0, 0.0
         for view in dict.fromkeys(runs[i][0] for i in chosen):
             start = time.perf_counter()
-            prepare(plan.views[view].view, task, [runs[i][1] for i in chosen])
+            for request in (runs[i][1] for i in chosen if runs[i][0] == view):
+                prepare(plan.views[view].view, task, request)
             view_s, view_cost = view_s + time.perf_counter() - start, view_cost + of_views[view]
         for i in chosen:
             view, request = runs[i]

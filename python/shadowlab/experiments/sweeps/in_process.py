@@ -12,9 +12,9 @@ def run_here(
 ) -> None:
     """Adds the answer of every run; `step` is called before each with what it is."""
     for i, group in enumerate(groups):
-        prepare(group.view, task, group.requests)
         for request in group.requests:
             step(f"{group.view.label}, {request.label}")
+            prepare(group.view, task, request)
             add(answer_to(group.view, request, task))
         if i + 1 < len(groups):
             # Pictures of views that are done would only take room.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from ... import _core
 from ...errors import UnknownNameError
@@ -21,6 +21,8 @@ from .space import Named, RawRow, is_direction
 
 if TYPE_CHECKING:
     from ...types import Light, Size
+
+T = TypeVar("T")
 
 #: The camera or the light that a scene of the library brings.
 OWN = "own"
@@ -111,24 +113,30 @@ class _Makers:
         scenes = apart(
             [label or Source.of_scene(scene).name for label, scene in zip(self.labels, self.scenes, strict=True)]
         )
-        cameras = camera_labels([camera for _, camera, _ in parts])
-        ways = {light: scene for scene, _, light in reversed(parts)}
-
-        def of_light(light: tuple[str, Light | tuple[Light, ...]]) -> str:
-            label, lights = light
-            if label or isinstance(lights, tuple):
-                return label or f"{len(cast('tuple[Light, ...]', lights))} lights"
-            return light_label(light_way(self.scenes[ways[light]], lights), lights, None)
-
-        distinct = list(dict.fromkeys(light for _, _, light in parts))
-        lights = dict(zip(distinct, apart([of_light(light) for light in distinct]), strict=True))
+        cameras = [(scene, camera) for scene, camera, _ in parts]
+        lights = [(scene, light) for scene, _, light in parts]
+        bare_cameras = list(dict.fromkeys(camera for _, camera in cameras if not camera[0]))
+        alone = len(set(cameras)) == 1
+        of_camera = labels_in_scenes(
+            cameras, ["camera" if alone else f"camera {i + 1}" for i in range(len(bare_cameras))]
+        )
+        first = {light: scene for scene, light in reversed(lights) if not light[0]}
+        bare_lights = dict.fromkeys(light for _, light in lights if not light[0])
+        of_light = labels_in_scenes(lights, [self._light_label(first[light], light[1]) for light in bare_lights])
         found, labels = [], []
         for scene, camera, light in parts:
-            both = dict.fromkeys((cameras[camera], lights[light]))
-            view = View(self.scenes[scene], camera[1], light[1], picture_of(self.size, camera[1]), ", ".join(both))
-            found.append(LabelledView(view, cameras[camera], lights[light]))
+            names = of_camera[scene, camera], of_light[scene, light]
+            label = ", ".join(dict.fromkeys(names))
+            view = View(self.scenes[scene], camera[1], light[1], picture_of(self.size, camera[1]), label)
+            found.append(LabelledView(view, *names))
             labels.append(scenes[scene])
         return found, labels
+
+    def _light_label(self, place: int, light: Light | tuple[Light, ...]) -> str:
+        """What a light without a label is called."""
+        if isinstance(light, tuple):
+            return f"{len(light)} lights"
+        return light_label(light_way(self.scenes[place], light), light, None)
 
     def _default(self, place: int) -> str:
         return OWN if isinstance(self.scenes[place], library.LibraryScene) else VIEWS[0]
@@ -155,12 +163,22 @@ class _Makers:
         return self._chosen[place]
 
 
-def camera_labels(cameras: list[tuple[str, _core.Camera]]) -> dict[tuple[str, _core.Camera], str]:
-    """A label of each distinct camera; those without one are counted."""
-    distinct = list(dict.fromkeys(cameras))
-    bare = [one for one in distinct if not one[0]]
-    numbers = {one: "camera" if len(distinct) == 1 else f"camera {i + 1}" for i, one in enumerate(bare)}
-    return dict(zip(distinct, apart([one[0] or numbers[one] for one in distinct]), strict=True))
+def labels_in_scenes(
+    values: Sequence[tuple[int, tuple[str, T]]], of_bare: Sequence[str]
+) -> dict[tuple[int, tuple[str, T]], str]:
+    """A label of each (scene, (label or empty, value)), no two the same in a scene.
+
+    Values without a label get those of `of_bare`, in their order, in all scenes alike.
+    """
+    bare = dict(zip(dict.fromkeys(one for _, one in values if not one[0]), apart(list(of_bare)), strict=True))
+    found: dict[tuple[int, tuple[str, T]], str] = {}
+    of_scenes: dict[int, list[tuple[str, T]]] = {}
+    for scene, one in dict.fromkeys(values):
+        of_scenes.setdefault(scene, []).append(one)
+    for scene, here in of_scenes.items():
+        names = apart([one[0] or bare[one] for one in here])
+        found |= {(scene, one): name for one, name in zip(here, names, strict=True)}
+    return found
 
 
 def scene_of_text(text: str) -> Scene:

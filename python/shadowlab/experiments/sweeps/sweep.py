@@ -8,6 +8,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ... import _core
@@ -18,8 +20,9 @@ from ...text.checked import a_count, a_flag
 from ...text.progress import Steps
 from .collected import Collected
 from .in_process import run_here
-from .plan import SWEPT_METRICS, plan_of
-from .work import Task
+from .plan import SWEPT_METRICS, Plan, plan_of
+from .work import Answer, Task
+from .workers import run_in_workers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,12 +111,28 @@ def sweep(
     if count is not None and executor is not None:
         raise ArgumentError("workers: expected none beside an executor, got both; the executor has its own")
     plan = plan_of(space, size=size, metrics=metrics, renderer=renderer)
-    task = Task(plan.metrics, plan.functions, sendable(plan.renderer), limit)
+    task = Task(plan.metrics, plan.functions, plan.renderer, limit)
     collected = Collected(plan)
-    run = run_here
-    with Steps(len(collected.missing()), progress) as step:
-        run(plan.groups(collected.missing()), task, collected.add, step)
+    groups = plan.groups(collected.missing())
+    runs = sum(len(group.requests) for group in groups)
+    with Steps(runs, progress) as step:
+        if count is None:
+            run_here(groups, task, collected.add, step)
+        else:
+            sent = replace(task, renderer=sendable(plan.renderer))
+            run_in_workers(groups, sent, told(collected, plan, step), count)
     return collected.table()
+
+
+def told(collected: Collected, plan: Plan, step: Callable[[str], None]) -> Callable[[Answer], None]:
+    """What takes up an answer from elsewhere and moves the bar on."""
+
+    def add(answer: Answer) -> None:
+        cells = plan.rows[answer.place].cells
+        collected.add(answer)
+        step(f"{cells['view']}, {cells['technique']}")
+
+    return add
 
 
 def sendable(renderer: RendererLike) -> RendererLike | str:

@@ -12,15 +12,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from ...errors import ArgumentError, DeviceError, LoadError, ShadowlabError
 from ...scene.view import View
 from ...techniques.kinds import is_parameterization
 from ...text import reason_of
+from ...text.checks import renderer_of
 from ...text.progress import Deadline, OutOfTimeError
 from ..candidates import FIRST_TEXELS, attempt
 from ..evaluate import evaluate, fitted
@@ -95,6 +96,10 @@ class Task:
     renderer: RendererLike | str
     timeout: float | None = None
 
+    def here(self) -> Task:
+        """The same with a renderer of this process."""
+        return replace(self, renderer=renderer_of(self.renderer))
+
 
 @dataclass(frozen=True, eq=False)
 class Answer:
@@ -115,8 +120,8 @@ class Answer:
     settled: bool = True
 
 
-def prepare(view: View, task: Task, requests: Sequence[Request]) -> None:
-    """Makes what all runs in a view share, so that its time counts for none of them."""
+def prepare(view: View, task: Task, request: Request) -> None:
+    """Makes what the run shares with others in its view, if it is not there, so that its time counts for none."""
     renderer = cast("RendererLike", task.renderer)
     # What goes wrong here goes wrong in each run, too, and is told there.
     with suppress(Exception):
@@ -124,7 +129,7 @@ def prepare(view: View, task: Task, requests: Sequence[Request]) -> None:
             view.gbuffer(renderer)
         if TRACED_METRICS & set(task.metrics):
             view.truth()
-        if any(getattr(request.item, "needs_samples", False) for request in requests):
+        if getattr(request.item, "needs_samples", False):
             view.samples(renderer=renderer)
 
 
@@ -159,16 +164,17 @@ def row_of(view: View, request: Request, task: Task) -> tuple[dict[str, Any], bo
     )  # fmt: skip
     row = {**run.row(), "failure_type": run.failure_type}
     settled = run.failure_type not in {kind.__name__ for kind in PASSING}
+    numbers: dict[str, Plain] = {}
     for name, function in () if run.failure else task.functions:
         try:
-            row |= numbers_from(name, function, run)
+            numbers |= numbers_from(name, function, run)
         except OutOfTimeError:
             raise
         except Exception as error:  # noqa: BLE001 - metrics of callers raise what they like
             blank = {key: value for key, value in row.items() if key not in run.numbers}
             text = f"metric {name}: {reason_of(error)}"
             return {**blank, "failure_type": type(error).__name__, "failure": text}, False
-    return row, settled
+    return row | numbers, settled
 
 
 def side_for(view: View, request: Request, task: Task) -> int:
@@ -179,8 +185,6 @@ def side_for(view: View, request: Request, task: Task) -> int:
     ArgumentError
         Where not even the smallest do.
     """
-    from ...text.checks import renderer_of
-
     memory = request.memory or 0
     renderer = renderer_of(task.renderer)
 

@@ -1,0 +1,107 @@
+"""A process that works for a sweep: reads runs from its standard input and writes answers to its standard output.
+
+```
+    <- ("start", sys.path, threads, task)     -> ("ready",) or ("broken", why)
+    <- ("scene", hash, file)
+    <- ("view", view)                         the view of the runs that follow
+    <- ("run", place, run)                    -> ("begun", place), ("answer", Answer)
+```
+It never runs the main module of the program that started it, and ends with it, in the middle of a run if need be.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from ... import _core
+from ...scene.view import View
+from ...text import reason_of
+from .messages import receive, send
+from .parcels import HELD, SentView, loaded, request_from
+from .work import Answer, Task, answer_to, failed, prepare
+
+
+def work() -> None:
+    """Works until its input ends."""
+    source, sink = own_pipes()
+    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=listen, args=(source, messages), daemon=True).start()
+    _, path, threads, data = messages.get()
+    sys.path[:] = path
+    try:
+        _core.set_threads(threads)
+        task: Task = loaded(data).here()
+    except Exception as error:  # noqa: BLE001 - what callers sent may fail in any way
+        send(sink, ("broken", f"{type(error).__name__}: {reason_of(error)}"))
+        return
+    send(sink, ("ready",))
+    desk = Desk(task, sink)
+    while True:
+        kind, *parts = messages.get()
+        getattr(desk, kind)(*parts)
+
+
+class Desk:
+    """What a worker has before it: the task, and the view of its runs."""
+
+    def __init__(self, task: Task, sink: BinaryIO):
+        self.task, self.sink = task, sink
+        self._view: View | None = None
+
+    def scene(self, scene: str, file: str) -> None:
+        """Takes up a scene."""
+        if HELD.get(scene) is None:
+            HELD.put(scene, Path(file).read_bytes())
+
+    def view(self, sent: SentView) -> None:
+        """Turns to a view; pictures of the one before would only take room."""
+        scene = HELD.get(sent.scene)
+        if scene is None:
+            raise RuntimeError("a view came before its scene")
+        if self._view is not None:
+            self._view.clear()
+        self._view = sent.view(scene)
+
+    def run(self, place: int, data: bytes) -> None:
+        """Answers a run."""
+        send(self.sink, ("answer", self._answer(place, data)))
+
+    def _answer(self, place: int, data: bytes) -> Answer:
+        if self._view is None:
+            raise RuntimeError("a run came before its view")
+        try:
+            request = request_from(data)
+            prepare(self._view, self.task, request)
+        except Exception as error:  # noqa: BLE001 - what callers sent may fail in any way
+            return failed(place, type(error).__name__, f"cannot be read here: {reason_of(error)}", settled=False)
+        send(self.sink, ("begun", place))
+        return answer_to(self._view, request, self.task)
+
+
+def listen(source: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
+    """Passes messages on; where there will be no more, nobody waits for an answer."""
+    try:
+        while True:
+            messages.put(receive(source))
+    except (EOFError, OSError):
+        os._exit(0)
+
+
+def own_pipes() -> tuple[BinaryIO, BinaryIO]:
+    """The input and output for messages alone; what metrics print goes to standard error."""
+    source, sink = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    os.dup2(2, 1)
+    if sys.platform == "win32":
+        import msvcrt
+
+        for descriptor in (source, sink):
+            msvcrt.setmode(descriptor, os.O_BINARY)
+    return os.fdopen(source, "rb"), os.fdopen(sink, "wb")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shadowlab as sl
-from shadowlab.cli.check_config import BOUNDS_OF_VIEWS, OF_PATHS, Bound
+from shadowlab.cli.check_config import PATH_COLUMNS, VIEW_COLUMNS, Bound
 from shadowlab.cli.check_path import CameraPath
 from shadowlab.cli.check_run import value_of_bound
 from shadowlab.experiments.columns import COLUMNS
@@ -69,7 +69,7 @@ def test_a_broken_bound_is_exit_status_1_and_the_values_are_those_of_evaluate(ch
     assert (status, err) == (0, "")
     status, out, err = check(text % (wrong - 1), "--junit", "x.xml")
     assert (status, err) == (1, "")
-    said = f"misclassified: expected at most {wrong - 1} px, got {wrong}"
+    said = f"misclassified: expected at most {wrong - 1} px, got {wrong} px"
     assert f"@robots, uniform at 64²: {said}\n" in out
     assert "1 of 2 bounds broken" in out
     failures = ElementTree.parse("x.xml").findall("testsuite/testcase/failure")
@@ -92,7 +92,7 @@ def test_matrices_of_an_engine_are_held_like_the_technique_that_made_them(check,
     path = f"path = {{ frames = 3, step = [0.03, 0, 0.01], turn-deg = {turn} }}\nbounds.drift_max = {{ max = 0 }}\n"
     of_both = 'technique = ["uniform", "matrix:file=f{frame:02}.npy,convention=opengl"]\n'
     status, out, _ = check(f"{SMALL}{of_both}{path}")
-    got = [float(line.rpartition(" ")[2]) for line in out.splitlines() if ": drift_max: expected" in line]
+    got = [float(line.split()[-2]) for line in out.splitlines() if ": drift_max: expected" in line]
     assert status == 1
     np.testing.assert_allclose(got[1], got[0], rtol=1e-6)
     assert got[0] > 0.01
@@ -184,7 +184,7 @@ def test_a_mistake_is_one_line_with_file_line_and_key(check, name):
 
 
 def test_every_bounded_column_is_in_the_vocabulary_and_has_numbers():
-    assert all(COLUMNS[name].dtype in ("Int64", "float64") for name in (*BOUNDS_OF_VIEWS, *OF_PATHS))
+    assert all(COLUMNS[name].dtype in ("Int64", "float64") for name in (*VIEW_COLUMNS, *PATH_COLUMNS))
 
 
 def test_of_a_path_the_worst_step_counts_and_what_is_missing_does_not_hold():

@@ -14,7 +14,20 @@ from shadowlab import cli
 from shadowlab.cli.nearest import nearest_name, nearest_text
 from shadowlab.techniques.presets import PRESETS
 
-COMMANDS = ("compare", "advise", "explain", "experiment", "matrix", "diagnose", "techniques", "doctor", "completion")
+COMMANDS = (
+    "demo",
+    "sweep",
+    "check",
+    "compare",
+    "advise",
+    "explain",
+    "experiment",
+    "matrix",
+    "diagnose",
+    "techniques",
+    "doctor",
+    "completion",
+)
 
 
 def completed(line, shell="bash"):

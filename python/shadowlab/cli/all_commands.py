@@ -31,6 +31,12 @@ def _explain() -> click.Command:
     return EXPLAIN
 
 
+def _sweep() -> click.Command:
+    from .sweep import SWEEP
+
+    return SWEEP
+
+
 def _experiment() -> click.Command:
     from .experiment import EXPERIMENT
 
@@ -88,6 +94,7 @@ SHADOWLAB = Commands(
         "compare": ("techniques side by side, against traced truth", _compare),
         "advise": ("which technique is best at equal memory, and where that switches", _advise),
         "explain": ("why a pixel is wrong, and what would mend it", _explain),
+        "sweep": ("a space of scenes, views, techniques and settings, run by run", _sweep),
         "check": ("a gate for continuous integration: techniques or matrices against bounds", _check),
         "experiment": ("published experiments, made again", _experiment),
         "matrix": ("the matrix of a technique", _matrix),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..experiments.columns import COLUMNS, TABLES
 from ..experiments.metrics import FILLED, KNOWN_METRICS, MEASURED, Metric
@@ -19,11 +20,13 @@ from .config import Table
 from .config_view import KEYS_OF_VIEW, holder, view_of_config
 
 DEFAULT_RESOLUTION = 1024
-KEYS_OF_CHECK = ("name", *KEYS_OF_VIEW, "technique", "resolution", "phases", "path", "bounds")
-EXAMPLE_OF_BOUND = "share = { max = 0.02 }"
+CHECK_KEYS = ("name", *KEYS_OF_VIEW, "technique", "resolution", "phases", "path", "bounds")
+EXAMPLE_BOUND = "share = { max = 0.02 }"
 # Columns of one view that bounds may be set on, and those of a camera path.
-BOUNDS_OF_VIEWS = ("maps", "bytes", *MEASURED)
-OF_PATHS = tuple(name for name in TABLES["temporal"] if COLUMNS[name].dtype in ("float64", "Int64") and name != "frame")
+VIEW_COLUMNS = ("maps", "bytes", *MEASURED)
+PATH_COLUMNS = tuple(
+    name for name in TABLES["temporal"] if COLUMNS[name].dtype in ("float64", "Int64") and name != "frame"
+)
 
 
 @dataclass(frozen=True)
@@ -44,10 +47,13 @@ class Bound:
     @property
     def text(self) -> str:
         """The bound in words, with the column's unit."""
+        sides = [("at least", self.least), ("at most", self.most)]
+        return " and ".join(f"{word} {self.said(value)}" for word, value in sides if value is not None)
+
+    def said(self, value: float) -> str:
+        """A value of the column with its unit."""
         unit = COLUMNS[self.column].unit
-        sides = [f"at least {self.least:g}"] if self.least is not None else []
-        sides += [f"at most {self.most:g}"] if self.most is not None else []
-        return f"{' and '.join(sides)}{f' {unit}' if unit not in ('', 'share') else ''}"
+        return f"{100 * value:.6g} %" if unit == "share" else f"{value:.6g} {unit}".rstrip()
 
     def holds(self, value: float) -> bool:
         """Whether a value is within the bound."""
@@ -95,10 +101,10 @@ def checks_of(top: Table) -> list[Gate]:
     ArgumentError
         For a key that does not exist, a value that does not fit, or a check without techniques or bounds.
     """
-    top.only((*KEYS_OF_CHECK, "check"))
+    top.only((*CHECK_KEYS, "check"))
     tables = top.tables("check")
     for table in tables:
-        table.only(KEYS_OF_CHECK)
+        table.only(CHECK_KEYS)
     if tables and "name" in top:
         raise top.wrong("name", "expected no name at the top beside [[check]], got one; name each check")
     checks = [one_check([table, top], i) for i, table in enumerate(tables, 1)] or [one_check([top], 1)]
@@ -118,7 +124,8 @@ def one_check(tables: Sequence[Table], number: int) -> Gate:
     phases = of_phases.whole("phases", 1)
     techniques = techniques_of(tables, path)
     bounds = bounds_of(tables, path, phases)
-    label = f"{options.scene}, {number}" if own.place else options.scene
+    scene = options.scene if options.scene.startswith("@") else Path(options.scene).name
+    label = f"{scene}, {number}" if own.place else scene
     return Gate(
         own.text("name", "a name", label) or label,
         options,
@@ -156,19 +163,19 @@ def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> 
         of_bounds = table.table("bounds", "{ share = { max = 0.02 } }")
         if of_bounds is None:
             continue
-        of_bounds.only((*BOUNDS_OF_VIEWS, *OF_PATHS))
+        of_bounds.only((*VIEW_COLUMNS, *PATH_COLUMNS))
         for column in of_bounds.values:
             bound = bound_of(of_bounds, column)
             found.setdefault(bound.column, bound)
-            if bound.column in OF_PATHS and path is None:
+            if bound.column in PATH_COLUMNS and path is None:
                 raise of_bounds.wrong(column, f"expected a camera path beside it, got none; add path = {EXAMPLE_PATH}")
             if bound.column in ("misclassified_mean", "misclassified_sd", "phases") and phases < 2:
                 raise of_bounds.wrong(column, "expected phases of 2 or more beside it; add phases = 8")
     own = tables[0]
-    along = sorted(set(found) & set(OF_PATHS))
+    along = sorted(set(found) & set(PATH_COLUMNS))
     if "path" in own and not along:
         raise own.wrong(
-            "path", f"expected a bound on one of {', '.join(OF_PATHS)} beside it, got none; remove the path"
+            "path", f"expected a bound on one of {', '.join(PATH_COLUMNS)} beside it, got none; remove the path"
         )
     for key in ("stored", "blend"):
         of_key = holder(tables, key)
@@ -176,7 +183,7 @@ def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> 
             fix = 'say it in the technique, "lispsm:stored=back,mix=0.1"'
             raise of_key.wrong(key, f"expected none beside a bound on {along[0]}, got one; {fix}")
     if not found:
-        raise own.wrong("bounds", f"expected at least one bound, got none; try {EXAMPLE_OF_BOUND}")
+        raise own.wrong("bounds", f"expected at least one bound, got none; try {EXAMPLE_BOUND}")
     return tuple(found.values())
 
 

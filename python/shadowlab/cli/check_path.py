@@ -125,7 +125,7 @@ class MatricesOfFrames:
         return item if is_parameterization(item) else item.parameterize(scene, camera, light, resolution=resolution)
 
 
-def item_of_check(text: str, cameras: Sequence[Camera], path: CameraPath | None) -> Item:
+def item_of_frames(text: str, cameras: Sequence[Camera], path: CameraPath | None) -> Item:
     """The technique or matrices of a text; of a text with {frame} the matrices of all frames."""
     texts = texts_of_frames(text, path)
     return technique_of(text) if texts == [text] else MatricesOfFrames(texts, cameras)

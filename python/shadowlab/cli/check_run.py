@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from ..experiments.columns import COLUMNS
 from ..text import digits, share_text
-from .check_config import OF_PATHS, Bound, Gate
-from .check_path import item_of_check
+from .check_config import PATH_COLUMNS, Bound, Gate
+from .check_path import item_of_frames
 from .command import Options
 from .options import lookup_given, size_given
 from .view import load_part, load_view
@@ -61,7 +62,7 @@ class BoundOutcome:
         """The value as people read it."""
         if self.value is None:
             return "–"
-        if self.bound.column == "share":
+        if COLUMNS[self.bound.column].unit == "share":
             return share_text(self.value)
         return f"{self.value:,.0f}" if float(self.value).is_integer() else digits(self.value)
 
@@ -72,7 +73,9 @@ class BoundOutcome:
             return self.failure
         if self.value is None:
             return f"{self.bound.column}: expected {self.bound.text}, got no value: nothing of it was seen in this view"
-        return "" if self.holds else f"{self.bound.column}: expected {self.bound.text}, got {self.value:.6g}"
+        return (
+            "" if self.holds else f"{self.bound.column}: expected {self.bound.text}, got {self.bound.said(self.value)}"
+        )
 
 
 class Scenes:
@@ -109,11 +112,11 @@ def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLik
         if options.backend not in renderers:
             renderers[options.backend] = _core.Renderer(options.backend)
         cameras = [camera] if check.path is None else check.path.cameras(camera, options.up or "y")
-        items = {text: item_of_check(text, cameras, check.path) for text in check.techniques}
+        items = {text: item_of_frames(text, cameras, check.path) for text in check.techniques}
     for text, item in items.items():
         begun = time.perf_counter()
         values, failure = columns_of_view(check, view, text, item, read, renderers[options.backend])
-        if not failure and check.path is not None and any(bound.column in OF_PATHS for bound in check.bounds):
+        if not failure and check.path is not None and any(bound.column in PATH_COLUMNS for bound in check.bounds):
             of_path, failure = columns_of_path(check, view, cameras, text, item, read, renderers[options.backend])
             values = {**of_path, **values}
         seconds = (time.perf_counter() - begun) / len(check.bounds)
@@ -146,7 +149,7 @@ def columns_of_path(
         bias=read["bias"], filter=read["filter"],
     )  # fmt: skip
     failures = [failure for failure in found.table["failure"] if failure]
-    return {name: list(found.table[name]) for name in OF_PATHS}, failures[0] if failures else ""
+    return {name: list(found.table[name]) for name in PATH_COLUMNS}, failures[0] if failures else ""
 
 
 def value_of_bound(bound: Bound, values: Mapping[str, Any]) -> float | None:

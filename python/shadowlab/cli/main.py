@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             return complete(SHADOWLAB, COMPLETE, os.environ[COMPLETE])
         with one_line_warnings():
-            status = int(called(words))
+            status = int(result_of(words))
             sys.stdout.flush()
             return status
     except KeyboardInterrupt:
@@ -92,7 +92,7 @@ def explanation(error: Exception) -> str:
     return f"{type(error).__name__}: {error}; a defect in shadowlab: please report it with what --debug shows"
 
 
-def called(words: Sequence[str], instead: Callable[[Options], Any] | None = None) -> Any:
+def result_of(words: Sequence[str], instead: Callable[[Options], Any] | None = None) -> Any:
     """What the command of these words returns; what another function returns that takes its options instead.
 
     Raises
@@ -114,8 +114,8 @@ def called(words: Sequence[str], instead: Callable[[Options], Any] | None = None
 
 
 def given_options(words: Sequence[str]) -> Options:
-    """The options that the words of a command give, which is not run; errors as of `called`."""
-    return cast("Options", called(words, lambda options: options))
+    """The options that the words of a command give, which is not run; errors as of `result_of`."""
+    return cast("Options", result_of(words, lambda options: options))
 
 
 @contextlib.contextmanager

@@ -67,7 +67,7 @@ def damage(path: Path, what: str) -> StoreError:
     return problem(path, "damaged", f"it is damaged ({what}); {FIX_DAMAGE}")
 
 
-def told(path: Path, error: Exception) -> StoreError:
+def store_error_of(path: Path, error: Exception) -> StoreError:
     """An error of SQLite as one of ours."""
     # Codes of errors are there from Python 3.11 on, the texts in all.
     text = str(error).lower()
@@ -89,7 +89,7 @@ def patiently(path: Path, do: Callable[[], T]) -> T:
         try:
             return do()
         except UNREADABLE as error:
-            found = told(path, error)
+            found = store_error_of(path, error)
             if found.problem != "locked" or time.monotonic() > until:
                 raise found from error
         time.sleep(LOOK_EVERY)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from .database import UNREADABLE, damage, told
+from .database import UNREADABLE, damage, store_error_of
 from .row_text import DIGEST_BYTES_OF_ROW, Cell, digest_of_row, digest_of_state, row_of_text, xored
 
 #: What is read of a row, as bytes whatever the damage made of it.
@@ -103,4 +103,4 @@ def all_rows(path: Path, connection: sqlite3.Connection) -> Iterator[KeptRow]:
             if connection.in_transaction:
                 connection.execute("rollback")
     except UNREADABLE as error:
-        raise told(path, error) from error
+        raise store_error_of(path, error) from error

@@ -14,15 +14,18 @@ from pathlib import Path
 import shadowlab as sl
 from shadowlab.experiments import columns
 from shadowlab.reports import study_arrays
+from shadowlab.reports.result_keys import ADVICE_KEYS, STUDY_KEYS
+from shadowlab.reports.saved import FORMAT_OF_RESULTS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 TECHNIQUES = ROOT / "docs" / "techniques.md"
 COLUMN_PAGE = ROOT / "docs" / "columns.md"
 ARRAY_PAGE = ROOT / "docs" / "arrays.md"
+RESULT_PAGE = ROOT / "docs" / "results.md"
 
 
-PAGES = (README, TECHNIQUES, COLUMN_PAGE, ARRAY_PAGE)
+PAGES = (README, TECHNIQUES, COLUMN_PAGE, ARRAY_PAGE, RESULT_PAGE)
 
 
 def markdown(header: list[str], rows: list[list[str]]) -> str:
@@ -125,6 +128,25 @@ def array_page() -> str:
     return "\n".join(page)
 
 
+def result_page() -> str:
+    """docs/results.md: what is in the files of results."""
+    page = [
+        "# Files of results",
+        "",
+        "`study.save(folder)` and `shadowlab compare --out folder` write `results.json`, `advice.save(folder)` and",
+        "`shadowlab advise --out folder` write `advice.json`: strict JSON in UTF-8, without NaN. A missing number is",
+        '`null`, an infinite one the text `"inf"`. `sl.Study.load(folder)` and `sl.Advice.load(folder)` read them back',
+        f"as they were. This page is of format {FORMAT_OF_RESULTS}. A new key does not raise the format; one that goes",
+        "or means something else does. Keys of the items of a list stand after `[]`, `*` is any name, and `COLUMN` the",
+        "name of a column in [columns.md](columns.md). Made by `python docs/generate.py`.",
+        "",
+    ]
+    for title, keys in (("results.json", STUDY_KEYS), ("advice.json", ADVICE_KEYS)):
+        rows = [[f"`{name}`", *(text.split(": ", 1) if ": " in text else (text, ""))] for name, text in keys.items()]
+        page += [f"## {title}", "", markdown(["key", "type", "meaning"], rows), ""]
+    return "\n".join(page)
+
+
 TABLES = {"techniques": techniques, "library": library}
 
 
@@ -143,7 +165,7 @@ def main(arguments: list[str]) -> int:
     """Writes or checks; the exit status."""
     before = {path: path.read_text(encoding="utf-8") if path.exists() else "" for path in PAGES}
     after = {README: generated(before[README]), TECHNIQUES: technique_pages(), COLUMN_PAGE: column_page()}
-    after[ARRAY_PAGE] = array_page()
+    after[ARRAY_PAGE], after[RESULT_PAGE] = array_page(), result_page()
     stale = [path for path in before if before[path] != after[path]]
     for path in stale:
         if arguments == ["--check"]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnknownNameError
-from shadowlab.scene.view import elevation_of
+from shadowlab.scene.light_way import elevation_of
 
 SETTINGS = ("eye", "right", "up", "forward", "fov_y", "aspect", "near", "far")
 # Roundings of f64 through a product of matrices, an inverse and a tangent.

@@ -313,6 +313,8 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Advice.gbuffer": {"view": lambda: advice().views[0].label},
     "Advice.reproduce": {"row": lambda: 0},
     "Advice.save": {"directory": lambda: Path("advice")},
+    "Advice.load": {"path": lambda: saved(advice), "scene": lambda: None},
+    "Study.load": {"path": lambda: saved(study), "scene": lambda: None},
     "Study.save": {"directory": lambda: Path("study")},
     "Study.save_arrays": {"path": lambda: Path("arrays.npz")},
     "Source.of_scene": {},
@@ -409,6 +411,13 @@ for _name in ("LibraryScene", "_core.Scene"):
 def folder() -> tempfile.TemporaryDirectory[str]:
     """A folder that goes with the process."""
     return tempfile.TemporaryDirectory()
+
+
+@functools.cache
+def saved(of: Callable[[], Any]) -> str:
+    """The folder of a saved result."""
+    path = Path(folder().name) / of.__name__
+    return str(of().save(path).parent)
 
 
 @functools.cache

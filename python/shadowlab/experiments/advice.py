@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .._core import Stored
 from ..errors import UnknownNameError, UnsupportedError
@@ -71,7 +71,6 @@ class Advice(Value):
     budgets: tuple[int, ...]
     measure: Measure
     over: Over
-    scene: Scene = field(repr=False)
     bias: Bias
     filter: Filter
     backend: str
@@ -83,6 +82,13 @@ class Advice(Value):
     renderer: RendererLike | None = field(default=None, repr=False, compare=False)
     blend: float = 0.0
     stored: Stored = field(default_factory=Stored)
+
+    STATE_VERSION: ClassVar[int] = 2
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of all views."""
+        return self.views[0].view.scene
 
     @property
     def read(self) -> MapReading:
@@ -235,10 +241,37 @@ class Advice(Value):
         ------
         ArgumentError
             Where the directory cannot be made or written.
+        LoadError
+            Of a loaded one, where its scene cannot be made again.
         """
         from ..reports.html.advice import save_advice
 
         return save_advice(self, a_path("directory", directory))
+
+    @classmethod
+    def load(cls, path: str | Path, *, scene: Scene | None = None) -> Advice:
+        """The advice that `save` wrote; as of `Study.load`.
+
+        Parameters
+        ----------
+        path : path
+            The directory, or its advice.json.
+        scene : Scene, optional
+            The scene of the advice, for one that has no recipe, or whose file is elsewhere now.
+
+        Returns
+        -------
+        Advice
+            Equal to the one that was saved.
+
+        Raises
+        ------
+        LoadError, StateError, ArgumentError
+            As of `Study.load`.
+        """
+        from ..reports.saved import load_result
+
+        return load_result(cls, a_path("path", path), scene)
 
     def _repr_html_(self) -> str:
         from ..reports.advice_record import advice_html

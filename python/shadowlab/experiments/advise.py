@@ -148,7 +148,7 @@ def advise(
             outcomes = outcomes_with_noise(outcomes, over, phases, step)
     untried = [*untried_of({one.technique for one in candidates}, {view.light.kind for view in views}), *worse]
     return Advice(
-        tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, scene, read.bias, filter,
+        tuple(outcomes), tuple(candidates), tuple(views), tuple(budgets), measure, over, read.bias, filter,
         renderer.backend, renderer.adapter, filled,
         source or Source.of_scene(scene), tuple(untried), phases, renderer, read.blend, read.stored,
     )  # fmt: skip

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from .. import _core
 from ..errors import ArgumentError, ShadowlabError
-from ..scene.source import Source
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import labelled, name_of, spec_of
 from .evaluate import evaluate, fitted
@@ -111,7 +110,7 @@ class Outcome:
         size = None if self.maps is None or self.resolution is None else taken(self.maps, self.resolution)
         view = self.view
         return {
-            "scene": Source.of_scene(view.view.scene).name, "view": view.label, "camera": view.camera_label,
+            "scene": view.view.scene_name, "view": view.label, "camera": view.camera_label,
             "light": view.light_label, "light_angle": view.light_angle, "light_elevation": view.light_elevation,
             "technique": self.candidate, "spec": self.text, "memory": self.memory, "maps": self.maps,
             "resolution": self.resolution, "bytes": size, "error": self.error, "error_sd": self.sd, **self.numbers,

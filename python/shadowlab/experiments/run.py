@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from .. import _core
 from ..errors import ArgumentError
-from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.kinds import is_parameterization
 from ..techniques.labels import full_name_of, spec_of
@@ -241,7 +240,7 @@ class Run(Value):
         maps = sum(len(q.matrices) for part in self.parts or (self,) if (q := part.parameterization) is not None)
         known = bool(self.parts) or p is not None
         return {
-            "scene": Source.of_scene(view.scene).name,
+            "scene": view.scene_name,
             "view": view.label,
             "light_angle": view.light_angle,
             "light_elevation": view.light_elevation,

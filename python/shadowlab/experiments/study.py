@@ -111,7 +111,7 @@ class Study(Value):
         """The traced truth (H, W) int8; None of a study without it."""
         return self.view.truth() if self.traced else None
 
-    @property
+    @cached_property
     def truth_ms(self) -> float | None:
         """Milliseconds that tracing the truth took; None of a study without it."""
         return self.view.truth_ms if self.traced else None
@@ -262,10 +262,55 @@ class Study(Value):
         ------
         ArgumentError
             Where the directory cannot be made or written.
+        LoadError
+            Of a loaded one, where its scene cannot be made again.
         """
         from ..reports.html.page import save_study
 
         return save_study(self, a_path("directory", directory), a_flag("progress", progress))
+
+    @classmethod
+    def load(cls, path: str | Path, *, scene: _core.Scene | None = None) -> Study:
+        """The study that `save` wrote.
+
+        Its numbers, settings and matrices are there at once. Pictures are drawn again where they are asked for, in the
+        scene as its recipe makes it: a file as it was, or a scene of the library.
+
+        Parameters
+        ----------
+        path : path
+            The directory, or its results.json.
+        scene : Scene, optional
+            The scene of the study, for one that has no recipe, or whose file is elsewhere now.
+
+        Returns
+        -------
+        Study
+            Equal to the one that was saved.
+
+        Raises
+        ------
+        LoadError
+            Where there is no results.json of a study. Of the study, where a picture is asked for and the scene can not
+            be made again, or has changed.
+        StateError
+            For a file that was changed since, or that a newer version wrote.
+        ArgumentError
+            For something that is no path, and a scene of another content.
+
+        Examples
+        --------
+        >>> import tempfile, shadowlab as sl
+        >>> scene, folder = sl.library.scene("robots"), tempfile.TemporaryDirectory()
+        >>> study = sl.compare(scene, scene.camera, scene.light, ["uniform", "lispsm"], resolution=64, size=(64, 36),
+        ...     renderer="cpu", progress=False)
+        >>> report = study.save(folder.name, progress=False)
+        >>> sl.Study.load(folder.name) == study
+        True
+        """
+        from ..reports.saved import load_result
+
+        return load_result(cls, a_path("path", path), scene)
 
     def save_arrays(self, path: str | Path) -> Path:
         """Writes the G-buffer, the truth, and the matrices, maps and masks of every run into one .npz file.

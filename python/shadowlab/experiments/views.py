@@ -17,7 +17,8 @@ import numpy as np
 
 from .. import _core
 from ..errors import ArgumentError
-from ..scene.view import LIGHTS, View, angle_to, elevation_of, light_of, light_way
+from ..scene.light_way import angle_to, elevation_of, light_way
+from ..scene.view import LIGHTS, View, light_of
 from ..text.arrays import checked_items
 from ..text.checked import a_text
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import json
 import math
 import platform
 from collections.abc import Sequence
@@ -75,6 +74,7 @@ def light_record(light: Light) -> dict[str, Any]:
 def run_record(run: Run) -> dict[str, Any]:
     """A run as data: its row, and everything that its technique made."""
     record = {**run.row(), "technique": run.technique, "label": run.label, "settings": dict(run.settings)}
+    record["notes"] = [str(note) for note in run.notes]
     p = run.parameterization
     if p is not None:
         record["matrices"] = np.asarray(p.matrices)
@@ -93,7 +93,6 @@ def run_record(run: Run) -> dict[str, Any]:
             }
             for part in p.partitions
         ]
-        record["notes"] = [str(note) for note in run.notes]
     if run.summary is not None:
         record["texels"] = run.summary.to_dict()
     if run.causes is not None:
@@ -133,11 +132,6 @@ def study_data(study: Study, pictures: Sequence[str] = ()) -> dict[str, Any]:
         "reproduce": {"python": python_snippet(study, study.runs), "command": command_line(study, study.runs)},
         "pictures": list(pictures),
     }
-
-
-def dumps(study: Study, pictures: Sequence[str] = ()) -> str:
-    """results.json, with the names of the pictures beside it."""
-    return json.dumps(plain(study_data(study, pictures)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def facts(study: Study) -> list[tuple[str, str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +17,9 @@ from ..text.checked import a_text, a_word
 from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of, whole
 from ..travel import Value
 from .kept import Kept
+from .light_way import angle_to, elevation_of, light_way
+from .origin import SceneOrigin
+from .source import Source
 
 if TYPE_CHECKING:
     from ..types import Light, PerLight, RendererArgument, RendererLike, Size, TruthImage
@@ -89,6 +91,36 @@ class View(Value):
         object.__setattr__(self, "light", checked_light(self.light))
         object.__setattr__(self, "size", picture_of(self.size, self.camera))
         a_text("label", self.label)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            origin = self.__dict__.get("_origin")
+            if name != "scene" or origin is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            object.__setattr__(self, "scene", origin.scene)
+            return self.scene
+
+    @property
+    def origin(self) -> SceneOrigin:
+        """Where its scene came from, and what it was."""
+        known: SceneOrigin | None = self.__dict__.get("_origin")
+        return SceneOrigin.of_scene(self.scene) if known is None else known
+
+    @property
+    def scene_name(self) -> str:
+        """What tables call its scene."""
+        known: SceneOrigin | None = self.__dict__.get("_origin")
+        return Source.of_scene(self.scene).name if known is None else known.name
+
+    def __eq__(self, other: object) -> bool:
+        # By the hash of the scene, so that one that is not there need not be made.
+        if not isinstance(other, View):
+            return NotImplemented
+        return self is other or self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
 
     @property
     def lights(self) -> tuple[Light, ...]:
@@ -205,12 +237,12 @@ class View(Value):
     @property
     def light_angle(self) -> float | None:
         """Angle between the way that the light travels and the view, radians; None without a way, or several lights."""
-        return None if isinstance(self.light, tuple) else angle_to(light_way(self.scene, self.light), self.camera)
+        return None if isinstance(self.light, tuple) else angle_to(light_way(self._box, self.light), self.camera)
 
     @property
     def light_elevation(self) -> float | None:
         """How high the light stands above the horizon (y points up), radians; None as of `light_angle`."""
-        return None if isinstance(self.light, tuple) else elevation_of(light_way(self.scene, self.light))
+        return None if isinstance(self.light, tuple) else elevation_of(light_way(self._box, self.light))
 
     def clear(self) -> None:
         """Forgets what is kept of this picture, for all its lights."""
@@ -223,7 +255,19 @@ class View(Value):
 
     @property
     def _seen(self) -> tuple[Hashable, ...]:
-        return (self.scene.content_hash, self.camera, self.size)
+        known: SceneOrigin | None = self.__dict__.get("_origin")
+        content_hash = self.scene.content_hash if known is None else known.content_hash
+        return (content_hash, self.camera, self.size)
+
+    @property
+    def _content(self) -> tuple[Hashable, ...]:
+        return (*self._seen, self.light, self.label)
+
+    @property
+    def _box(self) -> _core.Scene | SceneOrigin:
+        """What knows the bounds of the scene."""
+        known: SceneOrigin | None = self.__dict__.get("_origin")
+        return self.scene if known is None else known
 
     def _sampled(
         self, size: Size | None, shadows: ShadowSource | None, count: int, renderer: RendererArgument
@@ -276,6 +320,17 @@ class View(Value):
         return tuple(kept(light) for light in self.lights)
 
 
+def view_of_origin(
+    origin: SceneOrigin, camera: _core.Camera, light: Light | tuple[Light, ...], size: tuple[int, int], label: str
+) -> View:
+    """A view of a scene that is made again when it is needed: for pictures, not for numbers."""
+    made = object.__new__(View)
+    fields = {"camera": camera, "light": light, "size": size, "label": label, "_origin": origin}
+    for name, value in fields.items():
+        object.__setattr__(made, name, value)
+    return made
+
+
 def checked_light(light: object) -> Light | tuple[Light, ...]:
     """The light, or the tuple of several.
 
@@ -316,29 +371,6 @@ def identity_of(renderer: RendererLike) -> tuple[Hashable, ...]:
         return (id(renderer),)
     # The processor draws the same with any number of threads, which its adapter names.
     return ("cpu",) if renderer.backend == "cpu" else (renderer.backend, renderer.adapter)
-
-
-def light_way(scene: _core.Scene, light: Light) -> NDArray[np.float64] | None:
-    """The unit vector (3,) along which a light travels, of a point light towards the middle of the scene's box."""
-    if not isinstance(light, _core.PointLight):
-        way: NDArray[np.float64] = np.asarray(light.direction, np.float64)
-        return way
-    way = np.asarray(scene.bounds, np.float64).mean(axis=0) - np.asarray(light.position, np.float64)
-    length = float(np.linalg.norm(way))
-    return way / length if length > 0 else None
-
-
-def angle_to(way: NDArray[np.float64] | None, camera: _core.Camera) -> float | None:
-    """The angle between the way of a light and a view, radians; exact near 0 and pi, too."""
-    if way is None:
-        return None
-    forward = np.asarray(camera.forward, np.float64)
-    return float(math.atan2(np.linalg.norm(np.cross(way, forward)), np.dot(way, forward)))
-
-
-def elevation_of(way: NDArray[np.float64] | None) -> float | None:
-    """How high a light stands above the horizon, radians; y points up."""
-    return None if way is None else float(math.asin(np.clip(-way[1], -1.0, 1.0)))
 
 
 def checked_view(view: object) -> View:

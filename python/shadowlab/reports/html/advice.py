@@ -6,21 +6,21 @@ view where the best has its largest error, and in some others.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import ArgumentError, ShadowlabError
+from ...errors import ArgumentError, LoadError, ShadowlabError
 from ...experiments.counts import WrongPixels
 from ...experiments.memory import memory_text
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop
-from ...text import listed, plain
+from ...text import listed
 from ..advice_record import advice_data, figure_png
 from ..reproduce_advice import snippet_of, whole_advice
+from ..saved import ADVICE_FILE, file_text
 from ..terminal import ADVICE_HEADS, advice_cells
 from ..words import wrong_text
 from .album import Album
@@ -65,7 +65,7 @@ def save_advice(advice: Advice, directory: Path) -> Path:
     ArgumentError
         Where it cannot be made or written.
     """
-    data = json.dumps(plain(advice_data(advice)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    data = file_text(advice_data(advice), advice)
     path = directory / "report.html"
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -73,8 +73,10 @@ def save_advice(advice: Advice, directory: Path) -> Path:
             table.to_csv(directory / f"{name}.csv", index=False)
         drawn = figure_png(advice)
         (directory / "advice.png").write_bytes(drawn)
-        (directory / "advice.json").write_text(data, encoding="utf-8")
+        (directory / ADVICE_FILE).write_text(data, encoding="utf-8")
         path.write_text(advice_page(advice, drawn), encoding="utf-8")
+    except LoadError:
+        raise  # of a scene that is not there, to draw the pictures in
     except OSError as error:
         reason = error.strerror or str(error)
         raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error

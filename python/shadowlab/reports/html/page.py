@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import pictures
-from ...errors import ArgumentError
+from ...errors import ArgumentError, LoadError
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop, Once
 from ...pictures.eye import difference_over
 from ...text import share_text
 from .. import study_record as record
 from ..reproduce import command_line, python_snippet
+from ..saved import STUDY_FILE, file_text
 from ..terminal import STUDY_HEADS, noise_text, study_cells
 from ..words import rows_of
 from .album import Album
@@ -76,15 +77,17 @@ def save_study(study: Study, directory: Path, progress: bool = True) -> Path:
     try:
         directory.mkdir(parents=True, exist_ok=True)
         page, files = build(study, progress)
-        stale = own_pictures(directory / "results.json") - files.keys()
+        stale = own_pictures(directory / STUDY_FILE) - files.keys()
         for name, content in files.items():
             (directory / name).write_bytes(content)
         study.table.to_csv(directory / "results.csv", index=False)
-        (directory / "results.json").write_text(record.dumps(study, sorted(files)), encoding="utf-8")
+        (directory / STUDY_FILE).write_text(file_text(record.study_data(study, sorted(files)), study), encoding="utf-8")
         path = directory / "report.html"
         path.write_text(page, encoding="utf-8")
         for name in stale:
             (directory / name).unlink(missing_ok=True)
+    except LoadError:
+        raise  # of a scene that is not there, to draw the pictures in
     except OSError as error:
         reason = error.strerror or str(error)
         raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error

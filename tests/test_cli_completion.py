@@ -134,8 +134,6 @@ def test_the_nearest_name():
 def test_a_command_that_is_misspelt_has_a_nearest_one(run):
     status, out, err = run("compre", "@robots")
     assert (status, out) == (2, "")
-    assert err.startswith(
-        "shadowlab: error: no such COMMAND 'compre'; did you mean 'compare'? expected one of compare,"
-    )
+    assert err.startswith("shadowlab: error: no such COMMAND 'compre'; did you mean 'compare'? expected one of ")
     assert err.endswith("; see shadowlab --help\n")
     assert "did you mean 'scene-optimal'?" in run("experiment", "scene-optimum")[2]

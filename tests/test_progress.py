@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import threading
 import time
@@ -205,3 +206,24 @@ def test_truths_are_the_same_with_and_without(capsys, monkeypatch):
     assert "truth:" in capsys.readouterr().err
     np.testing.assert_array_equal(masks[0], masks[1])
     np.testing.assert_array_equal(masks[0], masks[2])
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        sl.advise, sl.compare, sl.explain_pixel, sl.prefiltered_maps, sl.scene_optimal_experiment, sl.smallest_bias,
+        sl.aliasing.temporal, sl.aliasing.over_light_angle, sl.Study.save, sl.trace.shadow_mask, sl.blur,
+    ],
+)  # fmt: skip
+def test_nothing_said_is_none_wherever_a_bar_may_be_asked_for(function):
+    assert inspect.signature(function).parameters["progress"].default is None
+
+
+def test_none_is_what_nothing_said_means_and_shows_no_bar_off_terminals(capfd):
+    scene = sl.library.scene("robots")
+    view = sl.View(scene, scene.camera, scene.light, size=(16, 9))
+    sl.compare(
+        scene, scene.camera, scene.light, ["uniform"], resolution=16, size=(16, 9), renderer="cpu", progress=None
+    )
+    sl.explain_pixel(view, "uniform", 8, 6, resolution=16, renderer="cpu", progress=None)
+    assert capfd.readouterr().err == ""

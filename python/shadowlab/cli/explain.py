@@ -47,7 +47,7 @@ def explain_command(options: Options) -> int:
     scene, camera, light, _ = load_view(options, size)
     found = explain_pixel(
         View(scene, camera, light, size), specs[0], x, y, resolution=resolution, renderer=options.backend, **read,
-        trials=not options.no_trials, progress=True,
+        trials=not options.no_trials,
     )  # fmt: skip
     print(found)
     if file is not None:

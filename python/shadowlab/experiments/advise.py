@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Literal
 
 from ..scene.source import Source
 from ..techniques.variant import MapReading
-from ..text.checked import a_flag
 from ..text.checks import checked_blend, checked_stored, renderer_of
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from .advice import Advice
 from .arguments import check_types, checked_source, size_of
 from .candidates import Draw, candidates_of, outcomes_of, planned
@@ -49,7 +48,7 @@ def advise(
     phases: int = PHASES,
     predict: Predict | Literal["auto"] | None = "auto",
     drawn: int = MOST_DRAWN,
-    progress: bool = True,
+    progress: bool | None = None,
     source: Source | None = None,
 ) -> Advice:
     """Which technique, at which resolution and with how many splits, is best at equal memory, and where that switches.
@@ -96,8 +95,8 @@ def advise(
         techniques are named and wrong pixels are ranked by; None draws all.
     drawn : int
         Candidates drawn with each budget where there is a prediction.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
     source : Source, optional
         Where the scene came from; see `shadowlab.Source`.
 
@@ -128,7 +127,7 @@ def advise(
 
     # Cameras and lights are checked one by one, with the names that they have here.
     check_types(scene, Camera.look_at((0, 0, 1), (0, 0, 0)), DirectionalLight((0, -1, 0)), bias, filter)
-    a_flag("progress", progress), checked_source(source)
+    checked_progress(progress), checked_source(source)
     measure, over = measure_of(error), over_of(over)
     checked_phases(phases)
     named = techniques is not None
@@ -141,10 +140,10 @@ def advise(
     foretell = chosen_predict(predict, renderer, screens=not named and bool(measure.population))
     drawn = checked_predict(foretell, drawn)
     plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
-    with Steps(len(views) * (2 + len(plans)), progress) as step:
+    with steps_of_call(len(views) * (2 + len(plans)), progress) as step:
         outcomes, filled = outcomes_of(draw, plans, views, step)
     if measure.population:
-        with Steps(len(outcomes), progress) as step:
+        with steps_of_call(len(outcomes), progress) as step:
             outcomes = outcomes_with_noise(outcomes, over, phases, step)
     untried = [*untried_of({one.technique for one in candidates}, {view.light.kind for view in views}), *worse]
     return Advice(

@@ -20,7 +20,7 @@ from ..techniques.labels import labelled
 from ..text import shown
 from ..text.checked import a_flag
 from ..text.checks import checked_blend, checked_stored, renderer_of
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
 from .metrics import METRICS, Metric, checked_metrics
@@ -49,7 +49,7 @@ def compare(
     metrics: Sequence[Metric] = METRICS,
     timing: bool = False,
     phases: int = PHASES,
-    progress: bool = True,
+    progress: bool | None = None,
     source: Source | None = None,
 ) -> Study:
     """The shadows of several techniques against traced truth, as a table with pictures.
@@ -86,8 +86,8 @@ def compare(
     phases : int
         Shifts of the texels over which wrong pixels are counted, of those runs alone between which the verdict has to
         decide and whose counts are close; 1 for none. See `Run.over_phases`.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
     source : Source, optional
         Where the scene came from, for the report; what the scene knows of itself where none is given.
 
@@ -106,7 +106,7 @@ def compare(
     """
     check_types(scene, camera, light, bias, filter)
     blend, kept = checked_blend(blend), checked_stored(stored)
-    a_flag("timing", timing), a_flag("progress", progress), checked_source(source)
+    a_flag("timing", timing), checked_progress(progress), checked_source(source)
     checked_phases(phases)
     resolutions = resolutions_of(resolution)
     width, height = size_of(size, camera)
@@ -122,7 +122,7 @@ def compare(
     measure = partial(
         evaluate, metrics=measured, renderer=draw, filter=filter, bias=bias, blend=blend, stored=kept, timing=timing
     )
-    with Steps(2 + len(entries) * len(resolutions), progress) as step:
+    with steps_of_call(2 + len(entries) * len(resolutions), progress) as step:
         step("eye view")
         view.gbuffer(draw)
         step("truth")

@@ -32,7 +32,7 @@ from ..techniques.labels import name_of, resolved, spec_of
 from ..techniques.variant import MapReading
 from ..text.checked import a_count, a_flag
 from ..text.checks import check_bias, check_filter, checked_blend, checked_stored, renderer_of, whole
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..trace import Truth
 from .evaluate import evaluate
 from .pixel_explanation import MapReason, PixelBlend, PixelExplanation, PixelVerdict, TruthName
@@ -70,7 +70,7 @@ def explain_pixel(
     blend: float = 0.0,
     stored: _core.Stored | str | None = None,
     trials: bool = True,
-    progress: bool = False,
+    progress: bool | None = None,
 ) -> PixelExplanation:
     """Why a pixel is wrong, or right, and what would mend it.
 
@@ -98,8 +98,8 @@ def explain_pixel(
         Whether to try what would make a wrong pixel right: maps of twice the side and more, up to 8192² texels in
         all; each part of the bias alone; another surface, spacing or format of what maps store; other techniques at
         the same resolution. Takes as long as drawing those maps.
-    progress : bool
-        Show a progress bar.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def explain_pixel(
     resolution = whole("resolution", resolution)
     check_bias(bias)
     check_filter(filter)
-    a_flag("trials", trials), a_flag("progress", progress)
+    a_flag("trials", trials), checked_progress(progress)
     draw = renderer_of(renderer)
     read = MapReading(_core.Bias() if bias is None else bias, filter, checked_blend(blend), checked_stored(stored))
     run = _run(view, technique, resolution, draw, read)
@@ -142,7 +142,7 @@ def explain_pixel(
     if not (trials and found["verdict"] in ("false shadow", "false light")):
         return PixelExplanation(**found)
     tried = Trials(run, draw, (x, y))
-    with Steps(tried.most, progress) as announce:
+    with steps_of_call(tried.most, progress) as announce:
         return PixelExplanation(**found, trials=tuple(tried.all(announce)))
 
 

@@ -32,7 +32,7 @@ from ..text import shown
 from ..text.arrays import checked_items, checked_number
 from ..text.checked import a_flag, a_text
 from ..text.checks import renderer_of, whole
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import current, table
@@ -189,7 +189,7 @@ def over_light_angle(
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
     truth: bool = True,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> LightAngles:
     """Errors and wrong pixels of what a camera sees, over the angle between light and view, at equal memory.
 
@@ -225,7 +225,7 @@ def over_light_angle(
     UnknownNameError
         For a technique, filter or renderer that does not exist.
     """
-    a_flag("truth", truth), a_flag("progress", progress)
+    a_flag("truth", truth), checked_progress(progress)
     lights = lights_at(camera, angles_deg, azimuth_deg)
     check_types(scene, camera, next(iter(lights.values())), bias, filter)
     side, picture = whole("resolution", resolution), size_of(size, camera)
@@ -234,7 +234,7 @@ def over_light_angle(
     metrics: tuple[Metric, ...] = ("misclassified", "texels") if truth else ("texels",)
     measure = partial(evaluate, metrics=metrics, renderer=draw, bias=bias, filter=filter)
     rows = []
-    with Steps(len(lights) * len(entries), progress) as step:
+    with steps_of_call(len(lights) * len(entries), progress) as step:
         for angle, light in lights.items():
             view = View(scene, camera, light, picture, f"{angle:g}°")
             for label, item in entries:

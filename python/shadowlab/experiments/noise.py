@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..text.progress import Steps
+from ..text.progress import steps_of_call
 from .candidates import Outcome
 from .counts import WrongPixels, to_decide
 from .ranking import standings
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .run import Run
 
 
-def with_noise(runs: Sequence[Run], phases: int, progress: bool) -> list[Run]:
+def with_noise(runs: Sequence[Run], phases: int, progress: bool | None) -> list[Run]:
     """The runs, those between which a verdict has to decide with the noise of their wrong pixels."""
     made = list(runs)
     judged = [i for i, run in enumerate(runs) if not run.failure and "compared" in run.numbers]
@@ -28,7 +28,7 @@ def with_noise(runs: Sequence[Run], phases: int, progress: bool) -> list[Run]:
         return made
     rows = [runs[i].row() for i in judged]
     chosen = [judged[i] for i in to_decide(rows, {run.label: run.technique for run in runs})]
-    with Steps(len(chosen), progress) as step:
+    with steps_of_call(len(chosen), progress) as step:
         for i in chosen:
             step(f"noise of {runs[i].label} {runs[i].resolution}²")
             made[i] = runs[i].over_phases(phases)

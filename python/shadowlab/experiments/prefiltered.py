@@ -19,9 +19,9 @@ from ..aliasing.prefiltered_formats import PREFILTERED_FORMATS
 from ..aliasing.soft_error import soft_error
 from ..scene.view import checked_view, light_of
 from ..techniques.labels import name_of, resolved
-from ..text.checked import a_flag, a_word
+from ..text.checked import a_word
 from ..text.checks import renderer_of
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..trace import Truth, soft_shadow_mask
 from ..travel import Value
 from .evaluate import fitted
@@ -160,7 +160,7 @@ def prefiltered_maps(
     formats: Sequence[str] | None = None,
     reduction: float = 0.0,
     renderer: RendererArgument = None,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> PrefilteredMaps:
     """Variance, exponential and moment shadow maps beside depths with comparisons, in one view at equal memory.
 
@@ -192,8 +192,8 @@ def prefiltered_maps(
         and darker penumbrae. 0 to below 1.
     renderer : Renderer or str, optional
         What draws the maps.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
 
     Returns
     -------
@@ -221,14 +221,14 @@ def prefiltered_maps(
     >>> found.table.query("format == 'depth:pcf'").leaks.item()
     0
     """
-    checked_view(view), a_flag("progress", progress)
+    checked_view(view), checked_progress(progress)
     light = light_of(view)
     item = resolved(technique, "technique")
     budget, side = budget_of(memory, resolution)
     box, names, cut = checked_kernel(kernel), checked_formats(formats), checked_reduction(reduction)
     draw = renderer_of(renderer)
     found: dict[str, tuple[dict[str, object], Mask, NDArray[np.bool_]]] = {}
-    with Steps(len(names) + 1, progress) as step:
+    with steps_of_call(len(names) + 1, progress) as step:
         step("truth")
         truth = view.truth()
         soft = soft_shadow_mask(view.scene, view.camera, light, size=view.size)

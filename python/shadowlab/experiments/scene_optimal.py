@@ -28,9 +28,9 @@ from ..techniques.kinds import is_parameterization
 from ..techniques.labels import labelled, spec_of
 from ..text import reason_of, shown
 from ..text.arrays import checked_items
-from ..text.checked import a_count, a_flag, a_path
+from ..text.checked import a_count, a_path
 from ..text.checks import check_bias, renderer_of, whole
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..text.specs import LONGEST_PICTURE
 from ..trace import Truth
 from .columns import table
@@ -72,7 +72,7 @@ def scene_optimal_experiment(
     bias: _core.Bias | None = None,
     reference: int = REFERENCE_SIDE,
     out: str | Path | None = None,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> SceneOptimalTable:
     """Wrong pixels of techniques at equal memory in many views, against traced truth and against a large normal map.
 
@@ -93,8 +93,8 @@ def scene_optimal_experiment(
     out : path, optional
         A directory. Rows are kept in a store there, ``runs.sqlite``, as they are counted, and not counted again where
         they are there for the same settings.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def scene_optimal_experiment(
     sides = checked_sizes(sizes)
     seen = checked_views(configurations() if views is None else views)
     entries = with_normal(techniques)
-    a_flag("progress", progress)
+    checked_progress(progress)
     out = None if out is None else a_path("out", out)
     if out is not None:
         try:
@@ -147,7 +147,7 @@ def scene_optimal_experiment(
     with ExitStack() as stack:
         store = None if out is None else stack.enter_context(Store(out / ROWS_FILE))
         rows = _done_rows(store, [one.key for one in wanted])
-        step = stack.enter_context(Steps(len(wanted), progress))
+        step = stack.enter_context(steps_of_call(len(wanted), progress))
         counting = None
         for one in wanted:
             step(f"{one.view.label}, {one.label} {one.side}²")

@@ -117,7 +117,7 @@ class SceneOptimalTable(Value):
                     )
         return sentences
 
-    def save(self, directory: str | os.PathLike[str], *, progress: bool = True) -> Path:
+    def save(self, directory: str | os.PathLike[str], *, progress: bool | None = None) -> Path:
         """Writes tables as CSV, JSON and Markdown and the figures as PNG there; returns the directory."""
         from ..reports.scene_optimal import save
 

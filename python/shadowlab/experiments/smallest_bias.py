@@ -20,9 +20,9 @@ from ..errors import ArgumentError
 from ..scene.view import checked_view
 from ..techniques.labels import name_of, resolved
 from ..techniques.variant import reading
-from ..text.checked import a_flag, a_number, a_word
+from ..text.checked import a_number, a_word
 from ..text.checks import check_bias, check_filter, checked_stored, renderer_of, whole
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..travel import Value
 from ..types import BiasPart
 from .bias_looks import UNLIMITED, BiasCounts, BiasLooks
@@ -156,7 +156,7 @@ def smallest_bias(
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
     stored: _core.Stored | str | None = None,
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> SmallestBias:
     """The least value of one part of a bias that leaves at most a share of acne, and what it costs in false light.
 
@@ -187,8 +187,8 @@ def smallest_bias(
         One of `sl.filters()`, with its settings.
     stored : Stored or str, optional
         What the map stores; the nearest depth as it is where none is given.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
 
     Returns
     -------
@@ -218,7 +218,7 @@ def smallest_bias(
     >>> found.acne <= found.allowed < found.curve.acne[0], found.closed_form
     (True, 1.0)
     """
-    checked_view(view), a_flag("progress", progress)
+    checked_view(view), checked_progress(progress)
     item = resolved(technique, "technique")
     part = a_word(SEARCHED_PARTS, "slope is what planes need")("part", part)
     share = a_number("acne", acne)
@@ -230,7 +230,7 @@ def smallest_bias(
     rest = with_part(read.bias, part, 0.0)
     side, draw = whole("resolution", resolution), renderer_of(renderer)
     views = view.views
-    with Steps(len(views) + 3, progress) as step:
+    with steps_of_call(len(views) + 3, progress) as step:
         looks = []
         for one in views:
             step(one.label or "map and truth")

@@ -15,8 +15,9 @@ from ..errors import UnknownNameError
 from ..scene.source import Source
 from ..scene.view import View, light_of
 from ..techniques.variant import MapReading
-from ..text.checked import a_flag, a_path, a_text
+from ..text.checked import a_path, a_text
 from ..text.checks import renderer_of, whole
+from ..text.progress import checked_progress
 from ..travel import Value
 from .by_run import ByRun
 from .columns import table
@@ -253,7 +254,7 @@ class Study(Value):
 
         return plot.study_figure(self)
 
-    def save(self, directory: str | Path, *, progress: bool = True) -> Path:
+    def save(self, directory: str | Path, *, progress: bool | None = None) -> Path:
         """Writes report.html (stands alone), results.csv, results.json and the pictures; returns the report's path.
 
         A progress bar shows on terminals and in notebooks unless `progress` is off.
@@ -267,7 +268,7 @@ class Study(Value):
         """
         from ..reports.html.page import save_study
 
-        return save_study(self, a_path("directory", directory), a_flag("progress", progress))
+        return save_study(self, a_path("directory", directory), checked_progress(progress))
 
     @classmethod
     def load(cls, path: str | Path, *, scene: _core.Scene | None = None) -> Study:

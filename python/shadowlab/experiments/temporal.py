@@ -26,9 +26,8 @@ from ..scene.source import Source
 from ..scene.view import View
 from ..techniques.labels import labelled
 from ..techniques.temporal_fit import TemporalFit
-from ..text.checked import a_flag
 from ..text.checks import renderer_of, whole
-from ..text.progress import Steps
+from ..text.progress import checked_progress, steps_of_call
 from ..travel import Value
 from .arguments import check_types, size_of
 from .columns import table
@@ -101,7 +100,7 @@ def temporal(
     renderer: RendererArgument = None,
     bias: Bias | None = None,
     filter: Filter = "nearest",
-    progress: bool = True,
+    progress: bool | None = None,
 ) -> Temporal:
     """How shadows shimmer from frame to frame: drift of the texel lattice, and flips of shadows that do not change.
 
@@ -128,8 +127,8 @@ def temporal(
         is given.
     renderer, bias, filter
         As for `sl.compare`.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
 
     Returns
     -------
@@ -176,7 +175,7 @@ def temporal(
     >>> len(found.table), bool((found.table["moving"] > 0).all())
     (2, True)
     """
-    a_flag("progress", progress)
+    checked_progress(progress)
     scenes, path, lights = checked_frames(scene, cameras, light)
     for of_scene, camera, of_light in zip(scenes, path, lights, strict=True):
         check_types(of_scene, camera, of_light, bias, filter)
@@ -201,7 +200,7 @@ def temporal(
         frames.append({"scene": name, "frame": number, **frame_row(run, before)})
         return run
 
-    with Steps(len(path) - 1, progress) as step:
+    with steps_of_call(len(path) - 1, progress) as step:
         for i, (before, after) in enumerate(pairwise(views)):
             step(f"frame {i}")
             pair = FramePair(before, after, draw)

@@ -12,7 +12,7 @@ import numpy as np
 from ..experiments.scene_optimal_table import FIGURES, NORMAL, OPTIMAL, SceneOptimalTable, served
 from ..experiments.scene_optimal_views import CAMERAS, SPOTS, SUNS
 from ..experiments.thresholds import ABOUT_EQUAL
-from ..text.progress import Steps
+from ..text.progress import steps_of_call
 from .terminal import aligned
 from .words import rows_of
 
@@ -134,7 +134,7 @@ def as_good(result: SceneOptimalTable, technique: str = OPTIMAL) -> pd.DataFrame
     return pd.DataFrame(rows, columns=["view", "technique", "ratio"])
 
 
-def save(result: SceneOptimalTable, directory: Path, progress: bool) -> Path:
+def save(result: SceneOptimalTable, directory: Path, progress: bool | None) -> Path:
     """Writes runs.csv, totals.csv, views.csv, results.json, table.md and the figures; the directory."""
     directory.mkdir(parents=True, exist_ok=True)
     result.table.to_csv(directory / "runs.csv", index=False)
@@ -143,7 +143,7 @@ def save(result: SceneOptimalTable, directory: Path, progress: bool) -> Path:
     text = json.dumps(as_data(result), indent=1, allow_nan=False)
     (directory / "results.json").write_text(text + "\n", encoding="utf-8")
     (directory / "table.md").write_text(page_of(result), encoding="utf-8")
-    with Steps(len(FIGURES), progress) as step:
+    with steps_of_call(len(FIGURES), progress) as step:
         for name in FIGURES:
             step(f"figure {name}")
             result.figure(name).savefig(directory / f"{name}.png", dpi=FIGURE_DPI)

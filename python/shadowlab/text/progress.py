@@ -126,15 +126,20 @@ class Steps:
             self._bar.close()
 
 
-def steps_of_call(steps: int, progress: object) -> Steps:
-    """The steps of a call with an argument `progress`: None shows them on terminals and in notebooks, True anywhere.
+def checked_progress(progress: object) -> bool | None:
+    """What an argument `progress` says: None shows a bar on terminals and in notebooks, True anywhere, False nowhere.
 
     Raises
     ------
     ArgumentError
-        For anything but None, True and False.
+        For anything else.
     """
-    asked = None if progress is None else a_flag("progress", progress)
+    return None if progress is None else a_flag("progress", progress)
+
+
+def steps_of_call(steps: int, progress: object) -> Steps:
+    """The steps of a call with an argument `progress`; errors as of `checked_progress`."""
+    asked = checked_progress(progress)
     return Steps(steps, asked is not False, anywhere=asked is True)
 
 

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ... import _core, pictures
-from ...text.progress import Steps
+from ...text.progress import steps_of_call
 from .parts import data_uri
 
 
@@ -36,18 +36,18 @@ class Album:
     def __contains__(self, file: str) -> bool:
         return file in self._files
 
-    def finished(self, page: str, progress: bool = False) -> tuple[str, dict[str, bytes]]:
+    def finished(self, page: str, progress: bool | None = False) -> tuple[str, dict[str, bytes]]:
         """The page with all pictures in it, and those that are files by their names."""
         encoded = self._encoded(progress)
         mark = re.compile(rf"{self._word}-(\d+)\.")
         whole = mark.sub(lambda found: data_uri(encoded[int(found[1])]), page)
         return whole, {name: encoded[number] for name, number in self._files.items()}
 
-    def _encoded(self, progress: bool) -> list[bytes]:
+    def _encoded(self, progress: bool | None) -> list[bytes]:
         found = []
         pool = ThreadPoolExecutor(_core.threads(), "shadowlab-pictures")
         try:
-            with Steps(len(self._draw), progress) as step:
+            with steps_of_call(len(self._draw), progress) as step:
                 for made in [pool.submit(_made, draw) for draw in self._draw]:
                     step("report: pictures")
                     found.append(made.result())

@@ -64,7 +64,7 @@ WINDOW_SHARE = 8
 SHOWN_PX = 520
 
 
-def save_study(study: Study, directory: Path, progress: bool = True) -> Path:
+def save_study(study: Study, directory: Path, progress: bool | None = None) -> Path:
     """Writes report.html, results.csv, results.json and PNGs into a directory, which is made; the report's path.
 
     Pictures that an earlier report in the directory names as its own, and this one has not, are removed.
@@ -105,7 +105,7 @@ def own_pictures(results: Path) -> set[str]:
     return {name for name in names if PNG_NAME.fullmatch(name) and (results.parent / name).is_file()}
 
 
-def build(study: Study, progress: bool = False) -> tuple[str, dict[str, bytes]]:
+def build(study: Study, progress: bool | None = False) -> tuple[str, dict[str, bytes]]:
     """The page, and its pictures by file name."""
     album, shared = Album(), ""
     truth = study.truth

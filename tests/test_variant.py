@@ -131,3 +131,23 @@ def test_matrices_that_are_given_have_none(view):
     p = sl.technique("uniform").parameterize(view.scene, view.camera, view.light)
     with pytest.raises(ArgumentError, match="say it to the experiment"):
         sl.technique(p, bias="none")
+
+
+def test_what_a_technique_says_goes_before_the_arguments_and_what_it_does_not_say_is_theirs(view):
+    said = {"bias": LOOSE, "filter": "bilinear", "blend": 0.25, "stored": "back"}
+    of_text = "z_partition:count=2,overlap=0.2"
+    for name, own, found in (
+        ("bias", "bias=none", sl.Bias.none()), ("filter", "filter=pcf:size=3", "pcf:size=3"), ("blend", "mix=0.5", 0.5),
+        ("stored", "stored=(midpoint:format=f16)", sl.Stored("midpoint:format=f16")),
+    ):  # fmt: skip
+        run = sl.evaluate(view, f"{of_text},{own}", 32, metrics=[], renderer="cpu", **said)
+        wanted = {**said, "stored": sl.Stored("back"), name: found}
+        assert {key: getattr(run, key) for key in said} == wanted
+
+
+@pytest.mark.parametrize("text", ["lispsm:stored=back", "scene_optimal:bias=none,filter=bilinear"])
+def test_a_fit_that_makes_matrices_takes_no_way_to_read_them_and_says_which(text):
+    with pytest.raises(ArgumentError, match=r"says nothing of how its maps are read, got (stored|bias, filter) in '"):
+        sl.TemporalFit(text)
+    with pytest.raises(ArgumentError, match="says nothing of how its maps are read"):
+        sl.TemporalFit(sl.technique(text))

@@ -74,7 +74,9 @@ def evaluate(
         The last share of each map's range over which the next map's light is mixed in, as of `Renderer.shadow_mask`.
         Causes of wrong pixels are those of the map that makes them wrong.
     stored : Stored or str, optional
-        What the maps store; the nearest depth as it is where none is given.
+        What the maps store; the nearest depth as it is where none is given. What a technique says itself of `bias`,
+        `filter`, `mix` and `stored`, such as "lispsm:stored=back", goes before all four arguments: they are for
+        techniques that say nothing.
     timing : bool
         Whether to repeat what is timed: the median of many fits, the shortest of several draws and look-ups. Without
         it the times are those of one call each, which scatter.

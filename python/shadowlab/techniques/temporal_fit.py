@@ -28,6 +28,7 @@ from ..text import shown
 from ..text.checks import check_camera, check_light, check_scene, pair, whole
 from ..travel import Value
 from .registry import technique as named
+from .variant import READ_SETTINGS, Variant
 
 if TYPE_CHECKING:
     from ..types import Light, Size
@@ -141,6 +142,13 @@ class TemporalFit(Value):
             raise ArgumentError(f"gain: expected a number, 1 or more, got {shown(self.gain)}; 1.15 is the default")
         given: object = self.technique
         made = named(given) if isinstance(given, str) else given
+        if isinstance(made, Variant):
+            read = [name for name in READ_SETTINGS if name in made.settings]
+            raise ArgumentError(
+                f"technique: expected one that says nothing of how its maps are read, got {', '.join(read)} in "
+                f"{shown(given if isinstance(given, str) else made)}; a TemporalFit makes matrices: give that to what "
+                "draws and reads the maps"
+            )
         if not isinstance(made, _core.Technique):
             raise ArgumentError(
                 f"technique: expected a Technique or its name, got {shown(made)}; maps that are given and presets are "

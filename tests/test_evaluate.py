@@ -146,6 +146,26 @@ def test_lights_of_a_view_are_traced_together_and_are_what_each_is_alone(monkeyp
     view.clear()
 
 
+def test_lights_that_are_evaluated_share_the_eye_view_and_its_rays(monkeypatch: pytest.MonkeyPatch) -> None:
+    from shadowlab import _core
+
+    traced: list[int] = []
+    alone, together = _core.trace_shadow_mask, _core.trace_shadow_masks
+    monkeypatch.setattr(_core, "trace_shadow_mask", lambda *a, **k: traced.append(1) or alone(*a, **k))
+    monkeypatch.setattr(_core, "trace_shadow_masks", lambda *a, **k: traced.append(len(a[2])) or together(*a, **k))
+    scene = sl.library.scene("robots")
+    lights = [sl.DirectionalLight((x, -1.0, 0.3)) for x in (0.2, 0.5, 0.9)]
+    view = sl.View(scene, scene.camera, lights, size=(97, 64))
+    view.clear()
+    run = sl.evaluate(view, "uniform", 64, metrics=("misclassified",), renderer="cpu")
+    assert traced == [3]
+    assert [part.numbers["compared"] for part in run.parts] == [errors.compared for errors in run.errors]
+    assert traced == [3], "kept"
+    sl.evaluate(view, "uniform", 64, metrics=("texels",), renderer="cpu")
+    assert traced == [3], "no truth is needed"
+    view.clear()
+
+
 def test_a_truth_that_is_shared_cannot_be_written_to(view: sl.View) -> None:
     with pytest.raises(ValueError, match="read-only"):
         view.truth()[0, 0] = 1

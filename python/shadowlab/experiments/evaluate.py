@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
 from .. import _core
@@ -31,7 +32,7 @@ from .timing import best_of, median_us
 if TYPE_CHECKING:
     from ..types import Cull, Filter, Item, RendererArgument, RendererLike, TechniqueArgument, TechniqueLike
 
-from .metrics import DRAWN, METRICS, Metric, checked_metrics
+from .metrics import DRAWN, JUDGED, METRICS, Metric, checked_metrics
 from .phases import checked_phases
 from .run import Run
 
@@ -119,6 +120,10 @@ def evaluate(
     how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
     lookup = reading(item, bias, filter, checked_blend(blend), checked_stored(stored))
     checked_phases(phases)
+    if isinstance(view.light, tuple) and JUDGED & set(how[2]):
+        # Traced together they share the rays from the eye. Where that fails, each run says why.
+        with suppress(ShadowlabError):
+            view.truth()
     runs = [_measured(one, made_label, *how, *lookup, timing) for one in view.views]
     run = runs[0] if not isinstance(view.light, tuple) else _together(view, runs)
     return run if phases == 1 else run.over_phases(phases)
@@ -173,7 +178,7 @@ def _measured(
             cull: Cull = "volume" if "causes" in metrics else "seen"
             numbers["map_ms"] = best_of(lambda: drawing.draw(cull), timing)
             numbers["lookup_ms"] = best_of(drawing.look_up, timing)
-        if "misclassified" in metrics or "causes" in metrics:
+        if JUDGED & set(metrics):
             numbers |= drawing.wrong_pixels()
         if "causes" in metrics:
             numbers |= drawing.cause_counts()

@@ -18,8 +18,6 @@ SPACE = {
     "scene": ["@robots", "@dueling"], "technique": ["uniform", "lispsm", "scene_optimal:search=published"],
     "lispsm.near": [1, -5], "resolution": [32, 64], "light": ["own", "0.3,-1,0.1"],
 }  # fmt: skip
-#: Where `kill_at_128_once` has been.
-MARK = "SHADOWLAB_TEST_MARK"
 
 
 def same(a: pd.DataFrame, b: pd.DataFrame) -> None:
@@ -46,9 +44,8 @@ def kill_at_64(run) -> int:
     return run.resolution
 
 
-def kill_at_64_once(run) -> int:
-    """Ends its process at one resolution, the first time."""
-    mark = Path(os.environ[MARK])
+def kill_at_64_once(run, mark: Path) -> int:
+    """Ends its process at one resolution, where there is no mark yet."""
     if run.resolution == 64 and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)

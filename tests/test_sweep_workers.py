@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import subprocess
@@ -11,7 +12,6 @@ import time
 
 import pytest
 from sweep_support import (
-    MARK,
     SIZE,
     SPACE,
     hang_at_64,
@@ -107,10 +107,9 @@ def test_workers_share_the_work_and_the_threads():
     assert set(found["<lambda>"]) == {max(1, sl.threads() // 2)}
 
 
-def test_a_worker_that_dies_costs_its_run_another_try(tmp_path, monkeypatch):
-    monkeypatch.setenv(MARK, str(tmp_path / "mark"))
+def test_a_worker_that_dies_costs_its_run_another_try(tmp_path):
     space = {**ROBOTS, "technique": ["uniform", "tsm"], "resolution": [32, 64, 48]}
-    found = sl.sweep(space, **HOW, workers=2, metrics=[kill_at_64_once])
+    found = sl.sweep(space, **HOW, workers=2, metrics=[functools.partial(kill_at_64_once, mark=tmp_path / "mark")])
     assert list(found["failure"]) == [""] * 6
     assert list(found["kill_at_64_once"]) == [32, 64, 48] * 2
 

@@ -26,7 +26,7 @@ from ... import _core
 from ...errors import ArgumentError
 from ...scene.view import View
 from ...text import reason_of
-from .work import Group, Request, Task
+from .work import Answer, Group, Request, Task, answer_to, failed, prepare
 
 if TYPE_CHECKING:
     from ...types import Light
@@ -195,10 +195,15 @@ class HeldScenes:
 HELD = HeldScenes()
 
 
-def request_from(data: bytes) -> Request:
-    """A run that was sent."""
-    found: Request = loaded(data)
-    return found
+def answer_to_sent(view: View, place: int, data: bytes, task: Task, begun: Callable[[], None] = lambda: None) -> Answer:
+    """The answer of a run that was sent; `begun` is called when what it shares with others is there."""
+    try:
+        request: Request = loaded(data)
+        prepare(view, task, request)
+    except Exception as error:  # noqa: BLE001 - what callers sent may fail in any way
+        return failed(place, type(error).__name__, f"cannot be read here: {reason_of(error)}", settled=False)
+    begun()
+    return answer_to(view, request, task)
 
 
 def frozen() -> bool:

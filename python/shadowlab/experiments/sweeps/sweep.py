@@ -9,8 +9,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ... import _core
 from ...errors import ArgumentError
@@ -19,7 +20,10 @@ from ...text.arrays import checked_number
 from ...text.checked import a_count, a_flag
 from ...text.progress import Steps
 from .collected import Collected
+from .executors import KINDS, place_for, run_in_place, run_in_threads
 from .in_process import run_here
+from .joblib_calls import is_parallel, run_in_joblib
+from .places import Place
 from .plan import SWEPT_METRICS, Plan, plan_of
 from .work import Answer, Task
 from .workers import run_in_workers
@@ -110,17 +114,27 @@ def sweep(
     count = None if workers is None else a_count(1, MOST_WORKERS)("workers", workers)
     if count is not None and executor is not None:
         raise ArgumentError("workers: expected none beside an executor, got both; the executor has its own")
+    place = None if executor is None or is_parallel(executor) else place_for(executor)
+    if executor is not None and place is None and not is_parallel(executor):
+        raise ArgumentError(f"executor: expected {KINDS}, got {shown(executor)}; workers=2 starts two processes")
     plan = plan_of(space, size=size, metrics=metrics, renderer=renderer)
     task = Task(plan.metrics, plan.functions, plan.renderer, limit)
     collected = Collected(plan)
     groups = plan.groups(collected.missing())
     runs = sum(len(group.requests) for group in groups)
     with Steps(runs, progress) as step:
-        if count is None:
+        add = told(collected, plan, step)
+        sent = replace(task, renderer=sendable(plan.renderer))
+        if count is not None:
+            run_in_workers(groups, sent, add, count)
+        elif executor is None:
             run_here(groups, task, collected.add, step)
+        elif isinstance(executor, ThreadPoolExecutor):
+            run_in_threads(groups, task, add, executor)
+        elif is_parallel(executor):
+            run_in_joblib(groups, sent, add, executor)
         else:
-            sent = replace(task, renderer=sendable(plan.renderer))
-            run_in_workers(groups, sent, told(collected, plan, step), count)
+            run_in_place(groups, sent, add, cast("Place", place))
     return collected.table()
 
 

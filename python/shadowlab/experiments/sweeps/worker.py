@@ -22,8 +22,8 @@ from ... import _core
 from ...scene.view import View
 from ...text import reason_of
 from .messages import receive, send
-from .parcels import HELD, SentView, loaded, request_from
-from .work import Answer, Task, answer_to, failed, prepare
+from .parcels import HELD, SentView, answer_to_sent, loaded
+from .work import Answer, Task
 
 
 def work() -> None:
@@ -74,13 +74,7 @@ class Desk:
     def _answer(self, place: int, data: bytes) -> Answer:
         if self._view is None:
             raise RuntimeError("a run came before its view")
-        try:
-            request = request_from(data)
-            prepare(self._view, self.task, request)
-        except Exception as error:  # noqa: BLE001 - what callers sent may fail in any way
-            return failed(place, type(error).__name__, f"cannot be read here: {reason_of(error)}", settled=False)
-        send(self.sink, ("begun", place))
-        return answer_to(self._view, request, self.task)
+        return answer_to_sent(self._view, place, data, self.task, lambda: send(self.sink, ("begun", place)))
 
 
 def listen(source: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:

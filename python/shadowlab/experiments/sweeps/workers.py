@@ -292,7 +292,20 @@ def run_in_workers(groups: Sequence[Group], task: Task, add: Callable[[Answer], 
         )
     data = dumped_task(task)
     sent = [SentGroup.of(group) for group in groups]
-    with Parcels(groups) as parcels, Crew(sent, data, count, parcels, task.timeout) as crew:
+    with Parcels(groups) as parcels:
+        run_sent(sent, data, count, parcels, task.timeout, add)
+
+
+def run_sent(
+    groups: Sequence[SentGroup],
+    data: bytes,
+    count: int,
+    parcels: Parcels,
+    timeout: float | None,
+    add: Callable[[Answer], None],
+) -> None:
+    """The same of groups and a task that are bytes already."""
+    with Crew(groups, data, count, parcels, timeout) as crew:
         crew.work(add)
 
 

@@ -1,0 +1,232 @@
+"""A sweep on an executor of somebody else's: one of `concurrent.futures`, of the same kind (ray's, mpi4py's), or Dask.
+
+```
+    lots, the largest first --submit--> futures --as they end--> answers
+                                           |  the process died     Dask: each run again, alone; twice is its failure
+                                           |                       others: what is left is done in processes of our own
+```
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, ThreadPoolExecutor
+from typing import Any
+
+from ...errors import ArgumentError, WorkerError
+from ...text import reason_of
+from ...text.checked import has_all
+from .dask_place import DaskPlace
+from .in_process import run_here
+from .lots import Lacking, Lot, lots_of
+from .parcels import Parcels, SentGroup, dumped_task, frozen
+from .places import Future, FuturesPlace, Place, of_package
+from .work import Answer, Group, Task, failed
+from .workers import DIED, run_sent
+
+# Between two looks whether there is anybody left to work.
+LOOK_S = 0.5
+KINDS = "a concurrent.futures.Executor, a Dask Client or a joblib.Parallel"
+
+
+def place_for(executor: object) -> Place | None:
+    """Where an executor carries lots out; None for what is none.
+
+    Raises
+    ------
+    ArgumentError
+        For a Dask client that is closed.
+    """
+    if isinstance(executor, type):
+        return None
+    if of_package(executor, "distributed") and has_all(executor, "submit", "nthreads", "cancel"):
+        try:
+            return DaskPlace(executor)
+        except Exception as error:  # noqa: BLE001 - of a client that is closed, whatever it raises
+            raise ArgumentError(
+                f"executor: expected a client of a running cluster, got one that fails ({reason_of(error)})"
+            ) from None
+    return FuturesPlace(executor) if has_all(executor, "submit") else None
+
+
+def run_in_threads(
+    groups: Sequence[Group], task: Task, add: Callable[[Answer], None], executor: ThreadPoolExecutor
+) -> None:
+    """Adds the answer of every run, made by threads of this process: nothing is sent."""
+    done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    stopped = threading.Event()
+
+    def put(answer: Answer) -> None:
+        if stopped.is_set():
+            raise CancelledError
+        done.put(answer)
+
+    futures: list[Any] = []
+    try:
+        for group in groups:
+            try:
+                futures.append(executor.submit(run_here, [group], task, put))
+            except RuntimeError as error:
+                raise ArgumentError(f"executor: expected one that is open ({reason_of(error)})") from None
+            futures[-1].add_done_callback(done.put)
+        ended = 0
+        while ended < len(futures):
+            found = take(done, lambda: False)
+            if isinstance(found, Answer):
+                add(found)
+            elif found is not None:
+                ended += 1
+                found.result()
+    finally:
+        stopped.set()
+        for future in futures:
+            future.cancel()
+
+
+def take(done: queue.SimpleQueue[Any], alone: Callable[[], bool]) -> Any:
+    """What comes next; None where nothing comes any more."""
+    while True:
+        try:
+            return done.get(timeout=LOOK_S)
+        except queue.Empty:
+            if alone():
+                return None
+
+
+def run_in_place(groups: Sequence[Group], task: Task, add: Callable[[Answer], None], place: Place) -> None:
+    """Adds the answer of every run, made where an executor says.
+
+    Raises
+    ------
+    ArgumentError
+        For what cannot be sent, and an executor that is closed.
+    WorkerError
+        Where the other processes cannot carry runs out.
+    """
+    data = dumped_task(task)
+    sent = [SentGroup.of(group) for group in groups]
+    with Parcels(groups) as parcels:
+        left = Submitted(place, data, parcels, add).all(lots_of(sent, parcels.folder, place.workers, place.share))
+        finish(left, data, parcels, add, place.workers, task.timeout)
+
+
+def finish(
+    lots: Sequence[Lot],
+    data: bytes,
+    parcels: Parcels,
+    add: Callable[[Answer], None],
+    workers: int,
+    timeout: float | None,
+) -> None:
+    """Answers what an executor left undone when it broke: in processes of our own, where one may die for itself."""
+    if lots and frozen():
+        for lot in lots:
+            for place in lot.places:
+                add(failed(place, DIED, "the executor broke before it was done", settled=False))
+    elif lots:
+        run_sent([lot.group for lot in lots], data, workers, parcels, timeout, add)
+
+
+class Submitted:
+    """The lots that an executor has.
+
+    Parameters
+    ----------
+    place : Place
+    data : bytes
+        The task.
+    parcels : Parcels
+    add : callable
+        Gets the answers.
+    """
+
+    def __init__(self, place: Place, data: bytes, parcels: Parcels, add: Callable[[Answer], None]):
+        self.place, self.data, self.parcels, self.add = place, data, parcels, add
+        self.lots: dict[int, tuple[Future, Lot]] = {}
+        self.done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.alone: set[int] = set()
+        self.answered = self.lacking = False
+
+    def all(self, lots: Sequence[Lot]) -> list[Lot]:
+        """Has all lots answered; what is given back has not been, for the executor is broken."""
+        waiting = deque(lots)
+        try:
+            while waiting or self.lots:
+                while waiting and len(self.lots) < self._window():
+                    if not self._begun(waiting[0]):
+                        return [*self._left(), *waiting]
+                    waiting.popleft()
+                future = take(self.done, self.place.alone)
+                if future is None or not self._take(future):
+                    return [*self._left(), *waiting]
+        except BaseException:
+            self.place.cancel([future for future, _ in self.lots.values()])
+            raise
+        return []
+
+    def _window(self) -> int:
+        """Lots that the executor has at a time: where they lack scenes, one a process, so that each is sent one."""
+        return self.place.window if self.answered and not self.lacking else min(self.place.workers, self.place.window)
+
+    def _begun(self, lot: Lot) -> bool:
+        """Begins with a lot; False where the executor is broken."""
+        try:
+            self._submit(lot)
+        except BrokenExecutor:
+            return False
+        except Exception as error:  # noqa: BLE001 - of a closed executor, whatever it raises
+            raise ArgumentError(
+                f"executor: expected one that takes calls, got one that fails ({reason_of(error)})"
+            ) from None
+        return True
+
+    def _submit(self, lot: Lot) -> None:
+        future = self.place.submit(lot, self.data, self.parcels)
+        self.lots[id(future)] = future, lot
+        future.add_done_callback(self.done.put)
+
+    def _left(self) -> list[Lot]:
+        self.place.cancel([future for future, _ in self.lots.values()])
+        return [lot for _, lot in self.lots.values()]
+
+    def _take(self, future: Future) -> bool:
+        """Takes up what became of a lot; False where the executor is broken."""
+        _, lot = self.lots[id(future)]
+        try:
+            found = future.result()
+        except (KeyboardInterrupt, SystemExit):
+            raise
+        except BaseException as error:  # noqa: BLE001 - what executors raise is of any kind
+            if self.place.lost(error):
+                return False
+            del self.lots[id(future)]
+            if not self.place.died(error):
+                raise WorkerError(
+                    f"executor: its processes cannot carry runs out ({type(error).__name__}: {reason_of(error)})"
+                ) from None
+            self._again(lot)
+            return True
+        del self.lots[id(future)]
+        if isinstance(found, Lacking):
+            self.lacking = True
+            self._submit(Lot(lot.group, lot.folder, lot.workers, self.parcels.data(found.scene), lot.process))
+            return True
+        self.answered = True
+        for answer in found:
+            self.add(answer)
+        return True
+
+    def _again(self, lot: Lot) -> None:
+        """Each run of a lot that took its process along, alone; one that was alone has failed."""
+        for single in lot.singles():
+            place = single.places[0]
+            if place in self.alone:
+                self.add(
+                    failed(place, DIED, "its processes ended, alone, too, as where memory runs out", settled=False)
+                )
+            else:
+                self.alone.add(place)
+                self._submit(single)

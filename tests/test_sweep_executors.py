@@ -1,0 +1,193 @@
+"""Sweeps on executors of others: the same table from each, processes that die, a Dask cluster, joblib."""
+
+from __future__ import annotations
+
+import functools
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import pytest
+from conftest import imported
+from sweep_support import SIZE, SPACE, kill_at_64, kill_at_64_once, lit, pid, raise_at_64, same
+
+import shadowlab as sl
+from shadowlab.errors import ArgumentError, WorkerError
+
+HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
+ROBOTS = {"scene": "@robots", "technique": "uniform"}
+METRICS = ["misclassified", "texels", lit, raise_at_64]
+SPAWN = multiprocessing.get_context("spawn")
+
+
+@pytest.fixture(scope="module")
+def here():
+    """The table of this process."""
+    return sl.sweep(SPACE, **HOW, metrics=METRICS)
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Three Dask workers."""
+    distributed = imported("distributed")
+    # A worker that dies costs its task at once, not after four of them.
+    with (
+        imported("dask").config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(
+            n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0
+        ) as made,
+    ):
+        yield made
+
+
+@pytest.fixture
+def client(cluster):
+    with imported("distributed").Client(cluster) as made:
+        made.wait_for_workers(3, timeout=60)
+        yield made
+
+
+def test_threads_give_the_same_table(here):
+    with ThreadPoolExecutor(3) as executor:
+        same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+        lock = threading.Lock()
+        found = sl.sweep(ROBOTS, **HOW, metrics=[lambda run: lock.locked()], executor=executor)
+        assert list(found["failure"]) == [""], "nothing is sent"
+
+
+@pytest.mark.parametrize("method", sorted({"spawn", "fork"} & {*multiprocessing.get_all_start_methods()}))
+@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
+def test_processes_give_the_same_table(here, method):
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as executor:
+        same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+        threads = sl.sweep(
+            {**ROBOTS, "resolution": [32, 48]}, **HOW, metrics=[lambda run: sl.threads()], executor=executor
+        )
+        assert set(threads["<lambda>"]) == {max(1, (os.cpu_count() or 1) // 2)}
+
+
+class Alone:
+    """An executor that has nothing but `submit`; its calls find no files, as on another machine."""
+
+    def __init__(self):
+        self.lots, self.max_workers = [], 1
+
+    def submit(self, function, lot, data):
+        from dataclasses import replace
+
+        self.lots.append(lot)
+        made = Future()
+        try:
+            made.set_result(function(replace(lot, folder="/nowhere", process=("", 0), workers=None), data))
+        except Exception as error:  # noqa: BLE001 - as executors do
+            made.set_exception(error)
+        return made
+
+
+def test_scenes_are_sent_once_to_where_their_files_are_not(here):
+    from shadowlab.experiments.sweeps import parcels
+
+    parcels.HELD.__init__()
+    executor = Alone()
+    same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+    sent = [lot.group.view.scene for lot in executor.lots if lot.scene is not None]
+    assert len(sent) == len(set(sent)) == 2
+    assert len(executor.lots) > 4
+
+
+def test_an_executor_that_breaks_is_replaced(tmp_path):
+    space = {**ROBOTS, "technique": ["uniform", "tsm"], "resolution": [32, 64, 48]}
+    with ProcessPoolExecutor(2, mp_context=SPAWN) as executor:
+        found = sl.sweep(
+            space, **HOW, metrics=[functools.partial(kill_at_64_once, mark=tmp_path / "mark")], executor=executor
+        )
+    assert list(found["kill_at_64_once"]) == [32, 64, 48] * 2
+
+
+def test_a_dask_cluster_gives_the_same_table(here, client):
+    same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=client))
+    space = {**ROBOTS, "resolution": list(range(32, 56))}
+    found = sl.sweep(space, **HOW, metrics=[pid, lambda run: sl.threads()], executor=client)
+    assert len(set(found["pid"])) == 3
+    assert set(found["<lambda>"]) == {1}
+
+
+def test_a_dask_worker_that_is_killed_in_the_middle_costs_nothing(client):
+    space = {**ROBOTS, "technique": ["uniform", "tsm", "lispsm"], "resolution": list(range(32, 48))}
+    nothing = sl.sweep(space, **HOW)
+    started = set(client.run(os.getpid).values())
+    victim = min(started)
+    timer = threading.Timer(1.5, lambda: os.kill(victim, signal.SIGKILL))
+    timer.start()
+    found = sl.sweep(space, **HOW, metrics=["misclassified", pid], executor=client)
+    timer.join()
+    assert victim not in set(client.run(os.getpid).values()), "it was killed"
+    assert len(set(found["pid"])) >= 2
+    same(nothing, found.drop(columns="pid"))
+
+
+def test_a_run_that_kills_dask_workers_is_a_failure(client):
+    found = sl.sweep({**ROBOTS, "resolution": [32, 64, 48]}, **HOW, metrics=[kill_at_64], executor=client)
+    assert list(found["failure_type"]) == ["", "WorkerError", ""]
+    assert list(found["kill_at_64"].dropna()) == [32, 48]
+
+
+@pytest.mark.parametrize("backend", ["loky", "threading"])
+def test_joblib_gives_the_same_table(here, backend):
+    joblib = imported("joblib")
+    same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=joblib.Parallel(2, backend=backend)))
+
+
+def test_a_joblib_worker_that_dies_costs_its_run_another_try(tmp_path):
+    joblib = imported("joblib")
+    found = sl.sweep(
+        {**ROBOTS, "resolution": [32, 64, 48]},
+        **HOW,
+        metrics=[functools.partial(kill_at_64_once, mark=tmp_path / "mark")],
+        executor=joblib.Parallel(2),
+    )
+    assert list(found["kill_at_64_once"]) == [32, 64, 48]
+
+
+@pytest.mark.parametrize("executor", [3, "dask", object(), ProcessPoolExecutor, [], int])
+def test_what_is_no_executor_is_an_error(executor):
+    with pytest.raises(ArgumentError, match="executor"):
+        sl.sweep(ROBOTS, **HOW, executor=executor)
+
+
+def test_an_executor_that_is_closed_is_an_error():
+    for kind in (ThreadPoolExecutor(1), ProcessPoolExecutor(1, mp_context=SPAWN)):
+        kind.shutdown()
+        with pytest.raises(ArgumentError, match="executor"):
+            sl.sweep(ROBOTS, **HOW, executor=kind)
+
+
+def test_what_an_executor_raises_is_an_error():
+    class Broken:
+        def submit(self, *args):
+            made = Future()
+            made.set_exception(ImportError("no module named shadowlab"))
+            return made
+
+    with pytest.raises(WorkerError, match="no module named shadowlab"):
+        sl.sweep(ROBOTS, **HOW, executor=Broken())
+
+
+def test_an_interruption_gives_up_what_has_not_begun():
+    with ThreadPoolExecutor(1) as executor:
+        begun = []
+
+        def slow(run):
+            begun.append(1)
+            time.sleep(0.2)
+            return 1
+
+        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            sl.sweep({**ROBOTS, "resolution": list(range(32, 96))}, **HOW, metrics=[slow], executor=executor)
+        timer.join()
+    assert len(begun) < 32

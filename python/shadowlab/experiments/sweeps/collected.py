@@ -4,30 +4,38 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
 from ... import _core
+from ...errors import ArgumentError
+from ...text import shown
+from ...text.checked import a_path, has_all
 from ..columns import COLUMNS, frame
+from ..store.keys import key_of_parts, run_key
+from ..store.store import Store
 from .functions import text_of_metrics
 from .plan import Plan, Planned, columns_with
+from .space import settings_keys
 from .work import Answer, Plain, failed
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .work import Group
-
 
 class StoreLike(Protocol):
     """What keeps rows by their keys: a `Store`, or anything that does the same."""
 
-    def rows(self, keys: Iterable[str]) -> Mapping[str, Mapping[str, Plain]]:
+    def missing(self, keys: Iterable[str], /) -> list[str]:
+        """The keys of which no done row is there."""
+
+    def rows(self, keys: Iterable[str], /) -> Mapping[str, Mapping[str, Any]]:
         """The rows that are there."""
 
-    def put(self, key: str, row: Mapping[str, Plain]) -> None:
+    def put(self, key: str, row: Mapping[str, Any], /, *, done: bool = True) -> None:
         """Keeps a row at once."""
 
 
@@ -37,49 +45,52 @@ class Collected:
     Parameters
     ----------
     plan : Plan
-    keys : sequence of str
-        The digest of each row; empty of a row without a request, and of all without a store.
     store : Store, optional
         Has the rows that are done already, and gets those that will be.
+
+    Raises
+    ------
+    ArgumentError
+        For a store, and techniques whose settings are no plain values.
     """
 
-    def __init__(self, plan: Plan, keys: Sequence[str] = (), store: StoreLike | None = None):
+    def __init__(self, plan: Plan, store: StoreLike | None = None):
         self.plan = plan
-        self._keys, self._store = keys, store
+        self._store = store
+        self._keys: dict[int, str] = {}
         self._rows: dict[int, Mapping[str, Plain]] = {}
         for place, planned in enumerate(plan.rows):
             if planned.request is None:
                 self._rows[place] = failed(place, *planned.failure).row
         if store is not None:
-            there = store.rows([key for key in keys if key])
-            self._rows |= {place: there[key] for place, key in enumerate(keys) if key in there}
+            self._keys = keys_of(plan)
+            missing = set(store.missing(list(self._keys.values())))
+            there = store.rows([key for key in self._keys.values() if key not in missing])
+            others = {*settings_keys()} - set(plan.settings)
+            for place, key in self._keys.items():
+                if key in there:
+                    self._rows[place] = {name: cell for name, cell in there[key].items() if name not in others}
 
     def missing(self) -> list[int]:
         """The places of the rows that are not done."""
         return [place for place in range(self.plan.runs) if place not in self._rows]
-
-    def lacks(self, group: Group) -> list[int]:
-        """The places of the rows of a group that are not done."""
-        return [request.place for request in group.requests if request.place not in self._rows]
 
     def add(self, answer: Answer) -> None:
         """Keeps an answer; the first of a row counts."""
         if answer.place in self._rows:
             return
         self._rows[answer.place] = answer.row
-        if self._store is not None and answer.settled:
-            row = whole_row(self.plan.rows[answer.place], answer.row)
-            self._store.put(self._keys[answer.place], row)
+        if self._store is not None:
+            row = {**answer.row, **self.plan.rows[answer.place].cells}
+            self._store.put(self._keys[answer.place], row, done=answer.settled)
 
     def table(self) -> pd.DataFrame:
         """The table of the rows that are done, in the order of the plan."""
         plan = self.plan
         rows = [whole_row(plan.rows[place], self._rows[place]) for place in sorted(self._rows)]
-        known = {*columns_with(plan.settings, ()), "dropped"}
-        functions = list(
-            dict.fromkeys(name for row in rows for name in row if name not in known and name not in COLUMNS)
-        )
-        names = columns_with(plan.settings, functions)
+        known = columns_with(plan.settings, ())
+        functions = dict.fromkeys(name for row in rows for name in row if name not in known and name not in COLUMNS)
+        names = columns_with(plan.settings, list(functions))
         made = frame([name for name in names if name in COLUMNS], rows)
         for i, name in enumerate(names):
             if name not in COLUMNS:
@@ -90,11 +101,49 @@ class Collected:
 
 def whole_row(planned: Planned, row: Mapping[str, Plain]) -> dict[str, Plain]:
     """The row of an answer with what the plan knows of it, which goes before."""
-    found = {**row, **planned.cells}
-    dropped = found.pop("dropped", None)
-    if dropped:
-        found["notes"] = "; ".join(str(text) for text in (row.get("notes"), dropped) if text)
+    notes = "; ".join(text for text in (row.get("notes"), planned.note) if isinstance(text, str) and text)
+    return {**row, **planned.cells, "notes": notes}
+
+
+def keys_of(plan: Plan) -> dict[int, str]:
+    """The keys of the rows in a store, by their places."""
+    backend, adapter = plan.renderer.backend, plan.renderer.adapter
+    drawn_by = backend if backend == "cpu" else f"{backend} ({adapter})"
+    functions = text_of_metrics((), plan.functions)
+    found = {}
+    for place, planned in enumerate(plan.rows):
+        request = planned.request
+        if request is None:
+            continue
+        key = run_key(
+            plan.views[planned.view].view, request.item, resolution=request.resolution or 1, metrics=plan.metrics,
+            **request.read._asdict(), backend=drawn_by,
+        )  # fmt: skip
+        more = (request.memory, *functions)
+        found[place] = key_of_parts(key, *more) if any(one is not None for one in more) else key
     return found
+
+
+@contextmanager
+def opened(store: object) -> Iterator[StoreLike | None]:
+    """The store that is given, or that of a path, which is closed again.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else.
+    StoreError
+        For a file that is no store.
+    """
+    if store is None:
+        yield None
+    elif isinstance(store, (str, os.PathLike)):
+        with Store(a_path("store", store)) as made:
+            yield made
+    elif not isinstance(store, type) and has_all(store, "missing", "rows", "put"):
+        yield cast("StoreLike", store)
+    else:
+        raise ArgumentError(f'store: expected a path or a Store, got {shown(store)}; try "runs.sqlite"')
 
 
 def typed(values: Sequence[Any]) -> pd.Series[Any]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import sys
 import time
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import CancelledError
 from typing import Any, cast
 
 from ... import _core
@@ -33,7 +35,7 @@ class DaskPlace:
         self._seen = time.monotonic()
 
     def submit(self, lot: Lot, data: bytes, parcels: Parcels) -> Future:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         name = lot.group.view.scene
         with warnings.catch_warnings():
             # Of large graphs: the scene has to get there.
@@ -44,20 +46,24 @@ class DaskPlace:
             return cast("Future", self.client.submit(carry_out_in_dask, lot, data, self._scenes[name], pure=False))
 
     def cancel(self, futures: Sequence[Future]) -> None:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         with contextlib.suppress(Exception):
             self.client.cancel(list(futures), force=True)
 
     def died(self, error: BaseException) -> bool:
-        """As of `Place`."""
-        return type(error).__name__ == "KilledWorker"
+        """As of `LotPlace`."""
+        from distributed import KilledWorker
+
+        return isinstance(error, KilledWorker)
 
     def lost(self, error: BaseException) -> bool:
-        """As of `Place`."""
-        return "Cancelled" in type(error).__name__ or type(error).__name__ == "CommClosedError"
+        """As of `LotPlace`."""
+        from distributed.comm.core import CommClosedError
+
+        return isinstance(error, (CancelledError, asyncio.CancelledError, CommClosedError))
 
     def alone(self) -> bool:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         try:
             there = bool(self.client.nthreads())
         except Exception:  # noqa: BLE001 - of a scheduler that has gone, whatever that raises

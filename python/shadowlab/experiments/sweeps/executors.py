@@ -23,7 +23,7 @@ from .dask_place import DaskPlace
 from .in_process import run_here
 from .lots import Lacking, Lot, lots_of
 from .parcels import Parcels, SentGroup, dumped_task, frozen
-from .places import Future, FuturesPlace, Place, of_package
+from .places import Future, FuturesPlace, LotPlace, of_package
 from .work import Answer, Group, Task, failed
 from .workers import DIED, run_sent
 
@@ -32,24 +32,27 @@ LOOK_S = 0.5
 KINDS = "a concurrent.futures.Executor, a Dask Client or a joblib.Parallel"
 
 
-def place_for(executor: object) -> Place | None:
-    """Where an executor carries lots out; None for what is none.
+def takes_calls(executor: object) -> bool:
+    """Whether it is an executor: one of `concurrent.futures`, of the same kind, or a Dask client."""
+    return not isinstance(executor, type) and has_all(executor, "submit")
+
+
+def place_for(executor: object) -> LotPlace:
+    """Where an executor carries lots out.
 
     Raises
     ------
     ArgumentError
         For a Dask client that is closed.
     """
-    if isinstance(executor, type):
-        return None
-    if of_package(executor, "distributed") and has_all(executor, "submit", "nthreads", "cancel"):
-        try:
-            return DaskPlace(executor)
-        except Exception as error:  # noqa: BLE001 - of a client that is closed, whatever it raises
-            raise ArgumentError(
-                f"executor: expected a client of a running cluster, got one that fails ({reason_of(error)})"
-            ) from None
-    return FuturesPlace(executor) if has_all(executor, "submit") else None
+    if not (of_package(executor, "distributed") and has_all(executor, "nthreads", "cancel")):
+        return FuturesPlace(executor)
+    try:
+        return DaskPlace(executor)
+    except Exception as error:  # noqa: BLE001 - of a client that is closed, whatever it raises
+        raise ArgumentError(
+            f"executor: expected a client of a running cluster, got one that fails ({reason_of(error)})"
+        ) from None
 
 
 def run_in_threads(
@@ -96,7 +99,7 @@ def take(done: queue.SimpleQueue[Any], alone: Callable[[], bool]) -> Any:
                 return None
 
 
-def run_in_place(groups: Sequence[Group], task: Task, add: Callable[[Answer], None], place: Place) -> None:
+def run_in_place(groups: Sequence[Group], task: Task, add: Callable[[Answer], None], place: LotPlace) -> None:
     """Adds the answer of every run, made where an executor says.
 
     Raises
@@ -135,7 +138,7 @@ class Submitted:
 
     Parameters
     ----------
-    place : Place
+    place : LotPlace
     data : bytes
         The task.
     parcels : Parcels
@@ -143,7 +146,7 @@ class Submitted:
         Gets the answers.
     """
 
-    def __init__(self, place: Place, data: bytes, parcels: Parcels, add: Callable[[Answer], None]):
+    def __init__(self, place: LotPlace, data: bytes, parcels: Parcels, add: Callable[[Answer], None]):
         self.place, self.data, self.parcels, self.add = place, data, parcels, add
         self.lots: dict[int, tuple[Future, Lot]] = {}
         self.done: queue.SimpleQueue[Any] = queue.SimpleQueue()

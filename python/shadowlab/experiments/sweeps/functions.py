@@ -18,6 +18,7 @@ from ...text.arrays import checked_items
 from ...text.checked import a_text
 from ..columns import COLUMNS
 from ..metrics import KNOWN_METRICS, Metric, checked_metrics
+from .space import settings_keys
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -66,7 +67,7 @@ def check_column(name: str) -> None:
     ------
     ArgumentError
     """
-    if name in COLUMNS or not name.strip():
+    if name in COLUMNS or name in settings_keys() or not name.strip():
         raise ArgumentError(f"metrics: expected a name that no column has, got {name!r}; call the function otherwise")
 
 

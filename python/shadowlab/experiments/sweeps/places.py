@@ -27,7 +27,7 @@ class Future(Protocol):
         """Calls when it is done."""
 
 
-class Place(Protocol):
+class LotPlace(Protocol):
     """Where lots are carried out."""
 
     workers: int
@@ -62,26 +62,26 @@ class FuturesPlace:
         self.window = 2 * self.workers
 
     def submit(self, lot: Lot, data: bytes, parcels: Parcels) -> Future:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         parcels.file(lot.group.view.scene)
         return cast("Future", self.executor.submit(carry_out, lot, data))
 
     def cancel(self, futures: Sequence[Future]) -> None:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         for future in futures:
             with contextlib.suppress(Exception):
                 future.cancel()
 
     def died(self, error: BaseException) -> bool:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         return False
 
     def lost(self, error: BaseException) -> bool:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         return isinstance(error, (BrokenExecutor, CancelledError))
 
     def alone(self) -> bool:
-        """As of `Place`."""
+        """As of `LotPlace`."""
         return False
 
 

@@ -56,12 +56,15 @@ class Planned:
         What is known of the row: labels, settings, and how the maps are read.
     failure : (str, str)
         Type and text of the reason why there is no request.
+    note : str
+        The settings that are not for its technique.
     """
 
     view: int
     request: Request | None
     cells: dict[str, Plain]
     failure: tuple[str, str] = ("", "")
+    note: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,17 +218,16 @@ class _Rows:
         }  # fmt: skip
         if resolution is not None:
             head["resolution"] = resolution
-        if dropped:
-            head["dropped"] = "; ".join(f"{key} does not apply" for key in dropped)
+        note = "; ".join(f"{key} does not apply" for key in dropped)
         place = len(self.rows)
         if isinstance(item, tuple):
             read = MapReading(_core.Bias() if bias is None else bias, kernel, blend, stored)
-            self.rows.append(Planned(view, None, head | cells_of_reading(read), item))
+            self.rows.append(Planned(view, None, head | cells_of_reading(read), item, note))
             return
         read = reading(item, bias, kernel, blend, stored)
         head |= {"spec": spec_of(label, item), **cells_of_reading(read)}
         request = Request(place, label, item, resolution, memory, read)
-        self.rows.append(Planned(view, request, head))
+        self.rows.append(Planned(view, request, head, note=note))
 
     def _owner(self, named: Named) -> str | tuple[str, str]:
         """The name that settings go by, or the type and text of why there is none."""

@@ -157,6 +157,14 @@ def settings_of_techniques() -> dict[str, tuple[str, ...]]:
     return {name: (*params, *READ_SETTINGS) for name, params in own.items()}
 
 
+@functools.cache
+def settings_keys() -> frozenset[str]:
+    """All keys of settings, engines' presets aside."""
+    known = settings_of_techniques()
+    every = dict.fromkeys(itertools.chain.from_iterable(known.values()))
+    return frozenset(f"{owner}.{name}" for owner, names in {**known, EVERY: tuple(every)}.items() for name in names)
+
+
 def alternatives(key: str, value: object) -> list[Named]:
     """The values of a key: one, several, or several by their labels.
 

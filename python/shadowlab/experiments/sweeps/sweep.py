@@ -8,10 +8,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from ... import _core
 from ...errors import ArgumentError
@@ -19,13 +19,12 @@ from ...text import shown
 from ...text.arrays import checked_number
 from ...text.checked import a_count, a_flag
 from ...text.progress import Steps
-from .collected import Collected
-from .executors import KINDS, place_for, run_in_place, run_in_threads
+from .collected import Collected, opened
+from .executors import KINDS, place_for, run_in_place, run_in_threads, takes_calls
 from .in_process import run_here
 from .joblib_calls import is_parallel, run_in_joblib
-from .places import Place
-from .plan import SWEPT_METRICS, Plan, plan_of
-from .work import Answer, Task
+from .plan import SWEPT_METRICS, plan_of
+from .work import Answer, Group, Task
 from .workers import run_in_workers
 
 if TYPE_CHECKING:
@@ -98,6 +97,8 @@ def sweep(
         For a key, scene, camera, light, technique, setting, metric, filter or renderer that does not exist.
     LoadError
         For a scene's file that cannot be read.
+    StoreError
+        For a store that is no store, or that cannot be written.
     WorkerError
         Where workers cannot be started.
 
@@ -112,44 +113,56 @@ def sweep(
     a_flag("progress", progress)
     limit = checked_timeout(timeout)
     count = None if workers is None else a_count(1, MOST_WORKERS)("workers", workers)
+    if executor is not None and not is_parallel(executor) and not takes_calls(executor):
+        raise ArgumentError(f"executor: expected {KINDS}, got {shown(executor)}; workers=2 starts two processes")
     if count is not None and executor is not None:
         raise ArgumentError("workers: expected none beside an executor, got both; the executor has its own")
-    place = None if executor is None or is_parallel(executor) else place_for(executor)
-    if executor is not None and place is None and not is_parallel(executor):
-        raise ArgumentError(f"executor: expected {KINDS}, got {shown(executor)}; workers=2 starts two processes")
     plan = plan_of(space, size=size, metrics=metrics, renderer=renderer)
     task = Task(plan.metrics, plan.functions, plan.renderer, limit)
-    collected = Collected(plan)
-    groups = plan.groups(collected.missing())
-    runs = sum(len(group.requests) for group in groups)
-    with Steps(runs, progress) as step:
-        add = told(collected, plan, step)
-        sent = replace(task, renderer=sendable(plan.renderer))
-        if count is not None:
-            run_in_workers(groups, sent, add, count)
-        elif executor is None:
-            run_here(groups, task, collected.add, step)
-        elif isinstance(executor, ThreadPoolExecutor):
-            run_in_threads(groups, task, add, executor)
-        elif is_parallel(executor):
-            run_in_joblib(groups, sent, add, executor)
-        else:
-            run_in_place(groups, sent, add, cast("Place", place))
-    return collected.table()
+    with opened(store) as kept:
+        collected = Collected(plan, kept)
+        groups = plan.groups(collected.missing())
+        with Steps(sum(len(group.requests) for group in groups), progress) as step:
+            if groups:
+                carry_on(groups, task, collected, step, executor, count)
+        return collected.table()
 
 
-def told(collected: Collected, plan: Plan, step: Callable[[str], None]) -> Callable[[Answer], None]:
+def carry_on(
+    groups: Sequence[Group],
+    task: Task,
+    collected: Collected,
+    step: Callable[[str], None],
+    executor: object,
+    workers: int | None,
+) -> None:
+    """Adds the answer of every run, made where it is asked for."""
+    add = told(collected, step)
+    sent = replace(task, renderer=sendable(task.renderer))
+    if workers is not None:
+        run_in_workers(groups, sent, add, workers)
+    elif executor is None:
+        run_here(groups, task, collected.add, step)
+    elif isinstance(executor, ThreadPoolExecutor):
+        run_in_threads(groups, task, add, executor)
+    elif is_parallel(executor):
+        run_in_joblib(groups, sent, add, executor)
+    else:
+        run_in_place(groups, sent, add, place_for(executor))
+
+
+def told(collected: Collected, step: Callable[[str], None]) -> Callable[[Answer], None]:
     """What takes up an answer from elsewhere and moves the bar on."""
 
     def add(answer: Answer) -> None:
-        cells = plan.rows[answer.place].cells
+        cells = collected.plan.rows[answer.place].cells
         collected.add(answer)
         step(f"{cells['view']}, {cells['technique']}")
 
     return add
 
 
-def sendable(renderer: RendererLike) -> RendererLike | str:
+def sendable(renderer: RendererLike | str) -> RendererLike | str:
     """The renderer as every process makes its own: the package's by the name of its backend."""
     return renderer.backend if isinstance(renderer, _core.Renderer) else renderer
 

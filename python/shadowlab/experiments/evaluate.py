@@ -32,7 +32,7 @@ from .timing import best_of, median_us
 if TYPE_CHECKING:
     from ..types import Cull, Filter, Item, RendererArgument, RendererLike, TechniqueArgument, TechniqueLike
 
-from .metrics import DRAWN, JUDGED, METRICS, Metric, checked_metrics
+from .metrics import DRAWN, HELD_AGAINST_TRUTH, METRICS, Metric, checked_metrics
 from .phases import checked_phases
 from .run import Run
 
@@ -120,7 +120,7 @@ def evaluate(
     how = (item, whole("resolution", resolution), checked_metrics(metrics), renderer_of(renderer))
     lookup = reading(item, bias, filter, checked_blend(blend), checked_stored(stored))
     checked_phases(phases)
-    if isinstance(view.light, tuple) and JUDGED & set(how[2]):
+    if isinstance(view.light, tuple) and HELD_AGAINST_TRUTH & set(how[2]):
         # Traced together they share the rays from the eye. Where that fails, each run says why.
         with suppress(ShadowlabError):
             view.truth()
@@ -178,7 +178,7 @@ def _measured(
             cull: Cull = "volume" if "causes" in metrics else "seen"
             numbers["map_ms"] = best_of(lambda: drawing.draw(cull), timing)
             numbers["lookup_ms"] = best_of(drawing.look_up, timing)
-        if JUDGED & set(metrics):
+        if HELD_AGAINST_TRUTH & set(metrics):
             numbers |= drawing.wrong_pixels()
         if "causes" in metrics:
             numbers |= drawing.cause_counts()

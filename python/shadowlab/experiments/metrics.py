@@ -18,7 +18,7 @@ KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
 # Those that need maps.
 DRAWN = frozenset({"mask", "misclassified", "causes"})
 # Those that need the traced truth.
-JUDGED = frozenset({"misclassified", "causes"})
+HELD_AGAINST_TRUTH = frozenset({"misclassified", "causes"})
 _PHASES = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns that each metric fills; those of wrong pixels come with causes, too.
 FILLED: Mapping[Metric, tuple[str, ...]] = MappingProxyType({

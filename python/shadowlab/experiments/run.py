@@ -17,7 +17,7 @@ from ..text.checks import renderer_of
 from ..travel import Value
 from .drawing import Drawing
 from .memory import BYTES_PER_TEXEL
-from .metrics import JUDGED, MEASURED, Metric
+from .metrics import HELD_AGAINST_TRUTH, MEASURED, Metric
 from .phases import PHASES, Scatter, checked_phases, scatter_of
 
 T = TypeVar("T")
@@ -164,7 +164,7 @@ class Run(Value):
     @property
     def judged(self) -> bool:
         """Whether it was held against the truth."""
-        return not self.failure and bool(JUDGED & set(self.metrics))
+        return not self.failure and bool(HELD_AGAINST_TRUTH & set(self.metrics))
 
     @property
     def errors(self) -> PerLight[Misclassified] | None:

@@ -11,9 +11,10 @@ from ...errors import UnknownNameError
 from ...scene import library
 from ...scene.default_view import WIDE_ASPECT, default_views
 from ...scene.files import load_scene
+from ...scene.light_way import light_way
 from ...scene.scenes import Scene
 from ...scene.source import Source
-from ...scene.view import View, checked_light, light_way
+from ...scene.view import View, checked_light
 from ...text import parse_spec, parse_vector, shown
 from ...text.checks import VIEWS, check_camera, check_scene, picture_of
 from ..views import LabelledView, apart, light_label

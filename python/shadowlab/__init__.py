@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from .experiments.store.store import Store
     from .experiments.study import Study
     from .experiments.sweeps.drawn_rows import random
+    from .experiments.sweeps.named_axes import to_xarray
     from .experiments.sweeps.sweep import sweep
     from .scene.default_view import default_view, default_views
 
@@ -124,6 +125,7 @@ __all__ = [
     "technique",
     "techniques",
     "threads",
+    "to_xarray",
     "trace",
     "turned",
 ]
@@ -158,6 +160,7 @@ _LAZY = {
     "scene_optimal_experiment": "experiments.scene_optimal",
     "smallest_bias": "experiments.smallest_bias",
     "sweep": "experiments.sweeps.sweep",
+    "to_xarray": "experiments.sweeps.named_axes",
 }
 
 

@@ -17,7 +17,8 @@ EXTRAS = (
     ("pyrender", "peers", "tests against pyrender"),
     ("embreex", "peers", "tests against Embree"),
     ("ipywidgets", "notebook", "progress bars in notebooks"),
-    ("dask", "distributed", "many studies on a cluster"),
+    ("dask", "distributed", "sweeps on a cluster"),
+    ("xarray", "tables", "sweeps as arrays with named axes"),
 )
 NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}

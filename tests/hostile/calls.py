@@ -89,6 +89,19 @@ def temporal() -> Any:
 
 
 @functools.cache
+def sweep_table() -> Any:
+    w = world()
+    space = {
+        "scene": w.scene,
+        "camera": w.camera,
+        "light": w.light,
+        "technique": ["uniform", "lispsm"],
+        "resolution": 16,
+    }
+    return sl.sweep(space, size=SIZE, renderer=w.renderer, progress=False)
+
+
+@functools.cache
 def optimal() -> Any:
     w = world()
     return sl.scene_optimal_experiment(
@@ -353,6 +366,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
         "space": lambda: {"scene": world().scene, "technique": "uniform", "resolution": 16}, "store": lambda: None,
         "executor": lambda: None, "workers": lambda: None, "timeout": lambda: 60.0,
     },
+    "sl.to_xarray": {"table": sweep_table},
     "sl.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "_core.blur": {"iterations": lambda: 3, "strength": lambda: "depth", "depth": lambda: 5.0},
     "Store": {"path": lambda: f"{folder().name}/new.sqlite", "journal": lambda: None},

@@ -1,10 +1,9 @@
 """A process that works for a sweep: reads runs from its standard input and writes answers to its standard output.
 
 ```
-    <- ("start", sys.path, threads, task)     -> ("ready",) or ("broken", why)
-    <- ("scene", hash, file)
-    <- ("view", view)                         the view of the runs that follow
-    <- ("run", place, run)                    -> ("begun", place), ("answer", Answer)
+    <- ("start", threads, task)     -> ("ready",) or ("broken", why)
+    <- ("view", view, file)         the view of the runs that follow, and the file of its scene
+    <- ("run", place, run)          -> ("begun", place), ("answer", Answer)
 ```
 It never runs the main module of the program that started it, and ends with it, in the middle of a run if need be.
 """
@@ -31,8 +30,7 @@ def work() -> None:
     source, sink = own_pipes()
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=listen, args=(source, messages), daemon=True).start()
-    _, path, threads, data = messages.get()
-    sys.path[:] = path
+    _, threads, data = messages.get()
     try:
         _core.set_threads(threads)
         task: Task = loaded(data).here()
@@ -53,16 +51,11 @@ class Desk:
         self.task, self.sink = task, sink
         self._view: View | None = None
 
-    def scene(self, scene: str, file: str) -> None:
-        """Takes up a scene."""
-        if HELD.get(scene) is None:
-            HELD.put(scene, Path(file).read_bytes())
-
-    def view(self, sent: SentView) -> None:
+    def view(self, sent: SentView, file: str) -> None:
         """Turns to a view; pictures of the one before would only take room."""
         scene = HELD.get(sent.scene)
         if scene is None:
-            raise RuntimeError("a view came before its scene")
+            scene = HELD.put(sent.scene, Path(file).read_bytes())
         if self._view is not None:
             self._view.clear()
         self._view = sent.view(scene)

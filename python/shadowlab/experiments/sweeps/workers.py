@@ -38,10 +38,9 @@ TICK_S = 0.1
 GRACE_S = 1.0
 # Until workers that are no longer needed have ended by themselves.
 LEAVE_S = 2.0
-# The package is found where it is here; the path of the program follows with the first message.
-START = "import json, sys; sys.path[:0] = json.loads(sys.argv[1]); from {} import work; work()"
+# Modules are found where this program finds them.
+START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {} import work; work()"
 OF_WORKER = f"{__package__}.worker"
-PACKAGE_PARENT = str(Path(__file__).resolve().parents[3])
 DIED = WorkerError.__name__
 Events = queue.SimpleQueue[tuple["Worker", Any]]
 
@@ -64,7 +63,7 @@ class Worker:
     """
 
     def __init__(self, data: bytes, threads: int, events: Events):
-        command = [sys.executable, "-c", START.format(OF_WORKER), json.dumps([PACKAGE_PARENT])]
+        command = [sys.executable, "-c", START.format(OF_WORKER), json.dumps(module_path())]
         # Ctrl-C is for this process, which ends its workers.
         apart: dict[str, Any] = {"start_new_session": True}
         if sys.platform == "win32":
@@ -78,9 +77,8 @@ class Worker:
         self.run: tuple[int, bytes] | None = None
         self.begun: float | None = None
         self.late = False
-        self._scenes: set[str] = set()
         threading.Thread(target=self._listen, args=(events,), daemon=True).start()
-        self.tell("start", sys.path, threads, data)
+        self.tell("start", threads, data)
 
     def _listen(self, events: Events) -> None:
         with contextlib.suppress(EOFError, OSError, ValueError):
@@ -96,11 +94,7 @@ class Worker:
     def give(self, left: Left, run: tuple[int, bytes], parcels: Parcels) -> None:
         """Gives it a run."""
         if left is not self.work:
-            scene = left.group.view.scene
-            if scene not in self._scenes:
-                self._scenes.add(scene)
-                self.tell("scene", scene, str(parcels.file(scene)))
-            self.tell("view", left.group.view)
+            self.tell("view", left.group.view, str(parcels.file(left.group.view.scene)))
             self.work = left
         self.run, self.begun, self.late = run, None, False
         self.tell("run", *run)
@@ -248,7 +242,7 @@ class Crew:
     def _bury(self, worker: Worker, add: Callable[[Answer], None]) -> None:
         """Takes up what a worker that has ended was at."""
         self.workers.remove(worker)
-        worker.close(kill=True)
+        worker.close()
         status = worker.process.returncode
         if not worker.ready:
             self._unready += 1
@@ -307,6 +301,13 @@ def run_sent(
     """The same of groups and a task that are bytes already."""
     with Crew(groups, data, count, parcels, timeout) as crew:
         crew.work(add)
+
+
+def module_path() -> list[str]:
+    """Where this program looks for modules, its own copy of the package among them."""
+    own = str(Path(__file__).resolve().parents[3])
+    path = [one for one in sys.path if isinstance(one, str)]
+    return path if own in path or "" in path else [*path, own]
 
 
 def reason_of_status(status: int) -> str:

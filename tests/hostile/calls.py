@@ -404,6 +404,15 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "sl.plot.error_histogram": {"quantity": lambda: "major", "by_depth": lambda: False},
     "sl.plot.error_map": {"values": lambda: None, "colorbar": lambda: True, "label": lambda: "what"},
     "sl.plot.error_picture": {"values": lambda: None},
+    "sl.plot.lines": {
+        "table": lambda: study().table, "x": lambda: "resolution", "y": lambda: "wrong", "hue": lambda: "technique",
+    },
+    "sl.plot.heatmap": {
+        "table": lambda: study().table, "x": lambda: "resolution", "y": lambda: "technique", "value": lambda: "wrong",
+    },
+    "sl.plot.pareto": {
+        "table": lambda: study().table, "cost": lambda: "memory", "error": lambda: "wrong", "hue": lambda: "technique",
+    },
     "sl.plot.percent_more": {"by_map": lambda: False},
     "sl.plot.search_history": {"parameterization": searched},
     "sl.plot.cause_picture": {"cause_image": lambda: world().found.image},

@@ -211,7 +211,7 @@ _NOISE = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns of each table, in their order.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
-        "scene", "view", "technique", "settings", "resolution", "maps", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
+        "scene", "view", "technique", "settings", "resolution", "maps", "bytes", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
         "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused",
         "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),

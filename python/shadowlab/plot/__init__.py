@@ -4,6 +4,7 @@
   `study_figure`.
 - Of one pixel: `pixel_figure`. Of prefiltered maps: `prefiltered_figure`.
 - Of the error of pixels: `error_map`, `error_histogram`, `error_by_depth`, `causes`, `cause_map`.
+- Of tables, those of sweeps among them: `lines`, `heatmap`, `pareto`.
 - Of techniques: `error_along_view`, `error_over_angle`, `drift`, `flips`, `bias_curve`.
 - Of a map's texels: `warped_view`, `light_view`, `lattice`. Of its casters: `culled`.
 - Of scene-optimized maps: `samples_view`, `search_history`, `samples_and_maps`, `percent_more`.
@@ -28,6 +29,9 @@ from .pixel import pixel_figure
 from .prefiltered import prefiltered_figure
 from .scene_optimal import percent_more, samples_and_maps, samples_view, search_history
 from .study import chosen_view, difference_view, error_curve, eye_view, frustum, shadow_map, study_figure
+from .table_heatmap import heatmap
+from .table_lines import lines
+from .table_pareto import pareto
 from .temporal import drift, flips
 
 __all__ = [
@@ -52,9 +56,12 @@ __all__ = [
     "eye_view",
     "flips",
     "frustum",
+    "heatmap",
     "lattice",
     "lattice_picture",
     "light_view",
+    "lines",
+    "pareto",
     "percent_more",
     "pictures",
     "pixel_figure",

@@ -29,6 +29,8 @@ COLUMN_LABELS = {
     "angle_deg": ("angle between light and view", "degrees"),
     "elevation_deg": ("elevation of the light", "degrees"),
     "azimuth_deg": ("azimuth of the light", "degrees"),
+    "bytes": ("memory of the maps", "bytes"),
+    "memory": ("budget of depth texels", "bytes"),
     "resolution": ("texels along each side of the map", ""),
     "texel_max": ("longest extent of a texel, worst", "pixels per texel"),
     "texel_mean": ("longest extent of a texel, mean", "pixels per texel"),
@@ -111,18 +113,22 @@ def pair_of(given: object, name: str) -> tuple[NDArray[np.float64], NDArray[np.f
     return z, np.where(np.isfinite(values), values, np.nan)
 
 
+def column_name(name: str, column: object) -> None:
+    """Raises for what is no name of a column; `name` is that of the argument."""
+    if not isinstance(column, str) or not column:
+        raise ArgumentError(f"{name}: expected names of columns, got {shown(column)}; name one of the table")
+
+
 def columns_of(table: object, needed: Iterable[str], name: str = "table") -> pd.DataFrame:
     """The table, checked to be a pandas one with these columns."""
     import pandas as pd
 
     needed = list(needed)
     for one in needed:
-        if not isinstance(one, str) or not one:
-            raise ArgumentError(f"{name}: expected names of columns, got {shown(one)}; name one of the table")
+        column_name(name, one)
     if not isinstance(table, pd.DataFrame):
-        raise ArgumentError(
-            f"{name}: expected a pandas table with columns {', '.join(map(str, needed))}, got {shown(table)}"
-        )
+        columns = ", ".join(map(str, needed)) or "of runs"
+        raise ArgumentError(f"{name}: expected a pandas table with columns {columns}, got {shown(table)}")
     absent = [column for column in needed if column not in table.columns]
     if absent:
         there = ", ".join(map(_word, table.columns)) or "none"

@@ -79,7 +79,8 @@ def test_a_comparison_with_its_report_loads_nothing_heavy(meshes, scene, tmp_pat
     code = "from shadowlab.cli.main import main\nassert main(sys.argv[1:]) == 0"
     words = ("compare", meshes.get(scene, scene), *SMALL, "--out", str(tmp_path / "report"))
     # Pillow draws the camera frustum over the maps.
-    assert loaded_after(code, *words, among=tuple(name for name in HEAVY if name != "PIL")) == []
+    among = (*(name for name in HEAVY if name != "PIL"), "pandas")
+    assert loaded_after(code, *words, among=among) == []
     assert (tmp_path / "report" / "report.html").exists()
 
 
@@ -89,3 +90,12 @@ def test_another_format_is_read_by_trimesh(tmp_path):
     code = "import shadowlab as sl\ntry: sl.load_scene(sys.argv[1])\nexcept sl.errors.ShadowlabError: pass"
     assert "trimesh" in loaded_after(code, str(path))
     assert "xyz" in kinds()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("techniques",), ("demo", "--backend", "cpu"), ("explain", "@robots", "--pixel", "9,9", "--no-trials", *SMALL)],
+)
+def test_other_commands_load_nothing_heavy(words, tmp_path):
+    code = "import os\nos.chdir(sys.argv[1])\nfrom shadowlab.cli.main import main\nassert main(sys.argv[2:]) in (0, 1)"
+    assert loaded_after(code, str(tmp_path), *words, among=(*(name for name in HEAVY if name != "PIL"), "pandas")) == []

@@ -121,11 +121,25 @@ class Causes(Value):
         """
         import pandas as pd
 
+        return pd.DataFrame(self.depth_rows(bands), columns=["near", "far", "compared", "wrong", *CAUSES.values()])
+
+    def depth_rows(self, bands: int | npt.ArrayLike = 6) -> list[dict[str, float]]:
+        """The rows of `by_depth` as dicts, made without pandas.
+
+        Parameters
+        ----------
+        bands : int or (B + 1,) array_like
+            As of `by_depth`.
+
+        Raises
+        ------
+        ArgumentError
+            As `by_depth`.
+        """
         limits = checked_bands(bands)
-        columns = ["near", "far", "compared", "wrong", *CAUSES.values()]
         depths = _core.compared_depths(self.image, self.depth)
         if depths is None:
-            return pd.DataFrame([], columns=columns)
+            return []
         limits = even_limits(*depths, cast("int", bands)) if limits is None else limits
         rows: list[dict[str, float]] = []
         of_bands = _core.causes_by_depth(self.image, self.depth, limits=limits).tolist()
@@ -133,7 +147,7 @@ class Causes(Value):
             by_cause = by_name(counts)
             whole = {"near": float(near), "far": float(far), "compared": sum(counts), "wrong": sum(by_cause.values())}
             rows.append(whole | {str(name): count for name, count in by_cause.items()})
-        return pd.DataFrame(rows, columns=columns)
+        return rows
 
     def __repr__(self) -> str:
         parts = ", ".join(f"{name}={count}" for name, count in self.counts.items())

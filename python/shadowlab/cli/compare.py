@@ -73,7 +73,7 @@ def compare_command(options: Options) -> int:
     report = study.save(directory)
     print(f"{source.name} on {study.backend} ({study.adapter}), {size[0]} x {size[1]} pixels")
     print(f"{view_text(camera, [light], size, source)}{brought_text(scene, source)}\n")
-    print(study_table(study.table))
+    print(study_table(study.rows))
     for line in notes_of(study.runs):
         print(line)
     print(f"\n{study.verdict}\n\nReport: {report}")

@@ -40,7 +40,7 @@ def demo_command(options: Options) -> int:
         renderer=Renderer(options.backend),
     )  # fmt: skip
     report = study.save(directory)
-    print(f"{study_table(study.table)}\n\n{study.verdict}\n\nPictures, and the cause of each wrong pixel: {report}\n")
+    print(f"{study_table(study.rows)}\n\n{study.verdict}\n\nPictures, and the cause of each wrong pixel: {report}\n")
     print("What to try next:")
     for command, what in next_commands(study.runs[0], size):
         print(f"  {command}\n    {what}")

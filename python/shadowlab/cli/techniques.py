@@ -8,10 +8,10 @@ from .command import Command, Options
 def techniques_command(_: Options) -> int:
     """Lists the techniques with title, source, lights, parameters and their ranges; then the presets of engines."""
     from ..techniques.presets import PRESETS
-    from ..techniques.registry import techniques
+    from ..techniques.registry import parameter_rows
 
     previous = None
-    for row in techniques().to_dict("records"):
+    for row in parameter_rows():
         if row["name"] != previous:
             space = "" if previous is None else "\n"
             print(f"{space}{row['name']}: {row['title']}\n  {row['source']}\n  lights: {row['lights']}")

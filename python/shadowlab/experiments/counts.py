@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from ..text import is_missing
 from .thresholds import BASELINE, about_equal, close, count_variance, hardly_wrong
 
 #: How a run's wrong pixels compare with another's: fewer, about equal (within the noise or one part in twenty), more.
@@ -108,10 +109,8 @@ def relation(mine: WrongPixels, other: WrongPixels) -> Relation:
 
 def value_in(row: Mapping[str, Any], name: str, otherwise: float = 0.0) -> float:
     """The number in a column; another one where it holds none."""
-    import pandas as pd
-
-    value = row.get(name)
-    return otherwise if value is None or pd.isna(value) else float(value)
+    value: Any = row.get(name)
+    return otherwise if is_missing(value) else float(value)
 
 
 def maps_of(row: Mapping[str, Any]) -> int:

@@ -22,6 +22,7 @@ from ..travel import Value
 from .by_run import ByRun
 from .columns import table
 from .counts import Comparison, WrongPixels, against_uniform, most_unjudged, relation
+from .records import records
 from .run import Run
 
 if TYPE_CHECKING:
@@ -124,7 +125,16 @@ class Study(Value):
 
     @cached_property
     def _table(self) -> pd.DataFrame:
-        return table("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
+        return table("compare", self._rows)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows of the table as dicts of plain values, None where nothing was measured; made without pandas."""
+        return [dict(row) for row in self._rows]
+
+    @cached_property
+    def _rows(self) -> list[dict[str, Any]]:
+        return records("compare", [run.row() | {"scene": self.source.name} for run in self.runs])
 
     @property
     def masks(self) -> ByRun[Mask]:
@@ -245,7 +255,7 @@ class Study(Value):
 
         seen = self.view.filled(self._draw)
         remarks = [Remarks(run.notes, run.refusal) for run in self.runs]
-        found = sentences(self.table, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
+        found = sentences(self._rows, {run.label: run.technique for run in self.runs}, remarks=remarks, seen=seen)
         return tuple(found)
 
     def figure(self) -> Figure:
@@ -348,4 +358,4 @@ class Study(Value):
 
         width, height = self.size
         head = f"Study of {len(self.runs)} runs at {width} x {height} on {self.backend}"
-        return f"{head}\n{study_table(self.table)}\n{self.verdict}"
+        return f"{head}\n{study_table(self._rows)}\n{self.verdict}"

@@ -8,8 +8,8 @@ from typing import Any
 
 from ..experiments.counts import WrongPixels, maps_of
 from ..experiments.thresholds import FEW_FOR_SHARES, NOTABLE_CAUSE
-from ..text import digits, px_text, share_text
-from .words import missing, place
+from ..text import digits, is_missing, px_text, share_text
+from .words import place
 
 REMARKS = {
     "acne": "are acne, surfaces that shadow themselves: more bias takes them away, and brings leaks",
@@ -27,9 +27,9 @@ def error_sentences(best: Mapping[str, Any]) -> list[str]:
 def _cause_sentences(row: Mapping[str, Any]) -> list[str]:
     """The cause other than edges that many of the wrong pixels have."""
     wrong = row.get("misclassified")
-    if wrong is None or missing(wrong) or int(wrong) < FEW_FOR_SHARES:
+    if wrong is None or is_missing(wrong) or int(wrong) < FEW_FOR_SHARES:
         return []
-    shares = {name: int(row[name]) / int(wrong) for name in REMARKS if not missing(row.get(name))}
+    shares = {name: int(row[name]) / int(wrong) for name in REMARKS if not is_missing(row.get(name))}
     much = [name for name in shares if shares[name] >= NOTABLE_CAUSE]
     return [f"Of the wrong pixels of {place(row)}, {share_text(shares[name])} {REMARKS[name]}." for name in much]
 
@@ -37,7 +37,7 @@ def _cause_sentences(row: Mapping[str, Any]) -> list[str]:
 def _texels(row: Mapping[str, Any]) -> list[str]:
     """How long its texels are in the picture, and the map whose texels are no longer than a pixel."""
     length = row.get("texel_p95")
-    if length is None or missing(length):
+    if length is None or is_missing(length):
         return []
     told = f"A texel of {place(row)} is up to {px_text(length)} long in 95 % of the picture"
     if length <= 1:

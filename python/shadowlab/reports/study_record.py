@@ -99,7 +99,7 @@ def run_record(run: Run) -> dict[str, Any]:
         record["causes"] = {
             **run.causes.counts,
             "edge_distance_px": run.causes.edge_distance,
-            "bands": run.causes.by_depth().to_dict("records"),
+            "bands": run.causes.depth_rows(),
         }
     return record
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .._core import Note
 from ..experiments.counts import WrongPixels, maps_of, most_unjudged, relation, texels
 from ..experiments.thresholds import FEW_PIXELS, LITTLE_SEEN, hardly_wrong
-from ..text import listed, share_text
+from ..text import is_missing, listed, share_text
 from .study_errors import best_row, error_sentences
 from .study_uniform import memory_sentences, warp_sentences
 from .words import (
@@ -20,7 +20,6 @@ from .words import (
     count_details,
     doubt_of,
     judged_sentences,
-    missing,
     noise_sentences,
     pixels_text,
     place,
@@ -44,7 +43,7 @@ class Remarks(NamedTuple):
 
 
 def sentences(
-    table: pd.DataFrame,
+    table: pd.DataFrame | Sequence[Mapping[str, Any]],
     technique_of_label: Mapping[str, str] | None = None,
     *,
     remarks: Sequence[Remarks] | None = None,
@@ -56,8 +55,8 @@ def sentences(
 
     Parameters
     ----------
-    table : DataFrame
-        As `Study.table`.
+    table : DataFrame, or sequence of mappings
+        As `Study.table` or `Study.rows`.
     technique_of_label : mapping, optional
         The technique behind each label, so that a uniform map is known as the baseline under any label. The labels
         themselves where none is given.
@@ -83,7 +82,7 @@ def sentences(
         found.append("No technique gave a result.")
     elif not drawn:
         found.append("Nothing is ranked.")
-    elif any(missing(row["misclassified"]) for row in drawn):
+    elif any(is_missing(row["misclassified"]) for row in drawn):
         found.append("The truth was not traced, so nothing is said about errors.")
     elif drawn[0]["compared"] == 0:
         found.append(_nothing_compared(drawn[0]))

@@ -10,7 +10,7 @@ from ..experiments.counts import WrongPixels
 from ..experiments.measures import Measure
 from ..experiments.memory import UNUSED_FROM, memory_text
 from ..experiments.ranking import Standing
-from ..text import px_text, share_text
+from ..text import is_missing, px_text, share_text
 from .words import deviation, rows_of, size_text
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ LONGEST_FAILURE = 60
 FAILED = "failed"
 
 
-def study_table(table: pd.DataFrame) -> str:
+def study_table(table: pd.DataFrame | Sequence[Mapping[str, Any]]) -> str:
     """The table of a study."""
     return aligned(STUDY_HEADS, [study_cells(row) for row in rows_of(table)], left=(0,))
 
@@ -60,10 +60,9 @@ def aligned(
 
 def study_cells(row: Mapping[str, Any]) -> list[str]:
     """A row of the table as people read it; a dash where nothing was measured."""
-    import pandas as pd
 
     def shown(key: str, form: Callable[[Any], str]) -> str:
-        return "–" if pd.isna(row[key]) else form(row[key])
+        return "–" if is_missing(row[key]) else form(row[key])
 
     return [
         str(row["technique"]),

@@ -31,16 +31,9 @@ def doubt_of(notes: Sequence[Note]) -> str:
     return "; ".join(doubts_in(notes))
 
 
-def rows_of(table: pd.DataFrame) -> list[Mapping[str, Any]]:
+def rows_of(table: pd.DataFrame | Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """The rows of a table, by the names of its columns."""
-    return cast("list[Mapping[str, Any]]", table.to_dict("records"))
-
-
-def missing(value: Any) -> bool:
-    """Whether a cell of the table holds nothing."""
-    import pandas as pd
-
-    return bool(pd.isna(value))
+    return list(table) if isinstance(table, Sequence) else cast("list[Mapping[str, Any]]", table.to_dict("records"))
 
 
 def place(row: Mapping[str, Any]) -> str:

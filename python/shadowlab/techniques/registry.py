@@ -162,9 +162,14 @@ def techniques() -> pd.DataFrame:
     import pandas as pd
 
     columns = ["name", "title", "source", "lights", "parameter", "unit", "default", "range", "doc"]
+    return pd.DataFrame(parameter_rows(), columns=columns)
+
+
+def parameter_rows() -> list[dict[str, str]]:
+    """The rows of `techniques` as dicts, made without pandas."""
     rows = []
     for spec in _core.technique_specs():
         head = {k: spec[k] for k in ("name", "title", "source")} | {"lights": ", ".join(spec["lights"])}
         for p in spec["params"] or [dict.fromkeys(("name", "unit", "default", "range", "doc"), "")]:
             rows.append(head | {"parameter": p["name"]} | {k: p[k] for k in ("unit", "default", "range", "doc")})
-    return pd.DataFrame(rows, columns=columns)
+    return rows

@@ -16,7 +16,7 @@ from .specs import (
     pieces,
     settings_text,
 )
-from .words import digits, listed, one_line, plain, px_text, reason_of, share_text, shown
+from .words import digits, is_missing, listed, one_line, plain, px_text, reason_of, share_text, shown
 
 __all__ = [
     "BIAS",
@@ -28,6 +28,7 @@ __all__ = [
     "format_bias",
     "format_spec",
     "format_value",
+    "is_missing",
     "listed",
     "one_line",
     "parse_bias",

@@ -45,6 +45,14 @@ def one_line(text: str, most: int) -> str:
     return line if len(line) <= most else f"{line[:most]}..."
 
 
+def is_missing(value: object) -> bool:
+    """Whether a cell of a table holds nothing: None, NaN, or the NA of pandas, which is not loaded for it."""
+    try:
+        return value is None or bool(value != value)
+    except TypeError:  # NA is neither true nor false, compared with itself
+        return True
+
+
 def share_text(share: float) -> str:
     """A share in per cent with three significant digits, never rounded to nothing."""
     value = 100.0 * share

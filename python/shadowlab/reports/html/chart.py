@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from ...text import is_missing
+from ..words import rows_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,13 +19,13 @@ WIDTH, HEIGHT = 760, 340
 LEFT, RIGHT, TOP, BOTTOM = 78, 150, 16, 44
 
 
-def error_chart(table: pd.DataFrame) -> str:
+def error_chart(table: pd.DataFrame | Sequence[Mapping[str, Any]]) -> str:
     """A chart of the share of wrong pixels, both axes logarithmic; nothing for fewer than two resolutions."""
-    measured = table[(table["failure"] == "") & table["share"].notna() & (table["share"] > 0)]
-    resolutions = sorted({int(r) for r in measured["resolution"]})
+    measured = [row for row in rows_of(table) if not (row["failure"] or is_missing(row["share"])) and row["share"] > 0]
+    resolutions = sorted({int(row["resolution"]) for row in measured})
     if len(resolutions) < 2:
         return ""
-    shares = [100.0 * float(s) for s in measured["share"]]
+    shares = [100.0 * float(row["share"]) for row in measured]
     ticks = decades(min(shares), max(shares))
     low, high = math.log10(ticks[0]), math.log10(ticks[-1])
     first, last = math.log2(resolutions[0]), math.log2(resolutions[-1])
@@ -39,10 +43,10 @@ def error_chart(table: pd.DataFrame) -> str:
         f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 4}" text-anchor="middle">texels of the map</text>'
     )
     ends: list[tuple[float, str, str]] = []
-    for i, (label, rows) in enumerate(measured.groupby("technique", sort=False)):
+    for i, label in enumerate(dict.fromkeys(row["technique"] for row in measured)):
         colour = LINE_COLOURS[i % len(LINE_COLOURS)]
-        rows = rows.sort_values("resolution")
-        points = [(x(int(r)), y(100 * float(s))) for r, s in zip(rows["resolution"], rows["share"], strict=True)]
+        rows = sorted((row for row in measured if row["technique"] == label), key=lambda row: int(row["resolution"]))
+        points = [(x(int(row["resolution"])), y(100 * float(row["share"]))) for row in rows]
         path = " ".join(f"{px:.1f},{py:.1f}" for px, py in points)
         parts.append(f'<polyline class="series" stroke="{colour}" points="{path}"/>')
         parts += [marker(i, px, py, colour) for px, py in points]

@@ -11,8 +11,8 @@ from ...aliasing.causes import CAUSES, MEANINGS
 from ...experiments.run import done
 from ...pictures.causes import CAUSE_RGB
 from ...pictures.errors import error_scale_svg
-from ...text import digits, px_text, share_text
-from ..words import rows_of, size_text
+from ...text import digits, is_missing, px_text, share_text
+from ..words import size_text
 from .parts import BAR_HEAD, bar, css_rgb, figure, head_cell, picture, swatch, table_html
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ COLOURS = {name: css_rgb(CAUSE_RGB[code]) for code, name in CAUSES.items()}
 
 def section_errors(study: Study) -> str:
     """Why pixels are wrong, and how large the runs' texels are; nothing where no run was measured."""
-    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, rows_of(study.table), strict=True))]
+    rows = [(i, run, row) for i, (run, row) in enumerate(zip(study.runs, study.rows, strict=True))]
     rows = [entry for entry in rows if entry[1].summary is not None]
     parts = [why(rows)] if any(run.causes is not None for _, run, _ in rows) else []
     parts += [how_large(rows)] if rows else []
@@ -90,9 +90,7 @@ def head(index: int, row: Mapping[str, Any]) -> str:
 
 def cell(row: Mapping[str, Any], key: str, form: Callable[[Any], str]) -> str:
     """A cell; a dash where nothing was measured."""
-    import pandas as pd
-
-    return f"<td>{'–' if pd.isna(row[key]) else escape(form(row[key]))}</td>"
+    return f"<td>{'–' if is_missing(row[key]) else escape(form(row[key]))}</td>"
 
 
 def error_figures(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from ... import pictures
 from ...errors import ArgumentError, LoadError
+from ...experiments.records import csv_text
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop, Once
 from ...pictures.eye import difference_over
@@ -24,7 +25,6 @@ from .. import study_record as record
 from ..reproduce import command_line, python_snippet
 from ..saved import STUDY_FILE, file_text
 from ..terminal import STUDY_HEADS, noise_text, study_cells
-from ..words import rows_of
 from .album import Album
 from .chart import error_chart
 from .errors import error_figures, section_errors
@@ -80,7 +80,7 @@ def save_study(study: Study, directory: Path, progress: bool | None = None) -> P
         stale = own_pictures(directory / STUDY_FILE) - files.keys()
         for name, content in files.items():
             (directory / name).write_bytes(content)
-        study.table.to_csv(directory / "results.csv", index=False)
+        (directory / "results.csv").write_text(csv_text("compare", study.rows), encoding="utf-8")
         (directory / STUDY_FILE).write_text(file_text(record.study_data(study, sorted(files)), study), encoding="utf-8")
         path = directory / "report.html"
         path.write_text(page, encoding="utf-8")
@@ -147,7 +147,7 @@ def head_of(study: Study) -> str:
 
 def section_table(study: Study) -> str:
     """The numbers, with a bar for the wrong pixels, and a chart where there are several resolutions."""
-    rows = rows_of(study.table)
+    rows = study.rows
     wrong = [int(run.errors.count) for run in study.runs if run.errors is not None]
     most, least = max(wrong, default=0), min(wrong, default=0)
     lines = []
@@ -170,7 +170,7 @@ def section_table(study: Study) -> str:
         '<section><h2>The numbers</h2><p class="lede">Every pixel of the eye view is held against a ray traced from '
         "the surface to the light. Pixels that see nothing, and those whose truth is undecided within rounding, are "
         "not compared; surfaces that face away from the light are dark in both.</p>"
-        f'<div class="scroll">{table_html(heads, lines)}</div>{key}{error_chart(study.table)}</section>\n'
+        f'<div class="scroll">{table_html(heads, lines)}</div>{key}{error_chart(study.rows)}</section>\n'
     )
 
 
@@ -306,7 +306,7 @@ def section_record(study: Study) -> str:
 
 def study_html(study: Study) -> str:
     """What a notebook shows: the verdict, the table, small pictures."""
-    rows = rows_of(study.table)
+    rows = study.rows
     cell = "padding:4px 12px 4px 0;text-align:right"
     head = "".join(f'<th style="{cell}">{h}</th>' for h in STUDY_HEADS)
     lines = "".join(

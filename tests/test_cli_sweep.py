@@ -92,7 +92,36 @@ def test_some_failures_are_told_and_all_are_an_error(sweep):
     assert err.startswith("shadowlab: error: all 1 runs failed, the first: ")
 
 
-def test_a_store_that_is_there_is_resumed_or_refused(sweep):
+def test_a_sweep_goes_on_where_it_was(sweep):
+    text = f"{GOOD}resolution = %s\n"
+    assert "Store: runs.sqlite, a new file\n" in sweep(text % "[16, 24]", "--store", "runs.sqlite", "--dry-run")[1]
+    assert not Path("runs.sqlite").exists()
+    assert sweep(text % "[16, 24]", "--store", "runs.sqlite", "--out", "a.csv")[0] == 0
+    out = sweep(text % "[16, 24, 32]", "--store", "runs.sqlite", "--dry-run")[1]
+    assert "s.toml: 6 runs" in out
+    assert "Store: runs.sqlite, 4 of them are there" in out
+    status, out, err = sweep(f'store = "runs.sqlite"\nworkers = 1\n{text}' % "[16, 24, 32]", "--out", "b.csv")
+    assert (status, err) == (0, "")
+    first, second = (pd.read_csv(name) for name in ("a.csv", "b.csv"))
+    # Times are those of the first sweep: nothing was run again.
+    kept = second[second["resolution"] < 32].reset_index(drop=True)
+    pd.testing.assert_series_equal(kept["seconds"], first["seconds"])
+    assert len(second) == 6
+    assert len(sl.read_store("runs.sqlite")) == 6
+    out = sweep(text % "[16, 24, 32]", "--store", "runs.sqlite", "--dry-run")[1]
+    assert "Estimate: 0.0 s in one process" in out
+
+
+def test_a_store_that_is_none_is_an_error(sweep):
+    Path("runs.sqlite").write_bytes(b"no store at all, but long enough for a head" * 40)
+    for words in ((), ("--dry-run",)):
+        status, out, err = sweep(GOOD, "--store", "runs.sqlite", *words)
+        assert (status, out) == (2, "")
+        assert "runs.sqlite" in err
+        assert err.count("\n") == 1
+
+
+def test_a_store_that_is_there_may_be_refused(sweep):
     Path("runs.sqlite").write_bytes(b"")
     status, out, err = sweep(GOOD, "--store", "runs.sqlite", "--no-resume")
     assert (status, out) == (2, "")

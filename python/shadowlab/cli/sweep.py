@@ -46,7 +46,7 @@ def sweep_command(options: Options) -> int:
     if options.dry_run:
         with config.table.naming("space"):
             plan = plan_of(config.space, **how)
-        print(dry_run_text(options.config, plan, config, store, workers))
+        print(dry_run_text(options.config, plan, store, workers))
         return 0
     if write is not None:
         writable_file("out", str(out))
@@ -80,11 +80,13 @@ def check_store(store: str, resume: bool, config: SweepConfig) -> None:
         raise config.table.wrong("store", f"expected a file in a folder that is there, got {store!r}; make the folder")
 
 
-def dry_run_text(path: str, plan: Plan, config: SweepConfig, store: str | None, workers: int | None) -> str:
+def dry_run_text(path: str, plan: Plan, store: str | None, workers: int | None) -> str:
     """What a sweep would do: runs, views, what varies, what was left out, and the estimate of time and memory."""
     from ..experiments.sweeps.estimate import estimate
 
     found = estimate(plan, TIMED_RUNS)
+    missing = missing_runs(plan, store)
+    whole, rest = (sum(group.cost for group in plan.groups(places)) for places in (None, missing))
     scenes = {id(view.view.scene) for view in plan.views}
     lines = [
         f"{path}: {counted(plan.runs, 'run')} in {counted(len(plan.views), 'view')} "
@@ -92,21 +94,33 @@ def dry_run_text(path: str, plan: Plan, config: SweepConfig, store: str | None, 
         f"What varies: {', '.join(plan.swept) or 'nothing'}",
         *(f"Note: {note}" for note in plan.notes),
     ]
+    if store is not None:
+        # Runs without a request fail without being run.
+        there = sum(row.request is not None for row in plan.rows) - len(missing)
+        said = f"{there:,} of them are there" if Path(store).exists() else "a new file"
+        lines.append(f"Store: {store}, {said}")
     each = f"{found.bytes / 2**20:,.0f} MiB of memory"
     if workers is not None:
         each += f" in each of {counted(workers, 'process', 'processes')}"
     if found.seconds is None:
-        lines.append(f"Estimate: {each}; no run could be timed, so nothing is said of the time")
-    else:
-        timed = f"from {counted(found.timed, 'timed run')} and the sizes of all"
-        lines.append(f"Estimate: {duration_text(found.seconds)} in one process, {each}; {timed}")
-    if workers is not None and workers > 1 and found.seconds is not None:
-        lines.append(
-            f"Workers share the cores of the machine: at best {duration_text(found.seconds / workers)} with {workers}"
-        )
-    if store is not None:
-        lines.append(f"Store: {store}{'; rows that are in it are not run again' if Path(store).exists() else ''}")
+        return "\n".join([*lines, f"Estimate: {each}; no run could be timed, so nothing is said of the time"])
+    seconds = found.seconds * rest / whole if whole else 0.0
+    timed = f"from {counted(found.timed, 'timed run')} and the sizes of all"
+    lines.append(f"Estimate: {duration_text(seconds)} in one process, {each}; {timed}")
+    if workers is not None and workers > 1:
+        at_best = duration_text(seconds / workers)
+        lines.append(f"Workers share the cores of the machine: at best {at_best} with {workers}")
     return "\n".join(lines)
+
+
+def missing_runs(plan: Plan, store: str | None) -> list[int]:
+    """The places of the runs that are not in the store yet."""
+    from ..experiments.sweeps.collected import Collected, opened
+
+    if store is None or not Path(store).exists():
+        return [place for place, row in enumerate(plan.rows) if row.request is not None]
+    with opened(store) as kept:
+        return Collected(plan, kept).missing()
 
 
 def counted(count: int, name: str, plural: str = "") -> str:

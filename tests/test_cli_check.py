@@ -42,6 +42,10 @@ def test_the_configuration_of_the_page_passes_and_its_xml_has_a_case_for_each_bo
     assert (top.tag, top.attrib["tests"], top.attrib["failures"], top.attrib["errors"]) == ("testsuites", "9", "0", "0")
     suites = top.findall("testsuite")
     assert [suite.attrib["name"] for suite in suites] == ["robots at noon", "walking through the robots"]
+    # What Jenkins' junit-10.xsd has for these elements.
+    of_suites = {"name", "tests", "failures", "errors", "time"}
+    assert set(top.attrib) == of_suites
+    assert all(set(suite.attrib) == {*of_suites, "skipped"} for suite in suites)
     cases = top.findall("testsuite/testcase")
     assert len(cases) == 9
     assert all(set(case.attrib) == {"classname", "name", "time"} and not len(case) for case in cases)

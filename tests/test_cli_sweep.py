@@ -149,7 +149,10 @@ BAD = {
     "no scene": (f'{HEAD}technique = "uniform"\n', ":3: space.scene: expected one or several, got none"),
     "unknown scene": (GOOD.replace("@robots", "@robot"), ":4: space.scene: unknown scene '@robot'; did you mean"),
     "missing file": (GOOD.replace("@robots", "no.glb"), ":4: space.scene: cannot find the file 'no.glb'"),
-    "unknown technique": (GOOD.replace("uniform", "unifrom"), ":3: space: ", "unifrom"),
+    "unknown technique": (
+        GOOD.replace("uniform", "unifrom"), ":5: space.technique: unknown technique 'unifrom'; did you mean 'uniform'?"
+    ),
+    "unknown preset": (GOOD.replace("uniform", "preset:filamint"), ":3: space: ", "filamint"),
     "resolution": (f"{GOOD}resolution = [32, 0]\n", ":6: space.resolution: expected a whole number above 0, got 0"),
     "memory": (f'{GOOD}memory = "lots"\n', ":6: space.memory: expected bytes"),
     "both": (f'{GOOD}memory = "4MiB"\nresolution = 32\n', ":6: space.memory: expected resolution or memory"),

@@ -186,11 +186,18 @@ def check_values(table: Table, key: str, full: str, value: object) -> None:
             if full == "scene":
                 check_scene_text(one.value, table, key)
             elif full == "technique":
-                owner_of(one)
+                check_technique_name(owner_of(one), table, key)
             elif full in ("resolution", "memory"):
                 size_in({full: one})
             elif full in ("bias", "filter", "stored", "blend"):
                 read_in({full: one})
+
+
+def check_technique_name(name: str, table: Table, key: str) -> None:
+    """Raises for a technique that does not exist; presets and matrices are found by the plan."""
+    known = (*settings_of_techniques(), "matrix")
+    if not name.startswith("preset:") and name not in known:
+        raise table.wrong(key, f"unknown technique {name!r}; {nearest_text(name, known)}")
 
 
 def check_scene_text(value: object, table: Table, key: str) -> None:

@@ -212,7 +212,7 @@ def test_truths_are_the_same_with_and_without(capsys, monkeypatch):
     "function",
     [
         sl.advise, sl.compare, sl.explain_pixel, sl.prefiltered_maps, sl.scene_optimal_experiment, sl.smallest_bias,
-        sl.aliasing.temporal, sl.aliasing.over_light_angle, sl.Study.save, sl.trace.shadow_mask, sl.blur,
+        sl.sweep, sl.aliasing.temporal, sl.aliasing.over_light_angle, sl.Study.save, sl.trace.shadow_mask, sl.blur,
     ],
 )  # fmt: skip
 def test_nothing_said_is_none_wherever_a_bar_may_be_asked_for(function):

@@ -17,8 +17,8 @@ from ... import _core
 from ...errors import ArgumentError
 from ...text import shown
 from ...text.arrays import checked_number
-from ...text.checked import a_count, a_flag
-from ...text.progress import Steps
+from ...text.checked import a_count
+from ...text.progress import checked_progress, steps_of_call
 from .collected import Collected, opened
 from .executors import KINDS, place_for, run_in_place, run_in_threads, takes_calls
 from .in_process import run_here
@@ -46,7 +46,7 @@ def sweep(
     executor: object = None,
     workers: int | None = None,
     metrics: object = SWEPT_METRICS,
-    progress: bool = True,
+    progress: bool | None = None,
     timeout: float | None = None,
     renderer: RendererArgument = None,
 ) -> pd.DataFrame:
@@ -75,8 +75,8 @@ def sweep(
     metrics : str, callable, or sequence of them
         Names as of `sl.evaluate`, and functions ``f(run)`` that give a number or a dict of numbers. What they raise is
         the failure of the row.
-    progress : bool
-        Whether to show a progress bar, on terminals and in notebooks.
+    progress : bool, optional
+        Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
     timeout : float, optional
         Seconds after which a run is a failure.
     renderer : Renderer or str, optional
@@ -110,7 +110,7 @@ def sweep(
     >>> df[["technique", "lispsm.near", "misclassified"]].shape, set(df["failure"])
     ((3, 3), {''})
     """
-    a_flag("progress", progress)
+    checked_progress(progress)
     limit = checked_timeout(timeout)
     count = None if workers is None else a_count(1, MOST_WORKERS)("workers", workers)
     if executor is not None and not is_parallel(executor) and not takes_calls(executor):
@@ -122,7 +122,7 @@ def sweep(
     with opened(store) as kept:
         collected = Collected(plan, kept)
         groups = plan.groups(collected.missing())
-        with Steps(sum(len(group.requests) for group in groups), progress) as step:
+        with steps_of_call(sum(len(group.requests) for group in groups), progress) as step:
             if groups:
                 carry_on(groups, task, collected, step, executor, count)
         return collected.table()

@@ -102,6 +102,28 @@ def test_matrices_of_an_engine_are_held_like_the_technique_that_made_them(check,
     assert got[0] > 0.01
 
 
+def test_cameras_of_an_engine_are_those_of_its_matrices(check, tmp_path):
+    scene = sl.library.scene("robots")
+    step = (0.03, 0.0, 0.01)
+    opengl = np.diag([1.0, 1, 2, 1]) + np.eye(4)[2][:, None] * [0, 0, 0, -1]
+    for i, camera in enumerate(CameraPath(3, step, 0.0).cameras(scene.camera, "y")):
+        np.save(tmp_path / f"v{i}.npy", camera.view)
+        np.save(tmp_path / "p.npy", opengl @ camera.projection)
+    bounds = 'technique = "uniform"\nbounds.drift_max.max = 0\nbounds.misclassified.max = 0\n'
+    files = 'camera = { view = "v{frame}.npy", projection = "p.npy", convention = "opengl" }\npath = { frames = 3 }\n'
+    said = []
+    for text in (f"path = {{ frames = 3, step = {list(step)} }}\n", files):
+        status, out, err = check(f"{SMALL}{bounds}{text}")
+        assert (status, err) == (1, "")
+        lines = [line.split() for line in out.splitlines() if ": expected at most" in line]
+        said.append({line[4].rstrip(":"): float(line[-2]) for line in lines})
+    by_step, by_files = said
+    assert set(by_step) == {"drift_max", "misclassified"}
+    # Far planes come back up to rounding, which may move a pixel that lies on an edge.
+    assert by_files["drift_max"] == pytest.approx(by_step["drift_max"], rel=1e-4)
+    assert by_files["misclassified"] == pytest.approx(by_step["misclassified"], abs=1)
+
+
 def test_a_technique_that_refuses_the_light_is_an_error_of_the_gate(check):
     text = f'{SMALL}technique = ["tsm", "uniform"]\nlight-position = [0, 4, 0]\nbounds.share = {{ max = 1 }}\n'
     status, out, err = check(text, "--junit", "x.xml")
@@ -169,6 +191,16 @@ BAD = {
     ),
     "stored along a path": (
         f'{GOOD}stored = "back"\npath.step = [1, 0, 0]\nbounds.flips.max = 1\n', ":7: stored: expected none beside"
+    ),
+    "camera with one matrix": (f'{GOOD}camera = {{ view = "v.npy" }}\n', ":7: camera: expected view and projection"),
+    "unknown key of a camera": (f'{GOOD}camera = {{ vew = "v" }}\n', ":7: camera.vew: unknown key; did you mean"),
+    "missing matrices": (f'{GOOD}camera = {{ view = "v", projection = "p" }}\n', ":7: camera: file: cannot read 'v'"),
+    "camera twice": (
+        f'{GOOD}camera = {{ view = "v", projection = "p" }}\nfar = 3\n', ":8: far: expected none beside the matrices"
+    ),
+    "camera that stands": (
+        f'{GOOD}camera = {{ view = "v", projection = "p" }}\npath.frames = 3\nbounds.flips.max = 1\n',
+        ":7: camera.view: expected {frame} in the name",
     ),
     "no tables": ("check = 1\n", ":1: check: expected tables [[check]], got 1"),
     "no toml": ("[", ": no valid TOML: "),

@@ -14,6 +14,7 @@ from ..experiments.columns import COLUMNS, TABLES
 from ..experiments.metrics import FILLED, KNOWN_METRICS, MEASURED, Metric
 from ..techniques.registry import ALL, technique_of
 from ..text import shown
+from .check_camera import CameraFiles, camera_of_config
 from .check_path import EXAMPLE_PATH, CameraPath, path_of_config, texts_of_frames
 from .command import Options
 from .config import Table
@@ -73,6 +74,8 @@ class Gate:
     resolution, phases : int
     bounds : tuple of Bound
     path : CameraPath or None
+    camera : CameraFiles or None
+        Where the view has that of an engine's matrices.
     table : Table
         Where it stands in the configuration.
     """
@@ -84,6 +87,7 @@ class Gate:
     phases: int
     bounds: tuple[Bound, ...]
     path: CameraPath | None
+    camera: CameraFiles | None
     table: Table
 
     @property
@@ -121,6 +125,10 @@ def one_check(tables: Sequence[Table], number: int) -> Gate:
     options = view_of_config(tables)
     of_resolution, of_phases = (holder(tables, key) or own for key in ("resolution", "phases"))
     path = path_of_config(tables)
+    camera = camera_of_config(tables, path)
+    if path is not None and camera is None and not (any(path.step) or path.turn):
+        of_path = holder(tables, "path") or own
+        raise of_path.wrong("path", f"expected a camera that moves, got no step and no turn-deg; try {EXAMPLE_PATH}")
     phases = of_phases.whole("phases", 1)
     techniques = techniques_of(tables, path)
     bounds = bounds_of(tables, path, phases)
@@ -134,6 +142,7 @@ def one_check(tables: Sequence[Table], number: int) -> Gate:
         phases,
         bounds,
         path,
+        camera,
         own,
     )
 

@@ -61,7 +61,7 @@ def path_of_config(tables: Sequence[Table]) -> CameraPath | None:
     Raises
     ------
     ArgumentError
-        For a path of fewer than two frames, or on which nothing moves.
+        For a path of fewer than two frames, and numbers that are not finite.
     """
     table = holder(tables, "path")
     path = None if table is None else table.table("path", EXAMPLE_PATH)
@@ -73,8 +73,6 @@ def path_of_config(tables: Sequence[Table]) -> CameraPath | None:
     turn = path.number("turn-deg", "degrees, what the camera turns by from frame to frame") or 0.0
     if not all(map(math.isfinite, (*step, turn))):
         raise path.wrong(None, f"expected finite numbers, got {shown((*step, turn))}")
-    if not any(step) and not turn:
-        raise path.wrong(None, f"expected a camera that moves, got no step and no turn-deg; try {EXAMPLE_PATH}")
     return CameraPath(frames, step, math.radians(turn))
 
 

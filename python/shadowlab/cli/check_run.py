@@ -106,12 +106,18 @@ def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLik
     with table.naming("scene" if "scene" in table else None):
         part = scenes.of(options)
     with table.naming(None):
-        scene, camera, light, _ = load_view(options, size_given(options), part)
-        view = View(scene, camera, light, size_given(options))
+        size = size_given(options)
+        scene, camera, light, _ = load_view(options, size, part)
+        if check.camera is not None:
+            cameras = check.camera.cameras(check.path)
+        elif check.path is not None:
+            cameras = check.path.cameras(camera, options.up or "y")
+        else:
+            cameras = [camera]
+        view = View(scene, cameras[0], light, size)
         read = lookup_given(options)
         if options.backend not in renderers:
             renderers[options.backend] = _core.Renderer(options.backend)
-        cameras = [camera] if check.path is None else check.path.cameras(camera, options.up or "y")
         items = {text: item_of_frames(text, cameras, check.path) for text in check.techniques}
     for text, item in items.items():
         begun = time.perf_counter()

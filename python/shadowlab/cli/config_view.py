@@ -65,7 +65,8 @@ def view_of_config(tables: Sequence[Table]) -> Options:
         name = str(option.name)
         table = holder(tables, option_key(option))
         found[name] = option.default if option.name in ("backend", "filter", "blend") else None
-        if table is not None:
+        # A table there are the matrices of a camera, which are no option of the command line.
+        if table is not None and not (name == "camera" and isinstance(table.get(name), dict)):
             found[name] = value_of(table, option)
         elif option.is_flag:
             found[name] = False

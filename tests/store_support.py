@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ def filling(path: Path, rows: int) -> tuple[int, int]:
             os.close(told_here)
             fill(str(path), rows, told_there)
         except BaseException:  # noqa: BLE001 - nothing of the tests may go on in here
+            traceback.print_exc()
             os._exit(1)
         os._exit(0)
     os.close(told_there)

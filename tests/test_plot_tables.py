@@ -78,7 +78,7 @@ def test_cells_are_means_and_failed_ones_are_hatched():
     assert np.allclose(cells, [[700 / 3, 700], [175 / 3, np.nan], [np.nan, np.nan]], equal_nan=True)
     assert len(ax.patches) == 3
     assert all(patch.get_hatch() for patch in ax.patches)
-    assert [text.get_text() for text in ax.figure.legends[0].get_texts()] == ["9 of 18 runs failed"]
+    assert legend(ax) == ["9 of 18 runs failed"]
     assert [text.get_text() for text in ax.get_yticklabels()] == ["uniform", "psm", "tsm"]
     assert texts(ax) == ["233", "700", "58.3"]
     assert ax.figure.axes[1].get_ylabel() == "wrong pixels, count"
@@ -89,7 +89,7 @@ def test_a_cell_of_which_some_failed_has_a_cross():
     assert len(crosses(ax)) == 3
     assert len(ax.patches) == 3
     assert [text.get_text() for text in ax.get_xticklabels()] == ["64", "128", "256"]
-    assert len(ax.figure.legends[0].get_texts()) == 2
+    assert len(legend(ax)) == 2
     few = table()[lambda rows: ~((rows["view"] == "lamp") & (rows["resolution"] == 64))]
     cells = plot.heatmap(few, "resolution", "view", "wrong", lone_axes()).images[0].get_array()
     assert np.ma.getmaskarray(cells).tolist() == [[False] * 3, [True, False, False]], "nothing was run there"
@@ -131,6 +131,26 @@ def test_a_budget_is_one_way_whatever_the_side_of_its_maps():
     )  # fmt: skip
     (way,) = ways_in(rows, "bytes", "misclassified", "technique")
     assert (way.name, way.cost, way.error, way.failed, way.rows) == ("z", 996.0, 2.0, 0, 2)
+
+
+def test_places_that_differ_by_rounding_are_one():
+    rows = pd.DataFrame(
+        {"technique": ["a"] * 4, "angle": [0.1 + 0.2, 0.3, 0.6, 0.1 * 6], "misclassified": [1, 3, 5, 7]}
+    )
+    ax = plot.lines(rows, "angle", "wrong", ax=lone_axes())
+    assert list(line(ax, "a").get_ydata()) == [2.0, 6.0]
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["0.3", "0.6"]
+
+
+def test_memory_is_the_budget_where_every_row_has_one():
+    rows = table().assign(memory=1 << 14)
+    assert plot.pareto(rows, ax=lone_axes()).get_xlabel() == "budget of depth texels, bytes"
+    two = pd.concat([rows, rows.assign(memory=1 << 16, misclassified=lambda t: t["misclassified"] // 2)])
+    assert list(line(plot.pareto(two, ax=lone_axes()), "no other").get_xdata()) == [1 << 14, 1 << 16, 1 << 16]
+    heat = plot.heatmap(two, "memory", "technique", "wrong", lone_axes())
+    assert [text.get_text() for text in heat.get_xticklabels()] == ["16 KiB", "64 KiB"]
+    some = rows.assign(memory=[None, *[1 << 14] * (len(rows) - 1)])
+    assert plot.pareto(some, ax=lone_axes()).get_xlabel() == "memory of the maps, bytes"
 
 
 def test_tables_of_sweeps_studies_and_advices_are_drawn():

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..text import digits
 from ..text.checked import a_text, checked
 from .arguments import numbers_of
-from .axes import SOFT, _axes, say
-from .table_parts import WIDE_SPAN, Places, axis_label, failed_rows, meant, places_of
+from .axes import SOFT, _axes, log_axis, say
+from .table_parts import WIDE_SPAN, Places, axis_label, failed_rows, meant, number_text, places_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 MOST_NUMBERS_SHOWN = 200
 # Names along an axis that have room.
 MOST_CELLS_NAMED = 60
+# Between the axes and their title.
+ROOM_FOR_LEGEND_PT = 20.0
 CELL_COLOURS = "cividis"  # as light as it is large, and the same to all kinds of eyes
 
 
@@ -69,7 +71,7 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
     ax = _axes(ax)
     values = numbers_of(rows, names["value"])
     failed = failed_rows(rows) | ~np.isfinite(values)
-    (column, across), (row, down) = (_cells(places_of(rows, names[one])) for one in ("x", "y"))
+    (column, across), (row, down) = (_cells(names[one], places_of(rows, names[one])) for one in ("x", "y"))
     total, count, lost = (np.zeros((len(down), len(across))) for _ in range(3))
     placed = (column >= 0) & (row >= 0)
     good, bad = placed & ~failed, placed & failed
@@ -84,7 +86,9 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
         picture = ax.imshow(
             np.ma.masked_invalid(mean), cmap=CELL_COLOURS, norm=norm, aspect="auto", interpolation="nearest"
         )
-        ax.figure.colorbar(picture, ax=ax, label=axis_label(names["value"]))
+        bar = ax.figure.colorbar(picture, ax=ax, label=axis_label(names["value"]))
+        if isinstance(norm, LogNorm):
+            log_axis(bar.ax, "y", (low, high))
         _write_numbers(ax, mean, norm, picture.cmap)
     else:
         say(ax, "no run has a number" if len(rows) else "no rows")
@@ -98,11 +102,16 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
             ax.add_patch(Rectangle((k - 0.5, i - 0.5), 1, 1, **box))  # type: ignore[arg-type]
     if lost.any():
         told = f"{int(lost.sum()):,} of {len(rows):,} runs failed"
-        handles.append(Patch(facecolor="#E4E4E4", edgecolor="#909090", hatch="///", label=told))
-        handles += ax.plot([], [], "x", color="#D00000", label="some of the cell") if (lost * count).any() else []
-        ax.set_xlabel(axis_label(names["x"]))
-        ax.figure.legend(handles=handles, loc="outside upper right", frameon=False, fontsize="small", ncols=2)
-    ax.set(xlabel=axis_label(names["x"]), ylabel=axis_label(names["y"]), title=title)
+        partly, all_of = (lost * count).any(), ((lost > 0) & (count == 0)).any()
+        if all_of:
+            handles.append(Patch(facecolor="#E4E4E4", edgecolor="#909090", hatch="///", label=told))
+        if partly:
+            words = "some of the cell" if all_of else f"{told}, some of the cell"
+            handles += ax.plot([], [], "x", color="#D00000", label=words)
+        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "frameon": False, "borderaxespad": 0.2}
+        ax.legend(handles=handles, fontsize="small", ncols=2, **place)
+    ax.set(xlabel=axis_label(names["x"]), ylabel=axis_label(names["y"]))
+    ax.set_title(title, pad=ROOM_FOR_LEGEND_PT if handles else None)
     turned = len("".join(across)) > 60
     for axis, texts in ((ax.xaxis, across), (ax.yaxis, down)):
         if len(texts) <= MOST_CELLS_NAMED:
@@ -114,13 +123,13 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
     return ax
 
 
-def _cells(places: Places) -> tuple[NDArray[np.int64], list[str]]:
+def _cells(name: str, places: Places) -> tuple[NDArray[np.int64], list[str]]:
     """The cell of each row along an axis, -1 for none, and what the cells are called."""
     if places.names:
         return places.position.astype(np.int64), list(places.names)
     known = np.unique(places.position[np.isfinite(places.position)])
     cell = np.searchsorted(known, np.where(np.isfinite(places.position), places.position, np.inf))
-    return np.where(np.isfinite(places.position), cell, -1).astype(np.int64), [f"{v:,.6g}" for v in known]
+    return np.where(np.isfinite(places.position), cell, -1).astype(np.int64), [number_text(v, name) for v in known]
 
 
 def _write_numbers(ax: Axes, mean: NDArray[np.float64], norm: object, colours: object) -> None:

@@ -118,7 +118,7 @@ def ways_in(rows: pd.DataFrame, cost: str, error: str, hue: str) -> list[Way]:
     """The ways of a table, in the order of their first rows."""
     costs, errors = numbers_of(rows, cost), numbers_of(rows, error)
     failed = failed_rows(rows) | ~np.isfinite(errors) | ~np.isfinite(costs)
-    keys = [name for name in OF_A_WAY if name in rows.columns and name not in (cost, error)]
+    keys = [name for name in OF_A_WAY if name in rows.columns and name != error]
     keys += [hue] * (hue not in keys)
     budgets = rows["memory"].notna() if "memory" in rows.columns else [False] * len(rows)
     found: dict[tuple[str, ...], list[int]] = {}

@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-#: What people call columns: the first of these that a table has, with any number in it.
+#: What people call columns: the first of these that has a number in every row, else in any. A budget goes before what
+#: maps take of it, since it is the same for all.
 SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "memory": ("bytes", "memory"),
+    "memory": ("memory", "bytes"),
     "wrong": ("misclassified", "error", "error_mean"),
 })  # fmt: skip
 #: Positive numbers that span more than this factor get a logarithmic axis.
 WIDE_SPAN = 8.0
+# Digits by which numbers have to differ to stand in places of their own.
+DIGITS_APART = 12
 # Places on an axis that each get a tick of their own, and letters of these.
 MOST_TICKS, WIDEST_TICK = 14, 22
 
@@ -57,8 +60,9 @@ def meant(table: object, names: Mapping[str, str]) -> tuple[pd.DataFrame, dict[s
     for argument, name in names.items():
         column_name(argument, name)
         there = [one for one in SYNONYMS.get(name, ()) if one in rows.columns]
-        with_numbers = [one for one in there if rows[one].notna().any()]
-        found[argument] = next(iter([*with_numbers, *there]), name)
+        in_all = [one for one in there if rows[one].notna().all()]
+        in_any = [one for one in reversed(there) if rows[one].notna().any()]
+        found[argument] = next(iter([*in_all, *in_any, *there]), name)
     rows = with_current(rows, found.values())
     for argument, name in found.items():
         columns_of(rows, [name], f"table, {argument}")
@@ -86,7 +90,8 @@ def places_of(table: pd.DataFrame, column: str) -> Places:
 
     values = table[column]
     if pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values):
-        at = numbers_of(table, column)
+        # Angles that are computed differ in their last bits.
+        at = [float(f"{value:.{DIGITS_APART}g}") for value in numbers_of(table, column)]
         return Places(np.where(np.isfinite(at), at, np.nan), ())
     texts = [str(value) for value in values]
     names = tuple(dict.fromkeys(texts))
@@ -116,7 +121,7 @@ def scale(ax: Axes, which: str, column: str, values: NDArray[np.float64], names:
         return
     if known.size and (known > 0).all() and known.max() > WIDE_SPAN * known.min():
         log_axis(ax, which, padded(known))
-        if column in COLUMNS and COLUMNS[column].unit == "bytes":
+        if is_bytes(column):
             axis.set_major_locator(LogLocator(base=2, numticks=7))
             axis.set_major_formatter(FuncFormatter(lambda v, _: memory_text(round(v))))
         return
@@ -124,7 +129,19 @@ def scale(ax: Axes, which: str, column: str, values: NDArray[np.float64], names:
         axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:,.0f}"))
     places = np.unique(known)
     if which == "x" and 0 < len(places) <= MOST_TICKS:
-        axis.set_ticks(places, [f"{v:,.6g}" for v in places])
+        axis.set_ticks(places, [number_text(v, column) for v in places])
+
+
+def is_bytes(column: str) -> bool:
+    """Whether a column counts bytes."""
+    return column in COLUMNS and COLUMNS[column].unit == "bytes"
+
+
+def number_text(value: float, column: str) -> str:
+    """A number of a column at its place: bytes as people write them, whole numbers whole, others with three digits."""
+    if is_bytes(column):
+        return memory_text(round(value))
+    return f"{value:,.0f}" if value == round(value) and abs(value) < 1e15 else f"{value:.3g}"
 
 
 def room_at_foot(ax: Axes, share: float) -> None:

@@ -8,7 +8,9 @@ import pickle
 import sqlite3
 import subprocess
 import sys
+import tempfile
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,8 +27,8 @@ ROW = {
 }  # fmt: skip
 WRITE_MANY = """
 import sys, shadowlab as sl
-path, name, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
-with sl.Store(path) as store:
+path, name, count, journal = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
+with sl.Store(path, journal=journal) as store:
     for i in range(count):
         store.put(f"{name}-{i}", {"by": name, "i": i})
         store.put("shared", {"by": name, "i": i})
@@ -106,9 +108,12 @@ def test_rows_that_cannot_be_kept_are_refused(tmp_path, key, row, said):
         assert len(store) == 0
 
 
-def test_several_processes_write_at_once(tmp_path):
-    path, names, count = tmp_path / "runs.sqlite", "abcd", 60
-    work = [subprocess.Popen([sys.executable, "-c", WRITE_MANY, str(path), name, str(count)]) for name in names]
+# Every row waits for the disk without a log.
+@pytest.mark.parametrize(("journal", "count"), [("wal", 60), ("delete", 15)])
+def test_several_processes_write_at_once(tmp_path, journal, count):
+    path, names = tmp_path / "runs.sqlite", "abcd"
+    words = [sys.executable, "-c", WRITE_MANY, str(path)]
+    work = [subprocess.Popen([*words, name, str(count), journal]) for name in names]
     assert [one.wait(60) for one in work] == [0] * len(names)
     with sl.Store(path) as store:
         keys = [f"{name}-{i}" for name in names for i in range(count)]
@@ -260,6 +265,32 @@ def test_a_store_that_cannot_be_written_says_so(tmp_path):
             store.put("b", {})
         assert found.value.problem == "read_only"
         assert store.missing(["a", "b"]) == ["b"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_folders_that_may_not_be_written_to_are_read(tmp_path):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "runs.sqlite"
+        with sl.Store(path) as store:
+            store.put("a", {"i": 0})
+        Path(folder).chmod(0o555)
+        child = os.fork()
+        if child == 0:
+            status = 1
+            try:
+                if os.geteuid() == 0:
+                    os.setuid(65534)  # nobody, whom permissions bind
+                problems = []
+                for place in (path, path.with_name("new.sqlite")):
+                    try:
+                        sl.Store(place).put("b", {})
+                    except StoreError as error:
+                        problems.append(error.problem)
+                status = 0 if len(sl.read_store(path)) == 1 and problems == ["read_only"] * 2 else 2
+            finally:
+                os._exit(status)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        Path(folder).chmod(0o755)
 
 
 def test_the_journal_is_chosen(tmp_path):

@@ -108,7 +108,12 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
         if partly:
             words = "some of the cell" if all_of else f"{told}, some of the cell"
             handles += ax.plot([], [], "x", color="#D00000", label=words)
-        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "frameon": False, "borderaxespad": 0.2}
+        place: dict[str, Any] = {
+            "loc": "lower right",
+            "bbox_to_anchor": (1.0, 1.0),
+            "frameon": False,
+            "borderaxespad": 0.2,
+        }
         ax.legend(handles=handles, fontsize="small", ncols=2, **place)
     ax.set(xlabel=axis_label(names["x"]), ylabel=axis_label(names["y"]))
     ax.set_title(title, pad=ROOM_FOR_LEGEND_PT if handles else None)

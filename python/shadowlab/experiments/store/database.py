@@ -6,6 +6,7 @@ for a store, or for an empty one.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import time
 from collections.abc import Callable
@@ -142,17 +143,22 @@ def opened_to_read(path: Path) -> sqlite3.Connection:
     check_place(path, missing=False)
     log = path.with_name(f"{path.name}-wal")
     try:
-        connection = connected(path, "ro")
-        new = patiently(path, lambda: has_no_tables(path, connection))
+        return _reading(path, immutable=False)
     except StoreError as error:
         # WAL needs a file beside the store; without a log there is nothing in it that could change the rows.
         if error.problem not in ("missing", "read_only") or log.exists():
             raise
-        connection = connected(path, "ro", immutable=True)
-        new = patiently(path, lambda: has_no_tables(path, connection))
-    if new:
+    return _reading(path, immutable=True)
+
+
+def _reading(path: Path, immutable: bool) -> sqlite3.Connection:
+    connection = patiently(path, lambda: connected(path, "ro", immutable))
+    try:
+        if patiently(path, lambda: has_no_tables(path, connection)):
+            raise problem(path, "foreign", "it holds no runs; give the path that `sl.sweep(..., store=path)` was given")
+    except BaseException:
         connection.close()
-        raise problem(path, "missing", "it holds no runs; give the path that `sl.sweep(..., store=path)` was given")
+        raise
     return connection
 
 
@@ -172,12 +178,17 @@ def check_place(path: Path, missing: bool) -> None:
                 raise problem(path, "foreign", "it is not a store of shadowlab; choose another path")
             return
         if missing and not path.exists() and path.parent.is_dir():
+            if not os.access(path.parent, os.W_OK):
+                raise problem(path, "read_only", "its folder may not be written to; give it write permission")
             return
         what = "it is not a file" if path.exists() else "there is no such file"
         if not path.exists() and not path.parent.is_dir():
             what = f"there is no folder {str(path.parent)!r}"
     except StoreError:
         raise
+    except PermissionError as error:
+        what = f"it may not be read ({error.strerror}); give it read and write permission"
+        raise problem(path, "read_only", what) from None
     except (OSError, ValueError) as error:
         what = reason_of(error)
     raise problem(path, "missing", f"{what}; give the path of a file, in a folder that is there")

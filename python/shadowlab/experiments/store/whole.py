@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from .database import UNREADABLE, damage, store_error_of
+from .database import UNREADABLE, damage, patiently, store_error_of
 from .row_text import DIGEST_BYTES_OF_ROW, Cell, digest_of_row, digest_of_state, row_of_text, xored
 
 #: What is read of a row, as bytes whatever the damage made of it.
@@ -89,6 +89,8 @@ def all_rows(path: Path, connection: sqlite3.Connection) -> Iterator[KeptRow]:
     try:
         connection.execute("begin")
         try:
+            # The first look takes the lock, which another process may hold; all others are of the same moment.
+            patiently(path, lambda: connection.execute("select 1 from state").fetchone())
             faults = connection.execute("pragma integrity_check(1)").fetchone()[0]
             if faults != b"ok":
                 raise damage(path, " ".join(faults.decode("utf-8", "replace").split())[:80])

@@ -201,10 +201,7 @@ def has_no_tables(path: Path, connection: sqlite3.Connection) -> bool:
     ------
     StoreError
     """
-    (application,), (version,) = (
-        connection.execute(f"pragma {name}").fetchone() for name in ("application_id", "user_version")
-    )
-    tables = [row[0] for row in connection.execute("select name from sqlite_master where type = 'table' order by name")]
+    application, version, tables = header_of(connection)
     if not tables and application == 0 and version == 0:
         return True
     if application != APPLICATION:
@@ -215,6 +212,23 @@ def has_no_tables(path: Path, connection: sqlite3.Connection) -> bool:
     if version < 1 or tables != [name.encode() for name in TABLE_NAMES]:
         raise damage(path, "its tables are others")
     return False
+
+
+def header_of(connection: sqlite3.Connection) -> tuple[int, int, list[bytes]]:
+    """The numbers of the program and of the format, and the names of the tables, all as of one moment."""
+    alone = not connection.in_transaction
+    if alone:
+        # Another process may make the tables between one question and the next.
+        connection.execute("begin")
+    try:
+        (application,), (version,) = (
+            connection.execute(f"pragma {name}").fetchone() for name in ("application_id", "user_version")
+        )
+        names = connection.execute("select name from sqlite_master where type = 'table' order by name").fetchall()
+    finally:
+        if alone and connection.in_transaction:
+            connection.execute("rollback")
+    return application, version, [name for (name,) in names]
 
 
 def set_journal(connection: sqlite3.Connection, wanted: Journal | None) -> str:

@@ -94,10 +94,12 @@ def test_matrices_of_an_engine_are_held_like_the_technique_that_made_them(check,
     # Frame by frame the engine's matrices drift as much as the technique that wrote them.
     turn = np.degrees(0.01)
     path = f"path = {{ frames = 3, step = [0.03, 0, 0.01], turn-deg = {turn} }}\nbounds.drift_max = {{ max = 0 }}\n"
-    of_both = 'technique = ["uniform", "matrix:file=f{frame:02}.npy,convention=opengl"]\n'
+    of_both = 'technique = { ours = "uniform", theirs = "matrix:file=f{frame:02}.npy,convention=opengl" }\n'
     status, out, _ = check(f"{SMALL}{of_both}{path}")
     got = [float(line.split()[-2]) for line in out.splitlines() if ": drift_max: expected" in line]
     assert status == 1
+    assert ", ours at 64²: drift_max" in out
+    assert ", theirs at 64²: drift_max" in out
     np.testing.assert_allclose(got[1], got[0], rtol=1e-6)
     assert got[0] > 0.01
 
@@ -164,6 +166,8 @@ BAD = {
     "no bounds": (f'{SMALL}technique = "uniform"\n', ":1: bounds: expected at least one bound"),
     "no technique": (f"{SMALL}bounds.maps.max = 1\n", ":1: technique: expected a technique"),
     "unknown technique": (GOOD.replace("uniform", "unifrom"), ":5: technique: ", "unifrom"),
+    "label of nothing": (GOOD.replace('"uniform"', "{ a = 3 }"), ":5: technique.a: expected a technique such as"),
+    "no labels": (GOOD.replace('"uniform"', "{}"), ":5: technique: expected a technique such as"),
     "all techniques": (GOOD.replace("uniform", "all"), ":5: technique: expected techniques by their names"),
     "missing matrix": (GOOD.replace("uniform", "matrix:file=no.npy"), ":5: technique: file: cannot read 'no.npy'"),
     "frame without a path of letters": (GOOD.replace("uniform", "matrix:file={frame:q}"), ":5: technique: "),

@@ -70,7 +70,8 @@ class Gate:
     name : str
     options : Options
         The view and how maps are read, as the command line gives them.
-    techniques : tuple of str
+    techniques : dict of str to str
+        Their texts by their labels.
     resolution, phases : int
     bounds : tuple of Bound
     path : CameraPath or None
@@ -82,7 +83,7 @@ class Gate:
 
     name: str
     options: Options
-    techniques: tuple[str, ...]
+    techniques: dict[str, str]
     resolution: int
     phases: int
     bounds: tuple[Bound, ...]
@@ -147,22 +148,30 @@ def one_check(tables: Sequence[Table], number: int) -> Gate:
     )
 
 
-def techniques_of(tables: Sequence[Table], path: CameraPath | None) -> tuple[str, ...]:
-    """The texts of the techniques, each of which is one."""
+def techniques_of(tables: Sequence[Table], path: CameraPath | None) -> dict[str, str]:
+    """The texts of the techniques by their labels; where none are given a text is its own label."""
     table = holder(tables, "technique")
     expected = 'a technique such as "lispsm" or "matrix:file=mine.npy,convention=opengl", or a list of them'
-    texts = None if table is None else table.texts("technique", expected)
-    if table is None or texts is None:
+    if table is None:
         raise tables[0].wrong("technique", f"expected {expected}, got none")
-    for text in texts:
+    of_labels = table.table("technique", "") if isinstance(table.get("technique"), dict) else None
+    if of_labels is not None:
+        found = {label: (of_labels, label, of_labels.text(label, expected) or "") for label in of_labels.values}
+    else:
+        texts = table.texts("technique", expected) or []
+        found = {text: (table, "technique", text) for text in texts}
+        for text in texts:
+            if texts.count(text) > 1:
+                raise table.wrong("technique", f"{text!r} comes twice; give it once")
+    if not found:
+        raise table.wrong("technique", f"expected {expected}, got none")
+    for where, key, text in found.values():
         if text == ALL:
-            raise table.wrong("technique", 'expected techniques by their names, got "all"; list those that must hold')
-        if texts.count(text) > 1:
-            raise table.wrong("technique", f"{text!r} comes twice; give it once")
-        with table.naming("technique"):
+            raise where.wrong(key, 'expected techniques by their names, got "all"; list those that must hold')
+        with where.naming(key):
             for one in texts_of_frames(text, path):
                 technique_of(one)
-    return tuple(texts)
+    return {label: text for label, (_, _, text) in found.items()}
 
 
 def bounds_of(tables: Sequence[Table], path: CameraPath | None, phases: int) -> tuple[Bound, ...]:

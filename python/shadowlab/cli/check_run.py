@@ -118,40 +118,40 @@ def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLik
         read = lookup_given(options)
         if options.backend not in renderers:
             renderers[options.backend] = _core.Renderer(options.backend)
-        items = {text: item_of_frames(text, cameras, check.path) for text in check.techniques}
-    for text, item in items.items():
+        items = {label: item_of_frames(text, cameras, check.path) for label, text in check.techniques.items()}
+    for label, item in items.items():
         begun = time.perf_counter()
-        values, failure = columns_of_view(check, view, text, item, read, renderers[options.backend])
+        values, failure = columns_of_view(check, view, label, item, read, renderers[options.backend])
         if not failure and check.path is not None and any(bound.column in PATH_COLUMNS for bound in check.bounds):
-            of_path, failure = columns_of_path(check, view, cameras, text, item, read, renderers[options.backend])
+            of_path, failure = columns_of_path(check, view, cameras, label, item, read, renderers[options.backend])
             values = {**of_path, **values}
         seconds = (time.perf_counter() - begun) / len(check.bounds)
         for bound in check.bounds:
             value = None if failure else value_of_bound(bound, values)
-            yield BoundOutcome(check.name, text, check.resolution, bound, value, failure, seconds)
+            yield BoundOutcome(check.name, label, check.resolution, bound, value, failure, seconds)
 
 
 def columns_of_view(
-    check: Gate, view: View, text: str, item: Item, read: Mapping[str, Any], renderer: RendererLike
+    check: Gate, view: View, label: str, item: Item, read: Mapping[str, Any], renderer: RendererLike
 ) -> tuple[dict[str, Any], str]:
     """The columns of a technique in the view, and why there are none."""
     from ..experiments.evaluate import evaluate
 
     run = evaluate(
-        view, item, check.resolution, metrics=check.metrics, renderer=renderer, label=text, phases=check.phases, **read
+        view, item, check.resolution, metrics=check.metrics, renderer=renderer, label=label, phases=check.phases, **read
     )
     return run.row(), run.failure
 
 
 def columns_of_path(
-    check: Gate, view: View, cameras: Sequence[Camera], text: str, item: Item, read: Mapping[str, Any],
+    check: Gate, view: View, cameras: Sequence[Camera], label: str, item: Item, read: Mapping[str, Any],
     renderer: RendererLike,
 ) -> tuple[dict[str, Any], str]:  # fmt: skip
     """The columns of a camera path, each with the values of all its steps, and why there are none."""
     from ..experiments.temporal import temporal
 
     found = temporal(
-        view.scene, cameras, view.light, {text: item}, resolution=check.resolution, size=view.size, renderer=renderer,
+        view.scene, cameras, view.light, {label: item}, resolution=check.resolution, size=view.size, renderer=renderer,
         bias=read["bias"], filter=read["filter"],
     )  # fmt: skip
     failures = [failure for failure in found.table["failure"] if failure]

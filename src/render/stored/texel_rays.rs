@@ -114,9 +114,8 @@ impl TexelRays {
         if largest.iter().all(|w| *w > 0.0) && along != DVec3::ZERO && row.is_finite() && far > near {
             return Ok(row);
         }
-        let (expected, fix) =
-            ("maps of points before the projection centre for spacing=linear", "use spacing=projective");
-        Err(Error::argument("stored", expected, "a map without any", fix))
+        let expected = "for spacing=linear maps with a far plane and points before the projection centre";
+        Err(Error::argument("stored", expected, "a map without one or the other", "use spacing=projective"))
     }
     /// World size of a texel across the ray at a depth, its longer side.
     #[inline]

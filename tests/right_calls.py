@@ -179,6 +179,16 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     assert_type(sl.report().works, bool)
 
 
+def sweeps(scene: sl.Scene, light: types.Light, store: sl.Store) -> None:
+    space = {"scene": [scene, "@robots"], "light": {"sun": light}, "technique": "lispsm", "lispsm.near": [1, 2]}
+    assert_type(sl.sweep(space, size=(64, 36), store=store, workers=2, metrics=["misclassified", wide]), pd.DataFrame)
+    assert_type(sl.sweep(sl.random(space, 10, seed=1), store="runs.sqlite", metrics=wide, timeout=60), pd.DataFrame)
+
+
+def wide(run: sl.Run) -> dict[str, float]:
+    return {"width": float(run.view.size[0])}
+
+
 def foretold(view: sl.View, technique: types.Item, *, resolution: int) -> float:
     return float(resolution * len(view.label))
 

@@ -127,6 +127,14 @@ def of_experiments(scene: sl.Scene, camera: sl.Camera, light: types.Light, view:
     sl.advise(scene, camera, light, memory=1).best_for("noon")  # wrong: Too many positional arguments
 
 
+def of_sweeps(space: dict[str, object]) -> None:
+    sl.sweep("@robots")  # wrong: Argument 1 to "sweep"
+    sl.sweep(space, metrics=["misclassifed"])  # wrong: incompatible type
+    sl.sweep(space, store=3)  # wrong: Argument "store" to "sweep"
+    sl.sweep(space, workers="two")  # wrong: Argument "workers" to "sweep"
+    sl.random(space, "10", seed=1)  # wrong: Argument 2 to "random"
+
+
 def of_plots(camera: sl.Camera, light: types.Light, g: sl.GBuffer, p: sl.Parameterization) -> None:
     e = sl.aliasing.footprint(g, camera, light, p)
     sl.plot.error_map(p)  # wrong: incompatible type "Parameterization"; expected "Footprint"

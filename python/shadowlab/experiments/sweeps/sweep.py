@@ -8,7 +8,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ...types import RendererArgument, RendererLike, Size
+    from ..metrics import Metric
+    from .collected import StoreLike
+    from .functions import Function
 
 # More than machines have cores.
 MOST_WORKERS = 1024
@@ -39,13 +43,13 @@ LONGEST_RUN_S = 3.2e7
 
 
 def sweep(
-    space: object,
+    space: Mapping[str, object] | Iterable[Mapping[str, object]],
     *,
     size: Size | None = None,
-    store: object = None,
+    store: str | os.PathLike[str] | StoreLike | None = None,
     executor: object = None,
     workers: int | None = None,
-    metrics: object = SWEPT_METRICS,
+    metrics: Metric | Function | Sequence[Metric | Function] = SWEPT_METRICS,
     progress: bool | None = None,
     timeout: float | None = None,
     renderer: RendererArgument = None,

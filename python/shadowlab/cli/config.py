@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import ArgumentError, LoadError, ShadowlabError
+from ..errors import ArgumentError, LoadError, ShadowlabError, StoreError
 from ..text import shown
 from .config_lines import KeyPlace, key_lines
 from .nearest import nearest_text
@@ -73,9 +73,11 @@ class Table:
 
     @contextlib.contextmanager
     def naming(self, key: str | None) -> Iterator[None]:
-        """Errors of ours from within say where the key stands."""
+        """Errors of ours from within say where the key stands; those of a store name its file already."""
         try:
             yield
+        except StoreError:
+            raise
         except ShadowlabError as error:
             raise self.wrong(key, str(error)) from error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from ..text import plain, share_text
 from .command import Argument, Command, Option, Options
 from .config import read_config
 from .options import writable_file
-from .sweep_config import SweepConfig, sweep_config
+from .sweep_config import sweep_config
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +42,8 @@ def sweep_command(options: Options) -> int:
     out = config.out if options.out is None else options.out
     write = None if out is None else writer(out)
     if store is not None:
-        check_store(store, options.resume, config)
+        with config.table.naming("store") if options.store is None else nullcontext():
+            check_store(store, options.resume)
     how: dict[str, Any] = {"size": config.size, "metrics": config.metrics, "renderer": config.backend}
     if options.dry_run:
         with config.table.naming("space"):
@@ -67,7 +69,7 @@ def sweep_command(options: Options) -> int:
     return 0
 
 
-def check_store(store: str, resume: bool, config: SweepConfig) -> None:
+def check_store(store: str, resume: bool) -> None:
     """Raises for a store that cannot be written, and for one that is there where nothing is to be resumed.
 
     Raises
@@ -77,7 +79,7 @@ def check_store(store: str, resume: bool, config: SweepConfig) -> None:
     if Path(store).exists() and not resume:
         raise ArgumentError(f"no-resume: {store!r} is there; name another --store, remove it, or go on with --resume")
     if not Path(store).parent.is_dir():
-        raise config.table.wrong("store", f"expected a file in a folder that is there, got {store!r}; make the folder")
+        raise ArgumentError(f"store: expected a file in a folder that is there, got {store!r}; make the folder")
 
 
 def dry_run_text(path: str, plan: Plan, store: str | None, workers: int | None) -> str:

@@ -5,6 +5,7 @@ Nothing here is executed.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -177,6 +178,13 @@ def experiments(scene: sl.Scene, camera: sl.Camera, light: sl.SpotLight) -> None
     assert_type(sl.aliasing.temporal(scene, [camera, camera], light, {"held": held}).frames, pd.DataFrame)
     assert_type(sl.aliasing.light_at_angle(camera, 45), sl.DirectionalLight)
     assert_type(sl.report().works, bool)
+    assert_type(sl.Study.load("report/"), sl.Study)
+    assert_type(sl.Advice.load(Path("advice"), scene=scene), sl.Advice)
+    with sl.Store("runs.sqlite", journal="delete") as store:
+        store.put("a", {"technique": "lispsm", "misclassified": 1, "share": 0.5, "notes": None}, done=False)
+        assert_type(store.missing(["a"]), list[str])
+        assert_type(store.rows(iter(["a"]))["a"]["share"], bool | int | float | str | None)
+    assert_type(sl.read_store("runs.sqlite", where="maps > 1"), pd.DataFrame)
 
 
 def sweeps(scene: sl.Scene, light: types.Light, store: sl.Store) -> None:
@@ -204,3 +212,7 @@ def plots(gbuffer: sl.GBuffer, camera: sl.Camera, light: sl.SpotLight, p: sl.Par
     assert_type(sl.plot.lattice(gbuffer, camera, light, p, every=8, resolution=(512, 256)), Axes)
     assert_type(sl.plot.error_along_view({"a": ([1, 2], [0.1, 0.2])}, near=1, far=2), Axes)
     assert_type(sl.plot.warped_view(p, camera, map=0), Axes)
+    runs = sl.read_store("runs.sqlite")
+    assert_type(sl.plot.lines(runs, "resolution", "wrong", None, ax), Axes)
+    assert_type(sl.plot.heatmap(runs, "light", "technique", "wrong", title="wrong"), Axes)
+    assert_type(sl.plot.pareto(runs, cost="memory", error="wrong"), Axes)

@@ -146,3 +146,6 @@ def of_plots(camera: sl.Camera, light: types.Light, g: sl.GBuffer, p: sl.Paramet
     sl.plot.study_figure(e)  # wrong: incompatible type "Footprint"; expected "Study"
     sl.plot.error_map(e).figures  # wrong: "Axes" has no attribute "figures"
     sl.plot.eye_view(g, "sun", np.zeros((2, 2)))  # wrong: Argument 2 to "eye_view" has incompatible type "str"
+    sl.plot.lines(sl.Store("runs.sqlite"), "x", "y")  # wrong: incompatible type "Store"; expected "DataFrame"
+    sl.Store("runs.sqlite", journal="none")  # wrong: Argument "journal" to "Store" has incompatible type
+    sl.Store("runs.sqlite").put("a", {"share": [1]})  # wrong: Dict entry 0 has incompatible type "str": "list[int]"

@@ -48,21 +48,24 @@ impl<'a> AskedMaps<'a> {
         let (point, normal) = self.samples.sample(i);
         self.samples.counts(&self.picture.camera, &self.shadows.light, &Region::ALL, point, normal)
     }
-    /// Whether a sample counts and no map holds it.
-    pub fn is_lost(&self, i: usize) -> bool {
-        self.counts(i) && self.asked(i).is_none()
-    }
     /// Those of some samples that are lost.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
     pub fn lost(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
+        self.unheld(samples.filter(|&i| self.counts(i)), progress)
+    }
+    /// Those of some samples that no map holds, whether they count or not.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn unheld(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
         let mut found = Vec::new();
         for (n, i) in samples.enumerate() {
             if n.is_multiple_of(AT_ONCE) {
                 progress.check()?;
             }
-            if self.is_lost(i) {
+            if self.asked(i).is_none() {
                 found.push(i);
             }
         }

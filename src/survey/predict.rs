@@ -7,7 +7,7 @@ use super::asked_maps::{AskedMaps, no_shadows};
 use crate::error::Result;
 use crate::focus::Samples;
 use crate::image::TruthMask;
-use crate::parameterization::Parameterization;
+use crate::parameterization::{Parameterization, Region};
 use crate::progress::Progress;
 
 /// Receivers near shadows' edges that are asked (theory.md 10.5).
@@ -55,7 +55,10 @@ pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2], progress
 pub fn outside(samples: &Samples, p: &Parameterization, progress: &Progress) -> Result<[usize; 2]> {
     let asked = AskedMaps::new(samples, p, p.resolution)?;
     let states = &asked.shadows.states;
-    let lost = asked.lost(0..samples.len(), progress)?.into_iter();
+    let (camera, light) = (&asked.picture.camera, &asked.shadows.light);
+    // Those that count, found in one sweep, before a map is asked.
+    let facing = samples.facing_watched(camera, light, &Region::ALL, || progress.check())?;
+    let lost = asked.unheld(facing.iter().map(|&i| i as usize), progress)?.into_iter();
     let count = |[all, dark]: [usize; 2], i: usize| [all + 1, dark + usize::from(states[i] == TruthMask::SHADOW)];
     Ok(lost.fold([0; 2], count))
 }

@@ -227,7 +227,11 @@ impl Samples {
         // As above.
         self.facing_watched(camera, light, region, || Ok(())).unwrap_or_default()
     }
-    fn facing_watched(
+    /// The same, asking now and then whether to go on.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn facing_watched(
         &self,
         camera: &Camera,
         light: &Light,

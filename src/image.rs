@@ -128,6 +128,41 @@ pub struct ShadowMask {
 impl ShadowMask {
     /// No map was consulted.
     pub const NO_MAP: i16 = -1;
+    /// The light counts as arriving from this share on.
+    pub const LIT_FROM: f32 = 0.5;
+}
+
+/// At which pixels each of several lights arrives, a bit per light: bit `i % 32` of picture `i / 32` is 1 where light `i` does,
+/// and 0 where it does not and where nothing is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ShadowStates {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Picture after picture, then rows from the top.
+    pub data: Vec<u32>,
+}
+
+impl ShadowStates {
+    /// How many lights a picture has room for.
+    pub const PER_PICTURE: usize = u32::BITS as usize;
+
+    /// How many pictures take so many lights.
+    pub fn pictures(lights: usize) -> usize {
+        lights.div_ceil(Self::PER_PICTURE)
+    }
+    /// The pixels of the picture that says of a light whether it arrives, and the bit that does.
+    pub fn of_light(&mut self, light: usize) -> (&mut [u32], u32) {
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let picture = light / Self::PER_PICTURE;
+        (&mut self.data[picture * pixels..(picture + 1) * pixels], (light % Self::PER_PICTURE) as u32)
+    }
+    /// Sets the states of a light to those of its mask, in pictures where it arrives nowhere yet.
+    pub fn set(&mut self, light: usize, mask: &ShadowMask) {
+        let (states, bit) = self.of_light(light);
+        for (states, light) in states.iter_mut().zip(&mask.data) {
+            *states |= u32::from(*light >= ShadowMask::LIT_FROM) << bit;
+        }
+    }
 }
 
 /// What rays say of each pixel: [`TruthMask::LIT`] and so on.
@@ -153,7 +188,7 @@ impl TruthMask {
     pub fn of_light(share: f32) -> i8 {
         match share {
             x if x.is_nan() => Self::NOTHING,
-            x if x >= 0.5 => Self::LIT,
+            x if x >= ShadowMask::LIT_FROM => Self::LIT,
             _ => Self::SHADOW,
         }
     }

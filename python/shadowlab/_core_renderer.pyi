@@ -1,5 +1,6 @@
 """`_core.Renderer`."""
 
+from collections.abc import Iterable
 from typing import Any, Literal, NoReturn, final
 
 import numpy as np
@@ -238,6 +239,62 @@ class Renderer:
         -----
         ShadowlabWarning
             As `shadow_map`.
+        """
+    def shadow_states(
+        self,
+        scene: Scene,
+        camera: Camera,
+        lights: Iterable[Light],
+        parameterizations: Iterable[Maps],
+        *,
+        size: Size,
+        resolution: Size | None = None,
+        bias: Bias | None = None,
+        filter: Filter = "nearest",
+        blend: float = 0.0,
+        stored: StoredLike = None,
+        cull: Cull = "volume",
+    ) -> npt.NDArray[np.uint32]:
+        """At which pixels each of several lights arrives, a bit per light.
+
+        The eye view is drawn once for all lights. On the processor all lights with one map each are looked up in one pass
+        over the pixels.
+
+        Parameters
+        ----------
+        scene, camera
+            As in `shadow_mask`.
+        lights : sequence of DirectionalLight, SpotLight or PointLight
+        parameterizations : sequence of Parameterization, or (4, 4) or (K, 4, 4) array_like
+            The maps of each light.
+        size, resolution, bias, filter, blend, stored, cull
+            As in `shadow_mask`, the same for all lights.
+
+        Returns
+        -------
+        (H, W) or, of more than 32 lights, (P, H, W) uint32
+            Bit ``i % 32`` of picture ``i // 32``, counted from the lowest, is 1 where at least half of light `i` arrives, as
+            `aliasing.misclassified` judges its mask; 0 in shadow and where nothing is.
+
+        Raises
+        ------
+        ArgumentError
+            No light, another number of parameterizations than of lights, and as `shadow_mask`.
+
+        References
+        ----------
+        Chong, Gortler 2007, section 3: the shadow states of up to 32 lights in the four bytes of a pixel.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> s = sl.library.scene("robots")
+        >>> lights = [s.light, sl.PointLight((0, 6, 0), range=40.0)]
+        >>> maps = [sl.technique("uniform").parameterize(s, s.camera, light, resolution=256) for light in lights]
+        >>> states = sl.Renderer("cpu").shadow_states(s, s.camera, lights, maps, size=(160, 90))
+        >>> lit_by_lamp = (states >> 1) & 1 == 1
+        >>> lit_by_lamp.shape
+        (90, 160)
         """
     def chosen_map(
         self,

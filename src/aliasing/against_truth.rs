@@ -5,12 +5,9 @@ use std::mem::MaybeUninit;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::image::TruthMask;
+use crate::image::{ShadowMask, TruthMask};
 use crate::memory::{unwritten, written};
 use crate::progress::Progress;
-
-/// A filtered mask counts as lit from here on.
-pub(super) const LIT_FROM: f32 = 0.5;
 
 /// How many pixels are right and wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -117,7 +114,7 @@ impl Misclassified {
             return Ok(code::NOT_COMPARED);
         }
         self.compared += 1;
-        Ok(match (light >= LIT_FROM, truth_lit) {
+        Ok(match (light >= ShadowMask::LIT_FROM, truth_lit) {
             (false, true) => {
                 self.false_shadow += 1;
                 code::FALSE_SHADOW

@@ -14,8 +14,9 @@
 //! depends on how far apart or how high the surfaces are, so that a caster close to its receiver or to the next one is not
 //! taken for it.
 
-use super::against_truth::LIT_FROM;
 use glam::DVec2;
+
+use crate::image::ShadowMask;
 
 /// Why a pixel is wrong, as the image of causes has it.
 pub mod cause {
@@ -114,7 +115,7 @@ pub enum Blocker {
 
 /// Whether a share of dark makes a pixel dark.
 pub fn is_dark(share: f64) -> bool {
-    1.0 - share < f64::from(LIT_FROM)
+    1.0 - share < f64::from(ShadowMask::LIT_FROM)
 }
 
 /// The cause of a pixel in false shadow, from the weights of its dark texels and what they hold.

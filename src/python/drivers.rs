@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 
+use super::arguments::{word, word_or};
 use super::convert::OrRaise;
 use crate::error::Error;
 use crate::render::Renderer;
+use crate::render::cpu::CpuRenderer;
 use crate::threads::in_time;
 
 /// The first process of this line of forks that looked at graphics drivers, 0 for none.
@@ -35,6 +37,28 @@ pub fn adapters(py: Python<'_>) -> PyResult<Vec<std::collections::BTreeMap<&'sta
         let _ = py;
         Ok(Vec::new())
     }
+}
+
+/// The renderer of a backend, "auto" where none is given.
+pub(super) fn made(
+    py: Python<'_>,
+    backend: Option<&Bound<'_, PyAny>>,
+    adapter: Option<&Bound<'_, PyAny>>,
+) -> PyResult<crate::Result<Arc<dyn Renderer>>> {
+    let cpu = || -> crate::Result<Arc<dyn Renderer>> { Ok(Arc::new(CpuRenderer::new())) };
+    let adapter = adapter.map(|adapter| word(adapter, "adapter", "part of the name of an adapter")).transpose()?;
+    let backend = word_or(backend, "backend", "auto", "one of auto, cpu, gpu")?;
+    Ok(match backend.as_str() {
+        "cpu" => cpu(),
+        "gpu" => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
+        "auto" if adapter.is_some() => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
+        "auto" => looking_at_drivers(py, move || if hardware_adapter() { gpu(None) } else { cpu() })?,
+        other => Err(Error::UnknownName {
+            kind: "backend".into(),
+            name: other.into(),
+            valid: ["auto", "cpu", "gpu"].map(String::from).into(),
+        }),
+    })
 }
 
 /// Runs what loads graphics drivers, without the GIL. Where no XDG_RUNTIME_DIR is set, as in containers and notebooks

@@ -2,7 +2,9 @@
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 
+use super::arguments::items;
 use super::convert::{OrRaise, argument_error, number, vec3, vec3_to_array, vec4_to_array};
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
 use crate::scene::{DirectionalLight, Light, PointLight, SpotLight};
@@ -232,8 +234,18 @@ pub fn light_named(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Light> {
     if let Ok(l) = value.cast::<PyPointLight>() {
         return Ok(Light::Point(l.get().light));
     }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let got = format!("several in a {}", value.get_type().name()?);
+        return Err(argument_error(value.py(), name, "one light", got, "call it for each light"));
+    }
     let got = value.get_type().name()?;
     Err(argument_error(value.py(), name, "a DirectionalLight, SpotLight or PointLight", got, "construct one"))
+}
+
+/// Several lights, each named by its place among them.
+pub fn lights_named(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Light>> {
+    let lights = items(value, name, "several lights", "give a list of lights")?;
+    lights.iter().enumerate().map(|(i, one)| light_named(one, &format!("{name}[{i}]"))).collect()
 }
 
 /// The Python object of a core light.

@@ -6,12 +6,11 @@ use std::sync::{Arc, Mutex};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
-use super::arguments::{word, word_or};
 use super::bias::bias;
 use super::camera::{PyCamera, camera};
 use super::convert::{OrRaise, exception, image, size2};
 use super::culled::{casters_to_object, cull_of, maps_to_array, picture_of};
-use super::drivers::{gpu, hardware_adapter, looking_at_drivers};
+use super::drivers::made;
 use super::footprint::footprint_arrays;
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
@@ -19,9 +18,7 @@ use super::mask_settings::settings_of;
 use super::parameterization::as_parameterization;
 use super::scene::{PyScene, scene};
 use super::stored::{stored, warn_of_open_meshes};
-use crate::error::Error;
 use crate::image::Surfaces;
-use crate::render::cpu::CpuRenderer;
 use crate::render::{Bias, Cull, MaskSettings, Renderer, Stored};
 use crate::scene::{Camera, Light};
 use crate::threads;
@@ -64,20 +61,7 @@ impl PyRenderer {
     #[new]
     #[pyo3(signature = (backend=None, *, adapter=None), text_signature = "(backend='auto', *, adapter=None)")]
     fn new(py: Python<'_>, backend: Option<&Bound<'_, PyAny>>, adapter: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let cpu = || -> crate::Result<Arc<dyn Renderer>> { Ok(Arc::new(CpuRenderer::new())) };
-        let adapter = adapter.map(|adapter| word(adapter, "adapter", "part of the name of an adapter")).transpose()?;
-        let backend = word_or(backend, "backend", "auto", "one of auto, cpu, gpu")?;
-        let made = match backend.as_str() {
-            "cpu" => cpu(),
-            "gpu" => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
-            "auto" if adapter.is_some() => looking_at_drivers(py, move || gpu(adapter.as_deref()))?,
-            "auto" => looking_at_drivers(py, move || if hardware_adapter() { gpu(None) } else { cpu() })?,
-            other => Err(Error::UnknownName {
-                kind: "backend".into(),
-                name: other.into(),
-                valid: ["auto", "cpu", "gpu"].map(String::from).into(),
-            }),
-        };
+        let made = made(py, backend, adapter)?;
         let renderer = ManuallyDrop::new(made.or_raise(py)?);
         Ok(Self { renderer, process: std::process::id(), turn: Mutex::new(()) })
     }
@@ -364,6 +348,66 @@ impl PyRenderer {
         let mask = self.mask(&scene, &camera, &light, &p, cull_of(py, cull)?, &settings)?;
         let [w, h] = mask.size.map(|n| n as usize);
         image(py, mask.data, [h, w])
+    }
+    /// At which pixels each of several lights arrives, a bit per light.
+    ///
+    /// The eye view is drawn once for all lights. On the processor all lights with one map each are looked up in one pass
+    /// over the pixels.
+    ///
+    /// Parameters
+    /// ----------
+    /// scene, camera
+    ///     As in `shadow_mask`.
+    /// lights : sequence of DirectionalLight, SpotLight or PointLight
+    /// parameterizations : sequence of Parameterization, or (4, 4) or (K, 4, 4) array_like
+    ///     The maps of each light.
+    /// size, resolution, bias, filter, blend, stored, cull
+    ///     As in `shadow_mask`, the same for all lights.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W) or, of more than 32 lights, (P, H, W) uint32
+    ///     Bit ``i % 32`` of picture ``i // 32``, counted from the lowest, is 1 where at least half of light `i` arrives, as
+    ///     `aliasing.misclassified` judges its mask; 0 in shadow and where nothing is.
+    ///
+    /// Raises
+    /// ------
+    /// ArgumentError
+    ///     No light, another number of parameterizations than of lights, and as `shadow_mask`.
+    ///
+    /// References
+    /// ----------
+    /// Chong, Gortler 2007, section 3: the shadow states of up to 32 lights in the four bytes of a pixel.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import shadowlab as sl
+    /// >>> s = sl.library.scene("robots")
+    /// >>> lights = [s.light, sl.PointLight((0, 6, 0), range=40.0)]
+    /// >>> maps = [sl.technique("uniform").parameterize(s, s.camera, light, resolution=256) for light in lights]
+    /// >>> states = sl.Renderer("cpu").shadow_states(s, s.camera, lights, maps, size=(160, 90))
+    /// >>> lit_by_lamp = (states >> 1) & 1 == 1
+    /// >>> lit_by_lamp.shape
+    /// (90, 160)
+    #[pyo3(signature = (scene, camera, lights, parameterizations, *, size, resolution=None, bias=None, filter=None, blend=None, stored=None, cull=None),
+        text_signature = "($self, scene, camera, lights, parameterizations, *, size, resolution=None, bias=None, filter='nearest', blend=0.0, stored=None, cull='volume')")]
+    #[allow(clippy::too_many_arguments)]
+    fn shadow_states<'py>(
+        &self,
+        #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+        #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+        lights: &Bound<'py, PyAny>,
+        parameterizations: &Bound<'py, PyAny>,
+        size: &Bound<'py, PyAny>,
+        resolution: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = bias)] bias: Option<Bias>,
+        filter: Option<&Bound<'py, PyAny>>,
+        blend: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = stored)] stored: Option<Stored>,
+        cull: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let how = (resolution, size2(size, "size")?, (bias, filter, blend, stored), cull_of(size.py(), cull)?);
+        self.states(&scene, &camera, lights, parameterizations, how)
     }
     /// Which map each pixel asks, where there are several.
     ///

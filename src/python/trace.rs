@@ -7,10 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 use rayon::prelude::*;
 
-use super::arguments::{callable, items, number_or, paired_rows, whole};
+use super::arguments::{callable, number_or, paired_rows, whole};
 use super::camera::{PyCamera, camera};
 use super::convert::{array, image, rows3, run_watched, size2};
-use super::light::{light, light_named};
+use super::light::{light, lights_named};
 use super::scene::{PyScene, scene};
 use crate::image::TruthMask;
 use crate::trace::Hit;
@@ -45,9 +45,7 @@ pub fn trace_shadow_masks<'py>(
     size: &Bound<'py, PyAny>,
 ) -> PyResult<Vec<Bound<'py, PyArray2<i8>>>> {
     let py = size.py();
-    let lights = items(lights, "lights", "a light, or several", "give a list of lights")?;
-    let named = |(i, one): (usize, &Bound<'py, PyAny>)| light_named(one, &format!("lights[{i}]"));
-    let lights: Vec<crate::Light> = lights.iter().enumerate().map(named).collect::<PyResult<_>>()?;
+    let lights = lights_named(lights, "lights")?;
     let size = size2(size, "size")?;
     let (scene, camera) = (scene.get(), &camera.get().camera);
     let tracer = scene.tracer(py, None)?;

@@ -18,6 +18,6 @@ pub(crate) use cull::{Asked, Keep, Marks, Volume};
 pub use cull::{Casters, Cull, Rule, looking_pays};
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub(crate) use filter::{between, bilinear, first_texel, integral_of_box, integral_of_tent, texels_across};
-pub use renderer::{MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
-pub(crate) use renderer::{check_blend, check_count, check_extent, no_picture};
+pub use renderer::{LightMaps, MAX_IMAGE_SIDE, MaskSettings, Renderer, check_size};
+pub(crate) use renderer::{check_blend, check_count, check_extent, no_picture, no_states};
 pub use stored::{Format, Spacing, Stored, StoredSurface, depth_measure, step_along_ray};

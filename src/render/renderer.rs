@@ -2,7 +2,8 @@
 
 use super::{Bias, Casters, Cull, Filter, Stored};
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, Surfaces};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, ShadowStates, Surfaces};
+use crate::memory::{check_images, with_room};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::scene::{Camera, Light, Scene};
@@ -25,6 +26,24 @@ pub struct MaskSettings {
     pub blend: f64,
     /// What the map stores.
     pub stored: Stored,
+}
+
+/// A light with its maps.
+#[derive(Debug, Clone, Copy)]
+pub struct LightMaps<'a> {
+    /// The light.
+    pub light: &'a Light,
+    /// Its maps.
+    pub p: &'a Parameterization,
+    /// Width and height of each map, texels.
+    pub resolution: [u32; 2],
+}
+
+impl LightMaps<'_> {
+    /// How its mask is computed; all else is that of all lights.
+    pub fn settings(&self, of_all: &MaskSettings) -> MaskSettings {
+        MaskSettings { resolution: self.resolution, ..*of_all }
+    }
 }
 
 /// A renderer. Implementations agree: see tests.
@@ -134,12 +153,55 @@ pub trait Renderer: Send + Sync {
         cull: Cull,
         progress: &Progress,
     ) -> Result<ShadowMask>;
+    /// At which pixels each of several lights arrives: where its [`Renderer::mask_of`] is lit, from [`ShadowMask::LIT_FROM`] on.
+    /// Each light has a resolution of its own in place of that of the settings.
+    ///
+    /// # Errors
+    /// As the masks, and [`Error::InvalidArgument`] without a light.
+    fn shadow_states(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        lights: &[LightMaps],
+        settings: &MaskSettings,
+        cull: Cull,
+        progress: &Progress,
+    ) -> Result<ShadowStates> {
+        let mut states = no_states(lights, settings.size)?;
+        for (i, one) in lights.iter().enumerate() {
+            progress.begin_part(i, lights.len());
+            let mask = self.mask_of(scene, camera, one.light, one.p, &one.settings(settings), cull, progress)?;
+            states.set(i, &mask);
+        }
+        Ok(states)
+    }
 }
 
 /// An error that says what [`Cull::Seen`] takes.
 pub(crate) fn no_picture() -> Error {
     let fix = "ask for the mask, or give the picture whose pixels look up the map";
     Error::argument("cull", "\"none\" or \"volume\" where there is no picture", "\"seen\"", fix)
+}
+
+/// Pictures in which no light arrives yet.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] without a light, and for pictures that do not fit into memory.
+pub(crate) fn no_states(lights: &[LightMaps], size: [u32; 2]) -> Result<ShadowStates> {
+    if lights.is_empty() {
+        return Err(Error::argument(
+            "lights",
+            "at least one light",
+            "none",
+            "give a list of lights, and maps for each",
+        ));
+    }
+    let pictures = ShadowStates::pictures(lights.len());
+    check_images("size", pictures, check_size("size", size)?, size_of::<u32>())?;
+    let values = pictures * size[0] as usize * size[1] as usize;
+    let mut data = with_room("size", values)?;
+    data.resize(values, 0);
+    Ok(ShadowStates { size, data })
 }
 
 /// The size if both sides are between 1 and [`MAX_IMAGE_SIDE`].

@@ -193,6 +193,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "indices": lambda: [0],
     "label": lambda: "uniform",
     "lam": lambda: 2.0,
+    "lights": lambda: [world().light],
     "map": lambda: 0,
     "matrices": lambda: np.eye(4)[None],
     "matrix": lambda: np.eye(4),
@@ -205,6 +206,7 @@ MEANING: dict[str, Callable[[], Any]] = {
     "origins": lambda: [[0.0, 5.0, 0.0]],
     "other": _world("scene"),
     "parameterization": _world("p"),
+    "parameterizations": lambda: [world().p],
     "params": dict,
     "partition": lambda: world().p.partitions[0],
     "phases": lambda: 1,
@@ -315,7 +317,6 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "_core.library_build": {"name": lambda: "forest", "params": lambda: [("trees", 3.0)]},
     "_core.restore": {"parts": lambda: sl.Bias().__reduce__()[1]},
     "_core.trace_shadow_mask": {"progress": lambda: None},
-    "_core.trace_shadow_masks": {"lights": lambda: [world().light]},
     "Footprint.of_arrays": {
         "arrays": lambda: _core.footprint(world().gbuffer, world().camera, world().light, world().p),
         "depth": lambda: None, "resolution": lambda: (16, 16), "size": lambda: None,

@@ -7,6 +7,7 @@ mod casters;
 mod faces;
 mod gbuffer;
 pub mod lookup;
+mod masks;
 mod passes;
 mod raster;
 mod renderer;

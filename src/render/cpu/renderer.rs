@@ -7,17 +7,18 @@ use glam::{DMat4, DVec3};
 use super::casters::{asked_of, casters_of, keep_of};
 use super::faces::Faces;
 use super::gbuffer::gbuffer;
-use super::lookup::{Lookups, MaskInput};
 use super::passes::{Pass, pixel_count};
 use super::raster::Scratch;
 use super::stored::StoredMap;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
-use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, Surfaces};
+use crate::image::{DepthMaps, Footprint, GBuffer, ShadowMask, ShadowStates, Surfaces};
 use crate::memory::{check_images, filled, unwritten, written};
 use crate::parameterization::Parameterization;
 use crate::progress::Progress;
-use crate::render::{Casters, Cull, Keep, MaskSettings, Renderer, Stored, check_count, check_size};
+use crate::render::{
+    Casters, Cull, Keep, LightMaps, MaskSettings, Renderer, Stored, check_count, check_size, no_states,
+};
 use crate::scene::{Camera, Light, Scene};
 
 /// Of a pixel while a G-buffer is drawn: it, and the depths and numbers of triangles that it is made of.
@@ -50,7 +51,7 @@ impl CpuRenderer {
     }
 
     /// Runs with scratch memory that no other call uses.
-    fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> Result<T>) -> Result<T> {
+    pub(super) fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> Result<T>) -> Result<T> {
         // Nobody waits for it: after a fork the lock may be held by a thread that does not exist.
         let mut scratch = self.scratch.try_lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
         let result = work(&mut scratch);
@@ -159,25 +160,24 @@ impl Renderer for CpuRenderer {
         progress: &Progress,
     ) -> Result<ShadowMask> {
         check_size("size", settings.size)?;
-        check_size("resolution", settings.resolution)?;
-        check_partitions(p)?;
-        check_images("resolution", 1, settings.resolution, size_of::<f32>())?;
-        let lookups = &Lookups::new(p, camera, light, scene.origin(), settings)?;
+        check_maps(p, settings.resolution)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
-        let input = MaskInput { surfaces: gbuffer.surfaces(), camera, light, lookups, progress };
-        let asked = if cull == Cull::Seen { Some(input.asks()?) } else { None };
-        let keep = |k: usize| match &asked {
-            // A map that no pixel asks is not drawn, or does not matter.
-            Some(asked) => Ok(asked[k].as_ref().map_or(Keep::InVolume, Keep::Asked)),
-            None => keep_of(cull),
-        };
-        let (size, stored) = (settings.resolution, settings.stored);
-        self.with_scratch(|scratch| {
-            input.mask(|k, depth| {
-                let map = StoredMap { scene, partition: &p.partitions[k], size, stored, keep: keep(k)? };
-                map.draw(depth, scratch, progress)
-            })
-        })
+        self.mask_of_surfaces(scene, gbuffer.surfaces(), camera, light, p, settings, cull, progress)
+    }
+
+    fn shadow_states(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        lights: &[LightMaps],
+        settings: &MaskSettings,
+        cull: Cull,
+        progress: &Progress,
+    ) -> Result<ShadowStates> {
+        let states = no_states(lights, settings.size)?;
+        lights.iter().try_for_each(|one| check_maps(one.p, one.resolution))?;
+        let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
+        self.states_of_surfaces(scene, gbuffer.surfaces(), camera, lights, settings, cull, states, progress)
     }
 }
 
@@ -213,6 +213,12 @@ impl CpuRenderer {
         let data = unsafe { written(data) };
         Ok(DepthMaps { layers: p.partitions.len() as u32, size, data })
     }
+}
+
+/// Refuses what no mask can be made of: no maps, too many, or such as do not fit into memory.
+fn check_maps(p: &Parameterization, resolution: [u32; 2]) -> Result<()> {
+    check_partitions(p)?;
+    check_images("resolution", 1, check_size("resolution", resolution)?, size_of::<f32>())
 }
 
 /// Refuses a parameterization without maps.

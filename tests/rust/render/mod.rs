@@ -14,5 +14,6 @@ mod holes;
 mod kernels;
 mod near_plane;
 mod selection;
+mod states;
 mod stored;
 mod strong;

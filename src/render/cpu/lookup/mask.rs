@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::blending::Next;
 use super::lookup::Lookups;
+use super::run_light::FEW;
 use super::runs::Compared;
 use crate::aliasing::receivers::{RUN, Receivers, Shown};
 use crate::error::{Error, Result};
@@ -20,10 +21,6 @@ use crate::parameterization::{Held, Parameterization};
 use crate::progress::Progress;
 use crate::render::MaskSettings;
 use crate::scene::{Camera, Light};
-
-/// Receivers of a run from which on all of it is looked up at once, instead of them one by one: estimated
-/// from whole masks, which took about a sixth of the time in runs.
-const FEW: usize = 10;
 
 /// A row that is yet to be written.
 type RowOut<'a, T> = &'a mut [MaybeUninit<T>];
@@ -121,19 +118,7 @@ impl MaskInput<'_> {
             let count = RUN.min(light.len() - x);
             run.read(&self.surfaces, first + x, count);
             let shown = run.shown(&self.surfaces, self.light, first + x, count);
-            let facing = shown.iter().filter(|shown| **shown == Shown::Facing).count();
-            if lookup.is_common() && facing >= FEW {
-                lookup.compare_run(&run, &mut found);
-                lookup.light_of_run(map, &found, &mut lit);
-            } else {
-                for i in (0..count).filter(|&i| shown[i] == Shown::Facing) {
-                    let p = run.point(i);
-                    found.is_held[i] = lookup.holds(p) != Held::Outside;
-                    if found.is_held[i] {
-                        lit[i] = lookup.light(map, p, run.normal(i));
-                    }
-                }
-            }
+            lookup.light_of_facing(map, &run, &shown, &mut found, &mut lit);
             for i in 0..count {
                 let is_held = shown[i] == Shown::Facing && found.is_held[i];
                 chosen[x + i].write(if is_held { 0 } else { ShadowMask::NO_MAP });

@@ -13,6 +13,7 @@ mod probe;
 mod projected;
 mod run_light;
 mod runs;
+mod states;
 mod wide_run_light;
 
 pub use bias_distance::bias_distance;
@@ -21,3 +22,4 @@ pub use comparison::{Comparison, Reference};
 pub use lookup::{Lookups, MapLookup};
 pub(super) use mask::MaskInput;
 pub use mask::look_up;
+pub(super) use states::{OnlyMap, set_states};

@@ -1,0 +1,61 @@
+//! Which of several lights arrive at each pixel, a bit per light: one pass over the pixels for all lights whose map is there.
+//!
+//! Source: Chong and Gortler 2007 `[chong2007]`, section 3: a buffer of four bytes a pixel has room for the states of 32 lights.
+//! A run of receivers is read once, and the lights look at it one after the other; runs that a light does not face are
+//! left out. The light is that of masks, bit for bit, and so are the states.
+
+use rayon::prelude::*;
+
+use super::lookup::MapLookup;
+use super::runs::Compared;
+use crate::aliasing::receivers::{RUN, Receivers, Shown};
+use crate::error::{Error, Result};
+use crate::image::{ShadowMask, Surfaces};
+use crate::progress::Progress;
+use crate::scene::Light;
+
+/// A light whose only map is there.
+pub struct OnlyMap<'a> {
+    pub light: &'a Light,
+    pub lookup: &'a MapLookup,
+    /// As many texels as the lookup says.
+    pub map: &'a [f32],
+    /// Which bit of a pixel says whether the light arrives.
+    pub bit: u32,
+}
+
+/// Sets the bits of some lights in a picture of the surfaces, where they arrive.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn set_states(surfaces: &Surfaces, lights: &[OnlyMap], states: &mut [u32], progress: &Progress) -> Result<()> {
+    let width = surfaces.size[0] as usize;
+    states.par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
+        progress.check()?;
+        set_in_row(surfaces, lights, y * width, row);
+        Ok::<_, Error>(())
+    })
+}
+
+/// The same of a row, whose first pixel is given.
+fn set_in_row(surfaces: &Surfaces, lights: &[OnlyMap], first: usize, row: &mut [u32]) {
+    let (mut run, mut found, mut lit) = (Receivers::NONE, Compared::NONE, [1.0; RUN]);
+    for (first, states) in (first..).step_by(RUN).zip(row.chunks_mut(RUN)) {
+        let count = states.len();
+        if surfaces.triangle[first..first + count].iter().all(|triangle| *triangle < 0) {
+            continue;
+        }
+        run.read(surfaces, first, count);
+        for one in lights {
+            let shown = run.shown(surfaces, one.light, first, count);
+            if !shown.contains(&Shown::Facing) {
+                continue;
+            }
+            one.lookup.light_of_facing(one.map, &run, &shown, &mut found, &mut lit);
+            for (i, states) in states.iter_mut().enumerate() {
+                let arrives = !found.is_held[i] | (lit[i] >= ShadowMask::LIT_FROM);
+                *states |= u32::from((shown[i] == Shown::Facing) & arrives) << one.bit;
+            }
+        }
+    }
+}

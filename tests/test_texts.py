@@ -338,6 +338,7 @@ def test_lights_of_the_command_line():
         (["--light-position", "0,5,0", "--cone-deg", "nan"], "cone-deg: expected degrees"),
         (["--light-position", "0,5"], "light-position: expected three numbers"),
         (["--light-position", "0,5,0", "--range", "0"], "range"),
+        (["--light", "0,-1,0", "--light", "1,-1,0"], "light: expected one --light, got 2; shadowlab advise"),
         (["--convention", "glide"], "unknown name 'glide'"),
         (["--convention", "opengl:y=sideways"], "y: expected 'up' or 'down'"),
         (["--technique", "matrix:file=none.npy"], "none.npy"),

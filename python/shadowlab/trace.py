@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import IntEnum
+from typing import overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from .errors import ArgumentError
-from .text.checked import A_CAMERA, A_LIGHT, A_SCENE, a_count, a_flag, checked, optional
+from .text.checked import A_CAMERA, A_SCENE, a_count, a_flag, checked, one_or_more_lights, optional
 from .text.checks import picture_of
 from .text.progress import steps_of_call
+from .types import Light, Size
 
 __all__ = ["Truth", "first_hit", "occluded", "shadow_mask", "soft_shadow_mask"]
 
@@ -28,14 +31,26 @@ class Truth(IntEnum):
     NOTHING = -2  # no surface
 
 
+@overload
+def shadow_mask(
+    scene: _core.Scene, camera: _core.Camera, light: Light, *, size: Size, progress: bool | None = None
+) -> npt.NDArray[np.int8]: ...
+
+
+@overload
+def shadow_mask(
+    scene: _core.Scene, camera: _core.Camera, light: Iterable[Light], *, size: Size, progress: bool | None = None
+) -> tuple[npt.NDArray[np.int8], ...]: ...
+
+
 def shadow_mask(
     scene: _core.Scene,
     camera: _core.Camera,
-    light: _core.DirectionalLight | _core.SpotLight | _core.PointLight,
+    light: Light | Iterable[Light],
     *,
-    size: int | tuple[int, int],
+    size: Size,
     progress: bool | None = None,
-) -> npt.NDArray[np.int8]:
+) -> npt.NDArray[np.int8] | tuple[npt.NDArray[np.int8], ...]:
     """The exact shadows of a view.
 
     A surface is lit where it faces the light and nothing meets the open segment between them. A light nearer to a
@@ -48,7 +63,8 @@ def shadow_mask(
     ----------
     scene : Scene
     camera : Camera
-    light : DirectionalLight, SpotLight or PointLight
+    light : DirectionalLight, SpotLight or PointLight, or sequence of them
+        Several lights share the rays from the eye.
     size : int or (int, int)
         Pixels: a side, or width and height.
     progress : bool, optional
@@ -57,25 +73,60 @@ def shadow_mask(
 
     Returns
     -------
-    (H, W) int8
+    (H, W) int8, or tuple of them
         1 lit; 0 in shadow (also what faces away from the light, edge-on included); -1 undecided: the answer changes
-        when rays move by what single precision resolves; -2 nothing there. `Truth` names them.
+        when rays move by what single precision resolves; -2 nothing there. `Truth` names them. One per light where
+        `light` is a sequence.
+
+    Raises
+    ------
+    ArgumentError
+        For arguments of another type or out of range, and no light.
     """
+    lights = one_or_more_lights("light", light)
     with steps_of_call(1, progress) as step:
         step("truth")
-        return _core.trace_shadow_mask(scene, camera, light, size=size)
+        if isinstance(lights, tuple):
+            return tuple(_core.trace_shadow_masks(scene, camera, lights, size=size))
+        return _core.trace_shadow_mask(scene, camera, lights, size=size)
 
 
-@checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT, samples=a_count(1, MOST_RAYS), progress=optional(a_flag))
+@overload
 def soft_shadow_mask(
     scene: _core.Scene,
     camera: _core.Camera,
-    light: _core.DirectionalLight | _core.SpotLight | _core.PointLight,
+    light: Light,
     *,
-    size: int | tuple[int, int],
+    size: Size,
     samples: int = 4,
     progress: bool | None = None,
-) -> npt.NDArray[np.float32]:
+) -> npt.NDArray[np.float32]: ...
+
+
+@overload
+def soft_shadow_mask(
+    scene: _core.Scene,
+    camera: _core.Camera,
+    light: Iterable[Light],
+    *,
+    size: Size,
+    samples: int = 4,
+    progress: bool | None = None,
+) -> tuple[npt.NDArray[np.float32], ...]: ...
+
+
+@checked(
+    scene=A_SCENE, camera=A_CAMERA, light=one_or_more_lights, samples=a_count(1, MOST_RAYS), progress=optional(a_flag)
+)
+def soft_shadow_mask(
+    scene: _core.Scene,
+    camera: _core.Camera,
+    light: Light | Iterable[Light],
+    *,
+    size: Size,
+    samples: int = 4,
+    progress: bool | None = None,
+) -> npt.NDArray[np.float32] | tuple[npt.NDArray[np.float32], ...]:
     """The exact shadows of a view averaged over the area of each pixel: what a filtered mask aims at.
 
     A pixel is divided into `samples` x `samples` equal squares, and the middle of each gets a ray of the eye and one of
@@ -87,7 +138,8 @@ def soft_shadow_mask(
     ----------
     scene : Scene
     camera : Camera
-    light : DirectionalLight, SpotLight or PointLight
+    light : DirectionalLight, SpotLight or PointLight, or sequence of them
+        Several lights share the rays from the eye.
     size : int or (int, int)
         Pixels: a side, or width and height.
     samples : int
@@ -99,9 +151,9 @@ def soft_shadow_mask(
 
     Returns
     -------
-    (H, W) float32
+    (H, W) float32, or tuple of them
         1 lit, 0 in shadow, between them where both are in the pixel, NaN where no ray sees a surface or all that do are
-        undecided.
+        undecided. One per light where `light` is a sequence.
 
     Raises
     ------
@@ -119,8 +171,10 @@ def soft_shadow_mask(
     if size is None:
         raise ArgumentError("size: expected a side or (width, height) in pixels, got None; try (640, 360)")
     width, height = picture_of(size, camera)
-    lit: npt.NDArray[np.int32] | int = 0
-    decided: npt.NDArray[np.int32] | int = 0
+    # `checked` has made a tuple of several.
+    lights = light if isinstance(light, tuple) else (light,)
+    lit: list[npt.NDArray[np.int32] | int] = [0] * len(lights)
+    decided = list(lit)
     # One picture per place within the pixel, from a camera that is shifted by it: memory does not grow with the rays.
     offsets = ((np.arange(samples) + 0.5) / samples - 0.5) * 2.0
     right, up = camera.shift
@@ -129,13 +183,17 @@ def soft_shadow_mask(
             for along in offsets:
                 step("soft truth")
                 moved = camera.replace(shift=(right + along / width, up - down / height))
-                truth = _core.trace_shadow_mask(scene, moved, light, size=(width, height))
+                truths = _core.trace_shadow_masks(scene, moved, lights, size=(width, height))
                 # Pixels come from here, so that a size that the renderer refuses allocates nothing.
-                lit = lit + (truth == Truth.LIT).astype(np.int32)
-                decided = decided + (truth >= Truth.SHADOW).astype(np.int32)
-    share: npt.NDArray[np.float32] = np.full((height, width), np.nan, np.float32)
-    np.divide(lit, decided, out=share, where=np.asarray(decided) > 0, casting="same_kind")
-    return share
+                for i, truth in enumerate(truths):
+                    lit[i] = lit[i] + (truth == Truth.LIT).astype(np.int32)
+                    decided[i] = decided[i] + (truth >= Truth.SHADOW).astype(np.int32)
+    shares = []
+    for lit_rays, rays in zip(lit, decided, strict=True):
+        share: npt.NDArray[np.float32] = np.full((height, width), np.nan, np.float32)
+        np.divide(lit_rays, rays, out=share, where=np.asarray(rays) > 0, casting="same_kind")
+        shares.append(share)
+    return tuple(shares) if isinstance(light, tuple) else shares[0]
 
 
 def first_hit(

@@ -62,10 +62,26 @@ def view_options() -> list[Option]:
     ]
 
 
+def one_light(_ctx: click.Context, _option: click.Parameter, texts: Sequence[str]) -> str | None:
+    """The light that is given, None without any: click would take the last of several without a word.
+
+    Raises
+    ------
+    ArgumentError
+        For several.
+    """
+    if len(texts) > 1:
+        raise ArgumentError(
+            f"light: expected one --light, got {len(texts)}; shadowlab advise ranks over all of them, other commands "
+            "take one each"
+        )
+    return texts[0] if texts else None
+
+
 def light_option() -> Option:
     """The one light of a view."""
     return Option(
-        "--light", section=VIEW_SECTION, metavar="DX,DY,DZ|NAME",
+        "--light", section=VIEW_SECTION, metavar="DX,DY,DZ|NAME", multiple=True, callback=one_light,
         help="the way a directional light or the middle of a spot travels, or a light of the file, by its name",
     )  # fmt: skip
 

@@ -84,6 +84,11 @@ def check_types(scene: object, camera: object, light: object, bias: object, filt
     """
     check_scene(scene)
     check_camera(camera)
+    if isinstance(light, (list, tuple)):
+        raise ArgumentError(
+            "light: expected one light, got several; sl.evaluate(sl.View(scene, camera, lights), technique) adds up "
+            "their wrong pixels, and sl.advise(scene, camera, lights) ranks over all of them"
+        )
     check_light(light)
     check_bias(bias)
     check_filter(filter)

@@ -23,7 +23,7 @@ from ..text.checks import checked_blend, checked_stored, renderer_of
 from ..text.progress import checked_progress, steps_of_call
 from .arguments import check_types, checked_source, resolutions_of, size_of
 from .evaluate import evaluate
-from .metrics import METRICS, Metric, checked_metrics
+from .metrics import HELD_AGAINST_TRUTH, METRICS, Metric, checked_metrics
 from .noise import with_noise
 from .phases import PHASES, checked_phases
 from .study import Study
@@ -113,9 +113,8 @@ def compare(
     if not isinstance(truth, (bool, np.bool_)):
         raise ArgumentError(f"truth: expected True or False, got {shown(truth)}; without it no errors are counted")
     # Without truth the maps are drawn and looked up all the same, for their times and pictures.
-    needs_truth = ("misclassified", "causes")
     asked = checked_metrics(metrics)
-    measured = checked_metrics([name for name in ("mask", *asked) if truth or name not in needs_truth])
+    measured = checked_metrics([name for name in ("mask", *asked) if truth or name not in HELD_AGAINST_TRUTH])
     entries = labelled(techniques, light)
     draw = renderer_of(renderer)
     view = View(scene, camera, light, (width, height))

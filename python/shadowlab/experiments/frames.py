@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from ..errors import ArgumentError
-from ..scene.view import LIGHTS
 from ..text.arrays import checked_items
+from ..text.checked import LIGHTS
 from ..text.checks import check_scene
 
 if TYPE_CHECKING:

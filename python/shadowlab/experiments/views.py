@@ -18,9 +18,9 @@ import numpy as np
 from .. import _core
 from ..errors import ArgumentError
 from ..scene.light_way import angle_to, elevation_of, light_way
-from ..scene.view import LIGHTS, View, light_of
+from ..scene.view import View, light_of
 from ..text.arrays import checked_items
-from ..text.checked import a_text
+from ..text.checked import LIGHTS, a_text
 
 T = TypeVar("T")
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 from ..text import shown
-from ..text.checked import A_LIGHT, a_count, a_gbuffer, checked, numbers_in
+from ..text.checked import a_count, a_gbuffer, a_light, checked, numbers_in
 from ..types import RGB
 from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, luminance, marked, same_size, shade, truth_mask
 
@@ -42,7 +42,7 @@ STRIPE_PX = 6
 
 @checked(
     gbuffer=a_gbuffer,
-    light=A_LIGHT,
+    light=a_light,
     truth=numbers_in(np.int8, None, None),
     cause_image=numbers_in(np.int64, None, None),
     width=a_count(1, WIDEST_MARK_PX),

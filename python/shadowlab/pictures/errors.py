@@ -25,7 +25,7 @@ from ..aliasing.footprint import AVERTED, NO_MAP, NOTHING, Footprint
 from ..errors import ArgumentError
 from ..text import shown
 from ..text.arrays import checked_array
-from ..text.checked import A_LIGHT, a_gbuffer, checked, optional
+from ..text.checked import a_gbuffer, a_light, checked, optional
 from .eye import luminance, shade
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
     return colours
 
 
-@checked(gbuffer=optional(a_gbuffer), light=optional(A_LIGHT))
+@checked(gbuffer=optional(a_gbuffer), light=optional(a_light))
 def error_picture(
     footprint: Footprint,
     *,

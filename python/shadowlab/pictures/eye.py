@@ -9,7 +9,7 @@ import numpy as np
 
 from ..aliasing.codes import Difference
 from ..errors import ArgumentError
-from ..text.checked import A_LIGHT, a_count, a_gbuffer, checked, items_of, numbers_in
+from ..text.checked import a_count, a_gbuffer, a_light, checked, items_of, numbers_in
 from ..trace import Truth
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ BACKGROUND_TOP = np.array([176.0, 196.0, 216.0])
 BACKGROUND_BOTTOM = np.array([233.0, 236.0, 238.0])
 
 
-@checked(gbuffer=a_gbuffer, light=A_LIGHT, mask=numbers_in(np.float32, None, None))
+@checked(gbuffer=a_gbuffer, light=a_light, mask=numbers_in(np.float32, None, None))
 def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     """The eye view (H, W, 3) uint8 of a neutral material under this light and a hemisphere of sky.
 
@@ -127,7 +127,7 @@ def truth_mask(truth: np.ndarray) -> np.ndarray:
 
 @checked(
     gbuffer=a_gbuffer,
-    light=A_LIGHT,
+    light=a_light,
     truth=numbers_in(np.int8, None, None),
     image=numbers_in(np.int8, None, None),
     width=a_count(1, WIDEST_MARK_PX),

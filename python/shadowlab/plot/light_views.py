@@ -15,7 +15,7 @@ from ..pictures.light_plane import LightPlane
 from ..pictures.maps import frustum_in, map_colour, served_depths
 from ..text import shown
 from ..text.arrays import checked_array
-from ..text.checked import A_CAMERA, A_LIGHT, a_text, checked, optional
+from ..text.checked import A_CAMERA, a_light, a_text, checked, optional
 from ..text.checks import renderer_of
 from ..text.specs import LONGEST_PICTURE
 from .arguments import count_of
@@ -103,7 +103,7 @@ def warped_view(
     return ax
 
 
-@checked(camera=A_CAMERA, light=optional(A_LIGHT), title=a_text)
+@checked(camera=A_CAMERA, light=optional(a_light), title=a_text)
 def light_view(
     parameterization: Maps,
     camera: _core.Camera,

@@ -14,7 +14,7 @@ from ..pictures.eye import difference, shade
 from ..pictures.maps import chosen_picture, mosaic, pictures_of
 from ..text import reason_of, share_text
 from ..text.arrays import bounded
-from ..text.checked import A_CAMERA, A_LIGHT, a_gbuffer, a_text, checked, instance, numbers_in
+from ..text.checked import A_CAMERA, a_gbuffer, a_light, a_text, checked, instance, numbers_in
 from .arguments import an_aspect, columns_of
 from .axes import MARKERS, SERIES, _axes, _picture
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 WIDEST_TITLE = 40
 
 
-@checked(gbuffer=a_gbuffer, light=A_LIGHT, mask=numbers_in(np.float32, None, None), title=a_text, aspect=an_aspect)
+@checked(gbuffer=a_gbuffer, light=a_light, mask=numbers_in(np.float32, None, None), title=a_text, aspect=an_aspect)
 def eye_view(
     gbuffer: GBuffer,
     light: Light,
@@ -64,7 +64,7 @@ def difference_view(
     return _picture(ax, picture, title, aspect or picture.shape[1] / picture.shape[0])
 
 
-@checked(gbuffer=a_gbuffer, light=A_LIGHT, chosen=numbers_in(np.int64, None, None), title=a_text, aspect=an_aspect)
+@checked(gbuffer=a_gbuffer, light=a_light, chosen=numbers_in(np.int64, None, None), title=a_text, aspect=an_aspect)
 def chosen_view(
     gbuffer: GBuffer,
     light: Light,

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
-from ..text.arrays import checked_items
-from ..text.checked import a_text, a_word
-from ..text.checks import check_camera, check_light, check_scene, picture_of, renderer_of, whole
+from ..text.checked import a_text, a_word, one_or_more_lights
+from ..text.checks import check_camera, check_scene, picture_of, renderer_of, whole
 from ..travel import Value
 from .kept import Kept
 from .light_way import angle_to, elevation_of, light_way
@@ -33,7 +32,6 @@ SAMPLE_BYTES = 30
 SAMPLE_COUNT = 4096
 ShadowSource: TypeAlias = Literal["mapped", "traced"]
 SHADOW_SOURCES = (*get_args(ShadowSource), None)
-LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,7 @@ class View(Value):
     def __post_init__(self) -> None:
         check_scene(self.scene)
         check_camera(self.camera)
-        object.__setattr__(self, "light", checked_light(self.light))
+        object.__setattr__(self, "light", one_or_more_lights("light", self.light))
         object.__setattr__(self, "size", picture_of(self.size, self.camera))
         a_text("label", self.label)
 
@@ -331,27 +329,6 @@ def view_of_origin(
     return made
 
 
-def checked_light(light: object) -> Light | tuple[Light, ...]:
-    """The light, or the tuple of several.
-
-    Raises
-    ------
-    ArgumentError
-        For none, or something else.
-    """
-    if isinstance(light, LIGHTS):
-        return light
-    hint = "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
-    several = tuple(checked_items("light", light, "a light, or several", hint))
-    if not several:
-        raise ArgumentError(
-            "light: expected at least one light, got none; sl.DirectionalLight((0.3, -1, 0.1)) makes one"
-        )
-    for one in several:
-        check_light(one)
-    return cast("tuple[Light, ...]", several)
-
-
 def light_of(view: View) -> Light:
     """The light of a view with one.
 
@@ -361,7 +338,7 @@ def light_of(view: View) -> Light:
         For several.
     """
     if isinstance(view.light, tuple):
-        raise ArgumentError(f"view: expected one light, got {len(view.light)}; take each of its views")
+        raise ArgumentError(f"view: expected one light, got {len(view.light)}; call it for each of view.views")
     return view.light
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from .. import _core
 from ..errors import UnknownNameError, UnsupportedError
 from ..text import shown
-from ..text.checked import A_CAMERA, A_LIGHT, A_SCENE, a_text, checked
+from ..text.checked import A_CAMERA, A_SCENE, a_light, a_text, checked
 from ..travel import Value
 
 if TYPE_CHECKING:
@@ -97,12 +97,12 @@ class Preset(Value):
         """Nor at shadows."""
         return False
 
-    @checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT)
+    @checked(scene=A_SCENE, camera=A_CAMERA, light=a_light)
     def technique(self, scene: _core.Scene, camera: _core.Camera, light: Light) -> _core.Technique:
         """The technique with the numbers that the engine's formula gives for this view."""
         return self.choose(scene, camera, light)[0]
 
-    @checked(scene=A_SCENE, camera=A_CAMERA, light=A_LIGHT)
+    @checked(scene=A_SCENE, camera=A_CAMERA, light=a_light)
     def parameterize(
         self,
         scene: _core.Scene,

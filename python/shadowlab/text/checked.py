@@ -12,7 +12,7 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, ParamSpec, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,9 @@ from .. import _core
 from ..errors import ArgumentError, UnknownNameError
 from .arrays import checked_array, checked_items, checked_number
 from .words import shown
+
+if TYPE_CHECKING:
+    from ..types import Light
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -68,11 +71,45 @@ def instance(kinds: type | tuple[type, ...], expected: str, fix: str) -> Check:
 
 A_CAMERA = instance(_core.Camera, "a Camera", "sl.Camera.look_at makes one")
 A_SCENE = instance(_core.Scene, "a Scene", "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one")
-A_LIGHT = instance(
-    (_core.DirectionalLight, _core.SpotLight, _core.PointLight),
-    "a DirectionalLight, a SpotLight or a PointLight",
-    "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
-)
+LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
+LIGHT_HINT = "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
+
+
+def a_light(name: str, value: object) -> Light:
+    """A light.
+
+    Raises
+    ------
+    ArgumentError
+        For anything else, several lights among it.
+    """
+    if isinstance(value, LIGHTS):
+        return value
+    if isinstance(value, (list, tuple)):
+        raise ArgumentError(
+            f"{name}: expected one light, got several in a {type(value).__name__}; call it for each light"
+        )
+    raise ArgumentError(
+        f"{name}: expected a DirectionalLight, a SpotLight or a PointLight, got {type(value).__name__}; {LIGHT_HINT}"
+    )
+
+
+def one_or_more_lights(name: str, value: object) -> Light | tuple[Light, ...]:
+    """A light, or the tuple of several.
+
+    Raises
+    ------
+    ArgumentError
+        For none, or something else.
+    """
+    if isinstance(value, LIGHTS):
+        return value
+    several = tuple(a_light(name, one) for one in checked_items(name, value, "a light, or several", LIGHT_HINT))
+    if not several:
+        raise ArgumentError(
+            f"{name}: expected at least one light, got none; sl.DirectionalLight((0.3, -1, 0.1)) makes one"
+        )
+    return several
 
 
 def a_gbuffer(name: str, value: object) -> object:

@@ -14,7 +14,7 @@ from .. import _core
 from ..errors import ArgumentError, UnknownNameError
 from ..types import Backend, Up, ViewName
 from .arrays import checked_items, checked_number
-from .checked import has_all
+from .checked import a_light, has_all
 from .words import shown
 
 if TYPE_CHECKING:
@@ -146,11 +146,7 @@ def check_light(light: object) -> None:
     ArgumentError
         For something else.
     """
-    if not isinstance(light, (_core.DirectionalLight, _core.SpotLight, _core.PointLight)):
-        raise ArgumentError(
-            f"light: expected a DirectionalLight, a SpotLight or a PointLight, got {type(light).__name__}; "
-            "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
-        )
+    a_light("light", light)
 
 
 def check_bias(bias: object) -> None:

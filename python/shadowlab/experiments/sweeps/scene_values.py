@@ -14,8 +14,9 @@ from ...scene.files import load_scene
 from ...scene.light_way import light_way
 from ...scene.scenes import Scene
 from ...scene.source import Source
-from ...scene.view import View, checked_light
+from ...scene.view import View
 from ...text import parse_spec, parse_vector, shown
+from ...text.checked import one_or_more_lights
 from ...text.checks import VIEWS, check_camera, check_scene, picture_of
 from ..views import LabelledView, apart, light_label
 from .space import Named, RawRow, is_direction
@@ -100,7 +101,7 @@ class _Makers:
         if is_direction(value):
             return label, _core.DirectionalLight(cast("Any", value))
         if not isinstance(value, str):
-            return label, checked_light(value)
+            return label, one_or_more_lights("light", value)
         lights = getattr(self.scenes[place], "lights", {})
         if value not in lights and value not in (OWN, *VIEWS) and "," in value:
             return label or value, _core.DirectionalLight(parse_vector(value, "light"))

@@ -123,10 +123,22 @@ def compare(pictures: bool) -> Work:
     return Work(run, ABOUT)
 
 
+def _around(count: int) -> list[sl.DirectionalLight]:
+    turns = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    return [sl.DirectionalLight((np.cos(a), -1.2, np.sin(a))) for a in turns]
+
+
+def states(count: int, size: int) -> Work:
+    """The shadow states of one light or many of the courtyard: G-buffer, maps and look-ups, anew each time."""
+    scene, renderer, all_lights = sl.library.scene("courtyard"), sl.Renderer("cpu"), _around(count)
+    one = sl.technique("lispsm")
+    maps = [one.parameterize(scene, scene.camera, light, resolution=1024) for light in all_lights]
+    return Work(lambda: renderer.shadow_states(scene, scene.camera, all_lights, maps, size=(size, size)), ABOUT)
+
+
 def lights(count: int, size: int) -> Work:
     """What one light or many cost in the courtyard: hierarchy, G-buffer, truth, maps and masks of all, made anew."""
-    turns = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
-    all_lights = [sl.DirectionalLight((np.cos(a), -1.2, np.sin(a))) for a in turns]
+    all_lights = _around(count)
     renderer = sl.Renderer("cpu")
 
     def prepare() -> sl.View:

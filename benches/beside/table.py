@@ -170,7 +170,16 @@ ROWS: tuple[Row, ...] = (
     ),
     Row(
         "lights",
-        "32 lights of the courtyard at 1024², in one light",
+        "states of 32 lights of the courtyard at 1024² as bits, in those of one light",
+        _ours("states", count=1, size=1024),
+        _ours("states", count=32, size=1024),
+        12.0,
+        more=False,
+        one_thread=False,
+    ),
+    Row(
+        "lights",
+        "32 lights of the courtyard at 1024² against traced truth, in one light",
         _ours("lights", count=1, size=1024),
         _ours("lights", count=32, size=1024),
         12.0,

@@ -113,7 +113,10 @@ class Steps:
         self.tell(0, 0)
 
     def tell(self, done: int, total: int) -> None:
-        """Shows how much is done of the step that has begun."""
+        """Shows how much is done of the step that has begun, in time."""
+        for one in _all_within():
+            if isinstance(one, Deadline):
+                one.check()
         if self._bar is not None:
             inner = min(1.0, done / total) if total > 0 else 0.0
             share = (max(0, self._begun_steps - 1) + inner) / max(1, self._steps)
@@ -181,8 +184,12 @@ class Deadline:
         if threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer"):
             self._alarm = signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
         if self._alarm:
-            signal.signal(signal.SIGALRM, self._raise)
-            signal.setitimer(signal.ITIMER_REAL, self._seconds)
+            try:
+                signal.signal(signal.SIGALRM, self._raise)
+                signal.setitimer(signal.ITIMER_REAL, self._seconds)
+            except OutOfTimeError:  # a limit so short that nothing has begun
+                self._leave()
+                raise
 
     def tell(self, done: int, total: int) -> None:
         """Passes on how much is done, in time."""
@@ -204,15 +211,16 @@ class Deadline:
         raise OutOfTimeError(f"took longer than the timeout of {self._seconds:g} s")
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._seconds is None:
-            return
+        self._leave()
+        if kind is None:
+            self.check()
+
+    def _leave(self) -> None:
         if self._alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
         if self in (within := _all_within()):
             within.remove(self)
-        if kind is None:
-            self.check()
 
 
 class Waiting:

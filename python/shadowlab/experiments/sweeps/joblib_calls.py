@@ -76,7 +76,7 @@ def calls(parallel: Any, lots: Sequence[Lot], data: bytes) -> Any:
     if not lots:
         return []
     own = copy.copy(parallel)
-    own.return_generator = bool(getattr(parallel._backend, "supports_return_generator", False))
+    own.return_generator = bool(getattr(getattr(parallel, "_backend", None), "supports_return_generator", False))
     own.return_ordered = not own.return_generator
     return own(delayed(numbered)(i, lot, data) for i, lot in enumerate(lots))
 

@@ -96,5 +96,5 @@ def workers_of(executor: object) -> int:
 
 
 def of_package(value: object, package: str) -> bool:
-    """Whether a value's class is of a package."""
-    return str(type(value).__module__).partition(".")[0] == package
+    """Whether a value's class, or one that it is derived from, is of a package."""
+    return any(str(cls.__module__).partition(".")[0] == package for cls in type(value).__mro__)

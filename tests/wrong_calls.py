@@ -81,7 +81,7 @@ def of_renderers(scene: sl.Scene, camera: sl.Camera, light: types.Light, p: sl.P
     renderer.shadow_mask(scene, camera, light, p)  # wrong: Missing named argument "size"
     sl.Bias(0.01)  # wrong: Too many positional arguments
     sl.Bias(worlds=0.01)  # wrong: Unexpected keyword argument "worlds"
-    sl.trace.shadow_mask(scene, camera, None, size=64)  # wrong: incompatible type "None"
+    sl.trace.shadow_mask(scene, camera, None, size=64)  # wrong: No overload variant of "shadow_mask"
     sl.trace.shadow_mask(scene, camera, light, size=64).lit  # wrong: has no attribute "lit"
 
 

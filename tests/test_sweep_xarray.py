@@ -120,3 +120,20 @@ def test_without_xarray_it_is_said_how_to_get_it(table, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(UnsupportedError, match=r"pip install 'shadowlab\[tables\]'"):
         sl.to_xarray(table)
+
+
+def test_a_light_for_each_scene_is_no_axis():
+    """Rows with a light of their own for each scene: the light follows from the scene, with or without `attrs`."""
+    imported("xarray")
+    rows = [
+        {"scene": scene, "light": light, "technique": technique, "resolution": 32}
+        for scene, light in (("@robots", "0.3,-1,0.1"), ("@dueling", "own"))
+        for technique in ("uniform", "lispsm")
+    ]
+    table = sl.sweep(rows, **HOW)
+    assert table.attrs["swept"] == ["scene", "technique"]
+    for one in (table, table.copy().pipe(lambda copy: (copy.attrs.clear(), copy)[1])):
+        ds = sl.to_xarray(one)
+        assert dict(ds.sizes) == {"scene": 2, "technique": 2}
+        assert list(ds["light"].values) == ["0.3,-1,0.1", "own"]
+        assert ds["light"].dims == ("scene",)

@@ -22,7 +22,7 @@ from ..metrics import Metric
 from ..views import LabelledView
 from .functions import Function, apart_from_names
 from .scene_values import views_of_rows
-from .space import KEYS, Named, RawRow, raw_rows
+from .space import KEYS, Named, RawRow, one_for_each, raw_rows
 from .technique_values import cell_of, check_given_once, item_of, label_of, owner_of, settings_in
 from .work import Group, Plain, Request
 
@@ -292,7 +292,10 @@ def cells_of_reading(read: MapReading) -> dict[str, Plain]:
 
 
 def swept_in(rows: Sequence[Planned], settings: Sequence[str]) -> tuple[str, ...]:
-    """The columns that vary by what was asked for, in the order of the keys."""
+    """The columns that vary by what was asked for, in the order of the keys.
+
+    Cameras and lights count where a scene has several: one of its own for each scene varies with the scene alone.
+    """
     names = [
         "scene",
         "camera",
@@ -306,8 +309,13 @@ def swept_in(rows: Sequence[Planned], settings: Sequence[str]) -> tuple[str, ...
         "stored",
         "blend",
     ]
-    cells = {name: {id_of(row.cells.get(name)) for row in rows} for name in names}
-    return tuple(name for name, values in cells.items() if len(values) > 1)
+    scenes = [id_of(row.cells.get("scene")) for row in rows]
+    found = []
+    for name in names:
+        values = [id_of(row.cells.get(name)) for row in rows]
+        if len(set(values)) > 1 and not (name in ("camera", "light") and one_for_each(scenes, values)):
+            found.append(name)
+    return tuple(found)
 
 
 def columns_with(settings: Sequence[str], functions: Sequence[str]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -231,3 +231,9 @@ def labelled_values(key: str, value: Mapping[object, object]) -> Iterator[Named]
         if not isinstance(label, str) or not label.strip():
             raise ArgumentError(f"space: expected labels with letters for {key!r}, got {shown(label)}; name it")
         yield Named(one, label)
+
+
+def one_for_each(scenes: Iterable[object], values: Iterable[object]) -> bool:
+    """Whether each scene has one value: what a row has then follows from its scene."""
+    pairs = set(zip(scenes, values, strict=True))
+    return len({scene for scene, _ in pairs}) == len(pairs)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 
 import numpy as np
@@ -146,20 +145,6 @@ def test_a_run_that_is_late_is_a_failure():
     assert list(found["failure_type"]) == ["", "TimeoutError", ""]
     assert "timeout of 0.3 s" in found["failure"][1]
     assert time.monotonic() - start < 30
-
-
-def test_a_long_call_of_the_core_ends_in_time_on_any_thread():
-    found = []
-    space = {**ROBOTS, "scene": "@forest:trees=3000", "resolution": [8192, 32]}
-
-    def work():
-        found.append(sl.sweep(space, size=(1600, 900), renderer="cpu", metrics=["causes", "usage"], timeout=1e-3))
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join(60)
-    assert not thread.is_alive()
-    assert found[0]["failure_type"][0] == "TimeoutError"
 
 
 @pytest.mark.parametrize(

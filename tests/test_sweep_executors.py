@@ -16,6 +16,8 @@ from sweep_support import SIZE, SPACE, kill_at_64, kill_at_64_once, lit, pid, ra
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, WorkerError
+from shadowlab.experiments.sweeps.plan import plan_of
+from shadowlab.scene.view import KEPT_VIEWS
 
 HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
 ROBOTS = {"scene": "@robots", "technique": "uniform"}
@@ -50,9 +52,18 @@ def client(cluster):
         yield made
 
 
+def views_of_space():
+    """The views of the space of all tests."""
+    return [one.view for one in plan_of(SPACE, size=SIZE, renderer="cpu").views]
+
+
 def test_threads_give_the_same_table(here):
+    for view in views_of_space():
+        view.clear()
     with ThreadPoolExecutor(3) as executor:
         same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+        kept = sum(KEPT_VIEWS.holds(view._seen, ("truth", view.light)) for view in views_of_space())
+        assert kept <= 2, "pictures of views that are done are not kept"
         lock = threading.Lock()
         found = sl.sweep(ROBOTS, **HOW, metrics=[lambda run: lock.locked()], executor=executor)
         assert list(found["failure"]) == [""], "nothing is sent"

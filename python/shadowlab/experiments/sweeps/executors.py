@@ -21,7 +21,7 @@ from ...text import reason_of
 from ...text.checked import has_all
 from .dask_place import DaskPlace
 from .in_process import run_here
-from .lots import Lacking, Lot, lots_of
+from .lots import PICTURES, Lacking, Lot, lots_of
 from .parcels import Parcels, SentGroup, dumped_task, frozen
 from .places import Future, FuturesPlace, LotPlace, of_package
 from .work import Answer, Group, Task, failed
@@ -55,6 +55,12 @@ def place_for(executor: object) -> LotPlace:
         ) from None
 
 
+def run_in_thread(group: Group, task: Task, add: Callable[[Answer], None]) -> None:
+    """`run_here` on one of several threads, which keep no pictures but those that they are at."""
+    with PICTURES.of(group.view):
+        run_here([group], task, add)
+
+
 def run_in_threads(
     groups: Sequence[Group], task: Task, add: Callable[[Answer], None], executor: ThreadPoolExecutor
 ) -> None:
@@ -71,7 +77,7 @@ def run_in_threads(
     try:
         for group in groups:
             try:
-                futures.append(executor.submit(run_here, [group], task, put))
+                futures.append(executor.submit(run_in_thread, group, task, put))
             except RuntimeError as error:
                 raise ArgumentError(f"executor: expected one that is open ({reason_of(error)})") from None
             futures[-1].add_done_callback(done.put)

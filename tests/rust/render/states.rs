@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use shadowlab::image::{ShadowMask, ShadowStates};
-use shadowlab::parameterization::{Parameterization, PostWarp};
+use shadowlab::parameterization::Parameterization;
 use shadowlab::render::cpu::CpuRenderer;
 use shadowlab::render::{Bias, Cull, LightMaps, MaskSettings, Renderer, Stored};
 use shadowlab::techniques::technique_of;
@@ -213,6 +213,8 @@ fn what_no_states_can_be_made_of_is_refused() {
 #[cfg(feature = "gpu")]
 #[test]
 fn a_device_sets_the_bits_of_its_masks() {
+    use shadowlab::parameterization::PostWarp;
+
     let Some(gpu) = crate::support::gpu::renderer() else { return };
     let (scene, camera) = floor_and_lid();
     let lights: Vec<Light> = directions(&camera).into_iter().map(|(_, d)| directional(d)).collect();

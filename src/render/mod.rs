@@ -14,7 +14,7 @@ mod stored;
 
 pub use bias::Bias;
 pub use blur::{BlurSettings, BlurStrength, MAX_STEPS, blur};
-pub(crate) use cull::{Asked, Keep, Marks, Volume};
+pub(crate) use cull::{Asked, Keep, Marks, PlacedVolume, Volume};
 pub use cull::{Casters, Cull, Rule, looking_pays};
 pub use filter::{Extent, FILTERS, Filter, FilterSpec, Kernel, Kernels, MOST_POINTS, Tap, Unit, WIDEST_TEXELS};
 pub(crate) use filter::{between, bilinear, first_texel, integral_of_box, integral_of_tent, texels_across};

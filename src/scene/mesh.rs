@@ -12,6 +12,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::alpha_test::AlphaTest;
 use super::borders::border_edges;
+use super::clusters::Clusters;
 use crate::digest::{Digest, Numbers};
 use crate::error::{Error, Result};
 use crate::geometry::Aabb;
@@ -36,6 +37,7 @@ pub struct Mesh {
     alpha_test: Option<Box<AlphaTest>>,
     content_hash: OnceLock<[u8; 32]>,
     border_edges: OnceLock<usize>,
+    clusters: OnceLock<Clusters>,
 }
 
 /// What a mesh is stored as.
@@ -223,6 +225,7 @@ impl Mesh {
             alpha_test: alpha_test.map(Box::new),
             content_hash: OnceLock::new(),
             border_edges: OnceLock::new(),
+            clusters: OnceLock::new(),
         }
     }
     /// A number no other mesh of this process has; caches key on it.
@@ -279,6 +282,16 @@ impl Mesh {
     pub fn bounds_local(&self) -> &Aabb {
         &self.bounds_local
     }
+    /// Boxes around runs of its triangles, found at the first call.
+    pub fn clusters(&self) -> &Clusters {
+        // As in `content_hash`: nobody waits. Two threads that ask at once find the same.
+        if let Some(known) = self.clusters.get() {
+            return known;
+        }
+        let extent = self.bounds_local.extent().as_vec3();
+        let _ = self.clusters.set(Clusters::new(&self.positions_local, &self.triangles, extent));
+        self.clusters.get().expect("set above")
+    }
     /// Which points of the triangles exist; none where all do. Its texture coordinates are those of
     /// [`Mesh::positions_local`].
     pub fn alpha_test(&self) -> Option<&AlphaTest> {
@@ -319,6 +332,7 @@ impl Mesh {
         self.positions_local.capacity() * size_of::<Vec3>()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
             + self.source_faces.capacity() * 4
+            + self.clusters.get().map_or(0, Clusters::memory)
             + self.alpha_test.as_ref().map_or(0, |test| test.memory())
     }
 }

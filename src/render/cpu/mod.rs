@@ -6,6 +6,7 @@
 mod casters;
 mod faces;
 mod gbuffer;
+mod kept;
 pub mod lookup;
 mod masks;
 mod passes;

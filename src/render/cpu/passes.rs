@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::faces::Faces;
 use super::raster::{
     BandArea, Bands, Batches, Bins, DepthPixels, Draw, Entries, IdPixels, LANES, LayerPixels, Pixels, Round, Scratch,
-    Tested, Viewport, draw, draw_fragments,
+    Tested, Viewport, draw,
 };
 use crate::error::{Error, Result};
 use crate::memory::{filled, unwritten, written, written_part};
@@ -97,7 +97,7 @@ impl Pass<'_> {
     fn draw_depth<const TO_FAR: bool>(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
         let far = DepthPixels::<TO_FAR>::FAR;
-        self.for_each_round(size, far, |round, bands, first| {
+        self.for_each_round(size, far, false, |round, bands, first| {
             let part = bands.rows() * size[0] as usize;
             depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
                 progress.check()?;
@@ -118,7 +118,7 @@ impl Pass<'_> {
     ) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
         let far = LayerPixels::FAR;
-        self.for_each_round(size, far, |round, bands, is_first| {
+        self.for_each_round(size, far, false, |round, bands, is_first| {
             let part = bands.rows() * size[0] as usize;
             let parts = first.par_chunks_mut(part).zip(second.par_chunks_mut(part)).enumerate();
             parts.try_for_each(|(band, (first, second))| {
@@ -137,7 +137,7 @@ impl Pass<'_> {
 
     fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
-        self.for_each_round(size, IdPixels::FAR, |round, bands, first| {
+        self.for_each_round(size, IdPixels::FAR, true, |round, bands, first| {
             let part = bands.rows() * size[0] as usize;
             let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
             parts.try_for_each(|(band, (depth, id))| {
@@ -161,13 +161,14 @@ impl Pass<'_> {
         &mut self,
         drawn_size: [u32; 2],
         far: f32,
+        numbered: bool,
         mut draw: impl FnMut(Round, Bands, bool) -> Result<()>,
     ) -> Result<()> {
         let viewport = Viewport::new(self.size, drawn_size, far);
         let batches = Batches::new(self.scene, &self.clip_from_world, &viewport, self.faces, self.keep)?;
         let bands = Bands::new(drawn_size);
         let mut first = true;
-        batches.for_each_round(&viewport, bands, self.scratch, self.progress, |round| {
+        batches.for_each_round(&viewport, bands, numbered, self.scratch, self.progress, |round| {
             draw(round, bands, std::mem::take(&mut first))
         })?;
         if first {
@@ -241,7 +242,7 @@ fn draw_round<P: Pixels>(scratch: &Scratch, band: usize, area: BandArea, pixels:
 
 fn draw_bins<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
     let bin = bins.band(band);
-    draw_fragments(&bin.fragments, pixels);
+    bin.fragments.draw(pixels);
     let (vertices, extra, large) = (&scratch.vertices[..], &bins.extra[..], &bins.large[..]);
     draw(Entries { entries: &bin.entries, vertices, extra, large }, area, pixels);
 }

@@ -9,4 +9,4 @@ pub use asked::Asked;
 pub(crate) use asked::Marks;
 pub use keep::Keep;
 pub use rule::{Casters, Cull, Rule, looking_pays};
-pub use volume::Volume;
+pub use volume::{PlacedVolume, Volume};

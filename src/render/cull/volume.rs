@@ -3,7 +3,7 @@
 //! A box is outside only if it lies beyond one plane by more than a renderer's arithmetic can bring back: then each of its
 //! triangles has all corners beyond that plane, and no renderer draws any of it.
 
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec4, Vec3};
 
 use crate::geometry::Aabb;
 use crate::scene::Enter;
@@ -67,11 +67,68 @@ impl Volume {
     }
 }
 
+/// A volume as a placed mesh sees it, for many boxes of its parts.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedVolume {
+    planes: [PlacedPlane; 6],
+}
+
+/// A plane of the volume in a mesh's own frame.
+#[derive(Debug, Clone, Copy)]
+struct PlacedPlane {
+    /// Not negative inside.
+    plane: DVec4,
+    /// The terms of its clip coordinates for each unit along an axis, and those that every point has.
+    terms: DVec4,
+}
+
+impl PlacedVolume {
+    /// Of a mesh that a matrix takes to clip space.
+    pub fn new(volume: &Volume, clip_from_local: &DMat4) -> Self {
+        let local_from_clip = clip_from_local.transpose();
+        let terms = DMat4::from_cols_array(&local_from_clip.to_cols_array().map(f64::abs));
+        let placed = |plane: DVec4| PlacedPlane { plane: local_from_clip * plane, terms: terms * plane.abs() };
+        Self { planes: volume.planes.map(placed) }
+    }
+    /// Whether a box of the mesh's frame lies outside. The terms of a part's clip coordinates may cancel, unlike those of a whole
+    /// mesh, whose frame begins in its middle; so roundings are told from the terms.
+    pub fn excludes(&self, min: Vec3, max: Vec3) -> bool {
+        let (min, max) = (min.as_dvec3(), max.as_dvec3());
+        let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
+        let reach = (center.abs() + half).extend(1.0);
+        self.planes.iter().any(|PlacedPlane { plane, terms }| {
+            let farthest = plane.dot(center.extend(1.0)) + plane.truncate().abs().dot(half);
+            farthest < -(SINGLE + DOUBLE) * terms.dot(reach)
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
     use super::*;
+
+    #[test]
+    fn parts_of_a_mesh_are_outside_where_all_their_points_are() {
+        let clip = glam::dcamera::rh::proj::directx::perspective(1.0, 1.0, 0.1, 100.0);
+        let volume = Volume::of_clip(&clip, 0.0);
+        let placed = PlacedVolume::new(&volume, &(clip * DMat4::from_translation(DVec3::NEG_Z * 10.0)));
+        let part = |x: f32, z: f32| placed.excludes(Vec3::new(x, 0.0, z), Vec3::new(x + 1.0, 1.0, z + 1.0));
+        // At a distance of 10 the map ends at 10 tan(1/2) = 5.46, of 9 at 4.92.
+        assert_eq!(
+            [(0.0, 0.0), (5.4, 0.0), (5.5, 0.0), (-6.4, 0.0), (-6.5, 0.0)].map(|(x, z)| part(x, z)),
+            [false, false, true, false, true]
+        );
+        // Near the far plane z and w differ by less than single precision tells.
+        assert_eq!([9.8, 9.95, -95.0, -91.01].map(|z| part(0.0, z)), [false, true, true, false]);
+        assert!(!part(f32::NAN, 0.0));
+        // Coordinates that cancel: the place beyond the plane is less than what single precision makes of it.
+        let far = DMat4::from_translation(DVec3::new(1.0 - 1e-9 - 1.0, 0.0, 0.5));
+        let placed = PlacedVolume::new(&Volume::of_clip(&far, 0.0), &far);
+        assert!(!placed.excludes(Vec3::new(1.0 + f32::EPSILON, 0.0, 0.0), Vec3::new(1.5, 0.1, 0.1)));
+        assert!(placed.excludes(Vec3::new(1.0 + 64.0 * f32::EPSILON, 0.0, 0.0), Vec3::new(1.5, 0.1, 0.1)));
+    }
 
     fn cube(x: f64, y: f64, z: f64) -> Aabb {
         let p = DVec3::new(x, y, z);

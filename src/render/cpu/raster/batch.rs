@@ -5,11 +5,13 @@ use std::ops::Range;
 use glam::DMat4;
 use rayon::prelude::*;
 
-use super::binning::{Bands, Bins, Draw, fill};
+use super::binning::{Binning, Draw};
+use super::bins::{Bands, Bins};
 use super::vertices::{Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
+use crate::render::cpu::kept::Kept;
 use crate::render::{Keep, Volume};
 use crate::scene::Scene;
 
@@ -19,7 +21,7 @@ const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
 /// Chunks that are binned before the bands are drawn: enough for many threads. What they leave is bounded in bytes, chunk by
-/// chunk ([`fill`]), so a round takes some MB whatever the scene.
+/// chunk ([`Binning::fill`]), so a round takes some MB whatever the scene.
 const ROUND: usize = 64;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
@@ -54,6 +56,7 @@ pub struct Batches<'a> {
     scene: &'a Scene,
     clip_from_world: DMat4,
     faces: Faces,
+    volume: Volume,
     /// Without alpha tests, and with them in ascending order.
     instances: [Vec<u32>; 2],
 }
@@ -91,14 +94,16 @@ impl<'a> Batches<'a> {
         let [plain, mut tested] = by_test(scene, keep.instances(scene, &volume));
         // Their triangles are found by number (tested.rs); the hierarchy has an order of its own.
         tested.sort_unstable();
-        Ok(Self { scene, clip_from_world: *clip_from_world, faces, instances: [plain, tested] })
+        Ok(Self { scene, clip_from_world: *clip_from_world, faces, volume, instances: [plain, tested] })
     }
 
-    /// Projects each batch and bins it round by round into `scratch`; calls `draw` after each round.
+    /// Projects each batch and bins it round by round into `scratch`, with the numbers of triangles if fragments are to be
+    /// `numbered`; calls `draw` after each round.
     pub fn for_each_round(
         &self,
         viewport: &Viewport,
         bands: Bands,
+        numbered: bool,
         scratch: &mut Scratch,
         progress: &Progress,
         mut draw: impl FnMut(Round) -> Result<()>,
@@ -118,7 +123,7 @@ impl<'a> Batches<'a> {
                     .collect();
                 while !pending.is_empty() {
                     let before = count(&pending);
-                    bin(draws, &mut pending, viewport, bands, scratch, progress)?;
+                    bin(draws, &mut pending, viewport, bands, numbered || is_tested, scratch, progress)?;
                     draw(Round { scratch, tested: is_tested.then_some(draws) })?;
                     progress.advance(before - count(&pending));
                 }
@@ -135,6 +140,7 @@ impl<'a> Batches<'a> {
             let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
             Draw {
                 mesh,
+                kept: Kept::new(mesh, &clip_from_local, &self.volume),
                 projection: Projection::new(&clip_from_local, mesh.bounds_local()),
                 faces: FaceTest::new(self.faces, &clip_from_local),
                 first_vertex: 0,
@@ -147,8 +153,8 @@ impl<'a> Batches<'a> {
         let (mut vertices, mut triangles) = (0, 0);
         for draw in &mut draws {
             (draw.first_vertex, draw.first_triangle) = (vertices, triangles);
-            vertices += draw.mesh.positions_local().len() as u32;
-            triangles += draw.mesh.triangles().len() as u32;
+            vertices += draw.kept.positions.len() as u32;
+            triangles += draw.kept.triangles.len() as u32;
         }
         draws
     }
@@ -184,7 +190,7 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
 
 /// Projects the vertices of a batch; the number of its triangles.
 fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<u32> {
-    let count = |d: &Draw| (d.mesh.positions_local().len(), d.mesh.triangles().len() as u32);
+    let count = |d: &Draw| (d.kept.positions.len(), d.kept.triangles.len() as u32);
     let Some(last) = draws.last() else { return Ok(0) };
     let vertex_count = last.first_vertex as usize + count(last).0;
     let triangle_count = last.first_triangle + count(last).1;
@@ -199,10 +205,13 @@ fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress:
         rest = after;
     }
     work.into_par_iter().try_for_each(|(draw, out)| {
-        let positions = draw.mesh.positions_local().par_chunks(VERTICES);
-        positions.zip(out.par_chunks_mut(VERTICES)).try_for_each(|(positions, out)| {
+        let positions = draw.kept.positions.par_chunks(VERTICES);
+        let needed = draw.kept.vertices(VERTICES);
+        positions.zip(out.par_chunks_mut(VERTICES)).zip(needed).try_for_each(|((positions, out), needed)| {
             progress.check()?;
-            draw.projection.project(viewport, positions, out);
+            if needed {
+                draw.projection.project(viewport, positions, out);
+            }
             Ok(())
         })
     })?;
@@ -217,6 +226,7 @@ fn bin(
     pending: &mut Vec<Range<u32>>,
     viewport: &Viewport,
     bands: Bands,
+    numbered: bool,
     scratch: &mut Scratch,
     progress: &Progress,
 ) -> Result<()> {
@@ -225,10 +235,10 @@ fn bin(
     if scratch.bins.len() < scratch.chunks {
         scratch.bins.resize_with(scratch.chunks, Bins::default);
     }
-    let vertices = &scratch.vertices[..];
+    let work = Binning { draws, vertices: &scratch.vertices, viewport, bands, numbered };
     scratch.bins[..scratch.chunks].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
         progress.check()?;
-        chunk.start = fill(bins, draws, vertices, chunk.clone(), viewport, bands);
+        chunk.start = work.fill(bins, chunk.clone());
         Ok(())
     })?;
     pending.extend(round.into_iter().filter(|chunk| !chunk.is_empty()));

@@ -10,29 +10,29 @@
 
 use std::ops::Range;
 
-use super::clip::{ExactVertex, clip_triangle, exact_position};
-use super::simd::{LANES, sign_bits};
-use super::triangle_setup::{
-    Corners, LargeSetup, SMALL, SmallSetup, box_of, larger, pixels_in_box, smaller, snapped_box,
-};
+#[cfg(target_arch = "x86_64")]
+use super::avx2::Avx2;
+use super::bins::{Bands, Bins, Entry};
+use super::clip::{clip_triangle, exact_position};
+use super::lanes::Lanes;
+use super::plain::Plain;
+use super::simd::LANES;
+use super::tiny::{TINY, Tiny};
+use super::triangle_setup::{Boxes, Corners, LargeSetup, SMALL, SmallSetup, box_of, pixels_in_box};
 use super::vertices::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
 use crate::render::cpu::faces::FaceTest;
+use crate::render::cpu::kept::Kept;
 use crate::scene::Mesh;
-use crate::simd::dispatch;
-
-/// Largest box, in pixel centres along each side, of triangles that become fragments here: at most ten of them, 120 bytes.
-/// Chosen by measurement (instructions on a scene of 440,000 triangles at 1024 and 2048 texels).
-const TINY: i32 = 4;
 
 /// Triangles binned between two looks at the bytes written.
 const SLICE: u32 = 1 << 8;
-/// Bytes after which a chunk ends early; a slice more may be written.
-const CHUNK_BYTES: usize = 1 << 17;
 
 /// One placed mesh of a batch.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Draw<'a> {
     pub mesh: &'a Mesh,
+    /// Which of its triangles are looked at.
+    pub kept: Kept<'a>,
     pub projection: Projection,
     /// Which of its faces are drawn.
     pub faces: FaceTest,
@@ -44,293 +44,146 @@ pub struct Draw<'a> {
     pub first_id: u32,
 }
 
-/// A triangle that may touch a band.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C)]
-pub struct Entry {
-    /// Indices into the batch's vertices, or with [`Entry::EXTRA`] into [`Bins::extra`].
-    pub vertices: [u32; 3],
-    /// Scene-wide number of the triangle.
-    pub id: u32,
-}
-
-impl Entry {
-    /// Marks indices of vertices made by clipping.
-    pub const EXTRA: u32 = 1 << 31;
-}
-
-/// A covered pixel.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Fragment {
-    /// Index of the pixel in its band.
-    pub at: u32,
-    pub z: f32,
-    /// Scene-wide number of the triangle.
-    pub id: u32,
-}
-
-/// What is left of one chunk of triangles, band by band.
-#[derive(Debug, Default)]
-pub struct Bins {
-    bands: Vec<Bin>,
-    /// Vertices made by clipping.
-    pub extra: Vec<ScreenVertex>,
-    /// Triangles larger than [`SmallSetup`] can hold, of all bands.
-    pub large: Vec<LargeSetup>,
-    polygon: Vec<ExactVertex>,
-}
-
-/// What one chunk of triangles leaves to one band.
-#[derive(Debug, Default)]
-pub struct Bin {
-    /// Triangles, in the order of submission.
-    pub entries: Vec<Entry>,
-    /// Pixels of tiny triangles, in no order that matters.
-    pub fragments: Vec<Fragment>,
-}
-
-/// The bands of an image: how many, and how high (a power of two).
+/// A batch of triangles on their way into the bands of an image.
 #[derive(Debug, Clone, Copy)]
-pub struct Bands {
-    pub count: u32,
-    pub log2_rows: u32,
+pub struct Binning<'a> {
+    pub draws: &'a [Draw<'a>],
+    pub vertices: &'a [ScreenVertex],
+    pub viewport: &'a Viewport,
+    pub bands: Bands,
+    /// Whether fragments bear the numbers of their triangles.
+    pub numbered: bool,
 }
 
-impl Bands {
-    /// Bands of at most 32 rows and a quarter of a million pixels: a band and its vertices stay in a level-2 cache, 1024
-    /// rows still feed 32 threads, and few triangles cross into a second band.
-    pub fn new([width, height]: [u32; 2]) -> Self {
-        const PIXELS: u32 = 1 << 18;
-        let log2_rows = (PIXELS / width).clamp(1, 32).ilog2();
-        Self { count: height.div_ceil(1 << log2_rows), log2_rows }
+impl Binning<'_> {
+    /// Bins the triangles `range`, or the first of them where they write too much; the first that is not binned.
+    pub fn fill(&self, bins: &mut Bins, range: Range<u32>) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
+            fn wide(lanes: Avx2, work: &Binning, bins: &mut Bins, range: Range<u32>) -> u32 {
+                bins.fill(lanes, work, range)
+            }
+            if let Some(lanes) = Avx2::detect() {
+                // SAFETY: `lanes` proves the features that `wide` is compiled for.
+                return unsafe { wide(lanes, self, bins, range) };
+            }
+        }
+        bins.fill(Plain, self, range)
     }
-    pub fn rows(self) -> usize {
-        1 << self.log2_rows
-    }
-}
-
-dispatch! {
-    /// Bins the triangles `range` of a batch, or the first of them where they write too much; the first that is not binned.
-    pub fn fill(bins: &mut Bins, draws: &[Draw], vertices: &[ScreenVertex], range: Range<u32>, viewport: &Viewport, bands: Bands) -> u32 = Bins::fill
 }
 
 impl Bins {
-    /// What is left to a band.
-    pub fn band(&self, band: usize) -> &Bin {
-        &self.bands[band]
-    }
-
     #[inline(always)]
-    fn fill(
-        &mut self,
-        draws: &[Draw],
-        vertices: &[ScreenVertex],
-        range: Range<u32>,
-        viewport: &Viewport,
-        bands: Bands,
-    ) -> u32 {
-        self.shrink();
-        self.extra.clear();
-        self.large.clear();
-        self.bands.resize_with(bands.count as usize, Bin::default);
-        for bin in &mut self.bands {
-            bin.entries.clear();
-            bin.fragments.clear();
-        }
+    fn fill<L: Lanes>(&mut self, lanes: L, work: &Binning, range: Range<u32>) -> u32 {
+        let Binning { draws, bands, .. } = *work;
+        self.start(bands);
         let mut d = draws.partition_point(|draw| draw.first_triangle <= range.start) - 1;
         let mut start = range.start;
-        while start < range.end && (start == range.start || self.bytes(Vec::len, Vec::len) < CHUNK_BYTES) {
+        while start < range.end && (start == range.start || !self.is_full()) {
             let draw = &draws[d];
-            let draw_end = draw.first_triangle + draw.mesh.triangles().len() as u32;
+            let draw_end = draw.first_triangle + draw.kept.triangles.len() as u32;
             let end = range.end.min(draw_end).min(start + SLICE);
             let own = start - draw.first_triangle..end - draw.first_triangle;
-            self.bin_draw(draw, own, vertices, viewport, bands);
+            for run in draw.kept.runs(own) {
+                self.bin_draw(lanes, work, draw, run);
+            }
             start = end;
             d += usize::from(end == draw_end);
         }
         start
     }
 
-    /// Bytes of everything, by the number of entries and of fragments in a list.
-    fn bytes(&self, entries: fn(&Vec<Entry>) -> usize, fragments: fn(&Vec<Fragment>) -> usize) -> usize {
-        let bands = self.bands.iter();
-        let in_bands =
-            bands.map(|b| entries(&b.entries) * size_of::<Entry>() + fragments(&b.fragments) * size_of::<Fragment>());
-        in_bands.sum::<usize>()
-            + self.extra.len() * size_of::<ScreenVertex>()
-            + self.large.len() * size_of::<LargeSetup>()
-    }
-
-    /// Gives memory back where bands that are full by turns have gathered more than a chunk needs.
-    pub fn shrink(&mut self) {
-        if self.bytes(Vec::capacity, Vec::capacity) > 2 * CHUNK_BYTES {
-            for bin in &mut self.bands {
-                *bin = Bin::default();
-            }
-        }
-    }
-
-    /// Bins the triangles `range` of a draw.
+    /// Bins the triangles at some places of a draw's order.
     #[inline(always)]
-    fn bin_draw(
-        &mut self,
-        draw: &Draw,
-        range: Range<u32>,
-        vertices: &[ScreenVertex],
-        viewport: &Viewport,
-        bands: Bands,
-    ) {
-        let own = &vertices[draw.first_vertex as usize..][..draw.mesh.positions_local().len()];
-        let triangles = &draw.mesh.triangles()[range.start as usize..range.end as usize];
-        let (groups, rest) = triangles.as_chunks::<LANES>();
-        let mut first = range.start;
-        for group in groups {
-            self.bin_group(draw, group, LANES, first, own, viewport, bands);
-            first += LANES as u32;
-        }
-        if let Some(last) = rest.last() {
-            let mut padded = [*last; LANES];
-            padded[..rest.len()].copy_from_slice(rest);
-            self.bin_group(draw, &padded, rest.len(), first, own, viewport, bands);
+    fn bin_draw<L: Lanes>(&mut self, lanes: L, work: &Binning, draw: &Draw, places: Range<u32>) {
+        let own = &work.vertices[draw.first_vertex as usize..][..draw.kept.positions.len()];
+        let mut first = places.start;
+        while first < places.end {
+            let count = (LANES as u32).min(places.end - first);
+            let (mut group, mut number) = ([[0; 3]; LANES], [0; LANES]);
+            for l in 0..LANES {
+                // The last one again where there are fewer.
+                let place = first + (l as u32).min(count - 1);
+                number[l] = draw.first_id + draw.kept.number(place);
+                group[l] = draw.kept.triangles[place as usize];
+            }
+            self.bin_group(lanes, work, draw, &group, &number, count, own);
+            first += count;
         }
     }
 
-    /// Bins the first `count` triangles of a group, the first of which is number `first` in its mesh.
+    /// Bins the first `count` triangles of a group, whose scene-wide numbers are `number`.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    fn bin_group(
+    fn bin_group<L: Lanes>(
         &mut self,
+        lanes: L,
+        work: &Binning,
         draw: &Draw,
         group: &[[u32; 3]; LANES],
-        count: usize,
-        first: u32,
+        number: &[u32; LANES],
+        count: u32,
         own: &[ScreenVertex],
-        viewport: &Viewport,
-        bands: Bands,
     ) {
-        let corners = Corners::gather(|l, k| {
+        let Binning { viewport, bands, numbered, .. } = *work;
+        let corners = Corners::gather(lanes, |l, k| {
             let i = group[l][k] as usize;
             debug_assert!(i < own.len());
             // SAFETY: `Mesh::new` has checked every index against the number of vertices, `own` has one for each, and
-            // meshes do not change.
+            // neither meshes nor their clusters change.
             unsafe { own.get_unchecked(i) }
         });
-        let pixels = snapped_box(&corners).pixels(viewport.size);
-        let (mut live, mut clip, mut tiny) = ([0i32; LANES], [0i32; LANES], [0i32; LANES]);
-        for l in 0..LANES {
-            let [a, b, c] = [corners.code[0][l], corners.code[1][l], corners.code[2][l]];
-            let seen = a & b & c & OUTSIDE == 0;
-            let whole = (a | b | c) & CLIP == 0;
-            let [x0, y0, x1, y1] = [pixels.at[0][l], pixels.at[1][l], pixels.at[2][l], pixels.at[3][l]];
-            let some = (x0 <= x1) & (y0 <= y1);
-            let few = (x1 - x0 < TINY) & (y1 - y0 < TINY) & pixels.small[l];
-            live[l] = -i32::from(seen & whole & some);
-            tiny[l] = -i32::from(seen & whole & some & few);
-            clip[l] = -i32::from(seen & !whole);
+        let [a, b, c] = corners.code;
+        let (outside, zero) = (lanes.int(OUTSIDE as i32), lanes.int(0));
+        let unseen = lanes.less(zero, lanes.and(lanes.and(lanes.and(a, b), c), outside));
+        let seen = !lanes.signs(unseen) & ((1 << count) - 1);
+        if seen == 0 {
+            return;
         }
-        let mut lanes = (1u32 << count) - 1;
-        if !draw.faces.takes_all() {
-            lanes &= taken(draw, group);
-        }
-        let (live, tiny, clip) = (sign_bits(&live) & lanes, sign_bits(&tiny) & lanes, sign_bits(&clip) & lanes);
-        let id = draw.first_id + first;
+        let boxes = Boxes::new(lanes, &corners, viewport.size);
+        let [x0, y0, x1, y1] = boxes.at;
+        let cut = lanes.signs(lanes.less(zero, lanes.and(lanes.or(lanes.or(a, b), c), lanes.int(CLIP as i32))));
+        let (columns, rows) = (lanes.sub(x1, x0), lanes.sub(y1, y0));
+        let none = lanes.signs(lanes.or(columns, rows));
+        let most = lanes.int(TINY - 1);
+        let large = lanes.signs(boxes.large);
+        let many = lanes.signs(lanes.or(lanes.less(most, columns), lanes.less(most, rows))) | large;
+        let taken = if draw.faces.takes_all() { seen } else { seen & taken(draw, group) };
+        let (live, clip) = (taken & !cut & !none, taken & cut);
+        let tiny = live & !many;
         if tiny != 0 {
-            let setup = SmallSetup::new::<1>(&corners, &pixels);
-            self.emit(&setup, &pixels.at, tiny, id, viewport.size, bands);
+            let setup = SmallSetup::new::<1>(lanes, &corners, &boxes);
+            let tiny = Tiny { setup: &setup, boxes: &boxes.at, taken: tiny, number, numbered };
+            tiny.emit(lanes, viewport.size[0], bands, self);
         }
-        let mut rest = (live & !tiny) | clip;
+        let mut rest = (live & many) | clip;
+        if rest == 0 {
+            return;
+        }
+        let (first_row, last_row) = (lanes.to_ints(y0), lanes.to_ints(y1));
         while rest != 0 {
-            let l = rest.trailing_zeros() as usize;
+            let l = rest.trailing_zeros() as usize % LANES;
             rest &= rest - 1;
-            let id = id + l as u32;
-            if clip >> l & 1 == 0 && !pixels.small[l] {
-                self.bin_large(draw, &group[l], corners.triangle(l), id, viewport);
-            } else if clip >> l & 1 == 0 {
-                let vertices = group[l].map(|i| draw.first_vertex + i);
-                self.push(Entry { vertices, id }, [pixels.at[1][l], pixels.at[3][l]], bands);
+            let id = number[l];
+            let [a, b, c] = group[l];
+            if (clip | large) >> l & 1 == 0 {
+                let vertices = [draw.first_vertex + a, draw.first_vertex + b, draw.first_vertex + c];
+                self.push(Entry { vertices, id }, [first_row[l], last_row[l]], bands);
+                continue;
+            }
+            let corners = [own[a as usize], own[b as usize], own[c as usize]];
+            if clip >> l & 1 == 0 {
+                self.bin_large(draw, &group[l], corners, id, viewport);
             } else {
-                let v = group[l].map(|i| own[i as usize]);
-                self.bin_clipped(draw, &group[l], v, id, viewport, bands);
+                self.bin_clipped(draw, &group[l], corners, id, viewport, bands);
             }
-        }
-    }
-
-    /// Turns tiny triangles into the fragments they cover, one pixel of each box after the other.
-    #[inline(always)]
-    fn emit(
-        &mut self,
-        setup: &SmallSetup,
-        pixels: &[[i32; LANES]; 4],
-        tiny: u32,
-        id: u32,
-        size: [u32; 2],
-        bands: Bands,
-    ) {
-        let in_band = (1i32 << bands.log2_rows) - 1;
-        let [mut columns_left, mut rows_left] = [[0i32; LANES]; 2];
-        for l in 0..LANES {
-            columns_left[l] = pixels[2][l] - pixels[0][l];
-            rows_left[l] = pixels[3][l] - pixels[1][l];
-        }
-        let mut edge_row = setup.edge;
-        let mut z_row = setup.z[0];
-        for j in 0..TINY {
-            let has_row = !sign_bits(&rows_left) & tiny;
-            if has_row == 0 {
-                break;
-            }
-            let mut edge = edge_row;
-            let mut z = z_row;
-            let mut left = columns_left;
-            for i in 0..TINY {
-                let has_pixel = !sign_bits(&left) & has_row;
-                if has_pixel == 0 {
-                    break;
-                }
-                let mut outside = [0i32; LANES];
-                for l in 0..LANES {
-                    outside[l] = edge[0][l] | edge[1][l] | edge[2][l];
-                }
-                let mut bits = !sign_bits(&outside) & has_pixel;
-                while bits != 0 {
-                    let l = bits.trailing_zeros() as usize % LANES;
-                    bits &= bits - 1;
-                    let (x, y) = (pixels[0][l] + i, pixels[1][l] + j);
-                    let z = smaller(larger(z[l], setup.z_range[0][l]), setup.z_range[1][l]);
-                    let at = (y & in_band) * size[0] as i32 + x;
-                    let bin = &mut self.bands[(y >> bands.log2_rows) as usize];
-                    bin.fragments.push(Fragment { at: at as u32, z, id: id + l as u32 });
-                }
-                for l in 0..LANES {
-                    for k in 0..3 {
-                        edge[k][l] += setup.step_x[k][l];
-                    }
-                    z[l] += setup.z[1][l];
-                    left[l] -= 1;
-                }
-            }
-            for l in 0..LANES {
-                for k in 0..3 {
-                    edge_row[k][l] += setup.step_y[k][l];
-                }
-                z_row[l] += setup.z[2][l];
-                rows_left[l] -= 1;
-            }
-        }
-    }
-
-    /// Leaves a triangle to the bands of its first to its last row.
-    #[inline(always)]
-    fn push(&mut self, entry: Entry, rows: [i32; 2], bands: Bands) {
-        let [first, last] = rows.map(|row| (row >> bands.log2_rows) as usize);
-        for bin in &mut self.bands[first..=last] {
-            bin.entries.push(entry);
         }
     }
 
     #[cold]
     fn bin_large(&mut self, draw: &Draw, indices: &[u32; 3], v: [ScreenVertex; 3], id: u32, viewport: &Viewport) {
-        let positions = draw.mesh.positions_local();
+        let positions = draw.kept.positions;
         let exact = [0, 1, 2].map(|k: usize| {
             let clip = draw.projection.clip(positions[indices[k] as usize].as_dvec3());
             exact_position(viewport, clip, v[k])
@@ -348,7 +201,7 @@ impl Bins {
         viewport: &Viewport,
         bands: Bands,
     ) {
-        let positions = draw.mesh.positions_local();
+        let positions = draw.kept.positions;
         let clip = indices.map(|i| draw.projection.clip(positions[i as usize].as_dvec3()));
         let mut polygon = std::mem::take(&mut self.polygon);
         clip_triangle(viewport, clip, v, &mut polygon);
@@ -375,7 +228,7 @@ impl Bins {
 /// A bit for each of some triangles of a draw whose faces are drawn.
 #[cold]
 fn taken(draw: &Draw, group: &[[u32; 3]; LANES]) -> u32 {
-    let positions = draw.mesh.positions_local();
+    let positions = draw.kept.positions;
     let bit = |l: usize| {
         let clip = group[l].map(|i| draw.projection.clip(positions[i as usize].as_dvec3()));
         u32::from(draw.faces.takes(clip)) << l

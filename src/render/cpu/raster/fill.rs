@@ -2,101 +2,21 @@
 //!
 //! Source: Pineda 1988 `[pineda1988]`, with rows of [`LANES`] pixels at once. Small triangles (nearly all) are
 //! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
-//! tested edge by edge. Blocks of pixels start at multiples of [`LANES`], so that a load meets earlier stores of
-//! neighbouring triangles whole.
+//! tested edge by edge.
 
-use super::binning::{Entry, Fragment};
 #[cfg(target_arch = "x86_64")]
-use super::lanes::Avx2;
-use super::lanes::{FAR_OF_IDS, Lanes, Plain, two_nearest};
+use super::avx2::Avx2;
+use super::bins::Entry;
+use super::lanes::Lanes;
+use super::pixels::Pixels;
+use super::plain::Plain;
 use super::simd::LANES;
-use super::triangle_setup::{Corners, LargeSetup, SmallSetup, smaller, snapped_box};
+use super::triangle_setup::{Boxes, Corners, LargeSetup, SetupRows, SmallSetup};
 use super::vertices::ScreenVertex;
 
 /// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
 /// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
 const BLOCK: [i32; 2] = [32, 8];
-
-/// Where a pass keeps its pixels.
-pub trait Pixels {
-    /// Depth of the far plane, where nothing is drawn; that of the near plane is 1 less.
-    const FAR: f32;
-    /// Whether a triangle may be drawn to a pixel once only: another time its depth differs by a rounding.
-    const ONCE: bool = false;
-    /// Keeps what is nearer than what is there, of equal depths the smaller number: [`LANES`] pixels from index `at`, their
-    /// depths, and negative numbers where they are not covered.
-    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
-    /// The same for one pixel.
-    fn draw_fragment(&mut self, fragment: &Fragment);
-}
-
-/// Depth alone, from the near plane at 0 or to the far plane at 0.
-pub struct DepthPixels<'a, const TO_FAR: bool> {
-    pub depth: &'a mut [f32],
-}
-
-/// The two nearest depths that differ, to the far plane at 0.
-pub struct LayerPixels<'a> {
-    pub first: &'a mut [f32],
-    pub second: &'a mut [f32],
-}
-
-/// Depth and the number of the triangle.
-pub struct IdPixels<'a> {
-    pub depth: &'a mut [f32],
-    pub id: &'a mut [u32],
-}
-
-#[inline(always)]
-fn lanes_at<T>(pixels: &mut [T], at: usize) -> &mut [T; LANES] {
-    pixels[at..].first_chunk_mut().expect("runs of pixels end within the band")
-}
-
-impl<const TO_FAR: bool> Pixels for DepthPixels<'_, TO_FAR> {
-    const FAR: f32 = if TO_FAR { 0.0 } else { 1.0 };
-    #[inline(always)]
-    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
-        lanes.nearest(lanes_at(self.depth, at), z, outside);
-    }
-
-    #[inline(always)]
-    fn draw_fragment(&mut self, f: &Fragment) {
-        let old = &mut self.depth[f.at as usize];
-        *old = smaller(f.z, *old);
-    }
-}
-
-impl Pixels for LayerPixels<'_> {
-    const FAR: f32 = 0.0;
-    const ONCE: bool = true;
-    #[inline(always)]
-    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, _id: u32) {
-        lanes.nearest_two(lanes_at(self.first, at), lanes_at(self.second, at), z, outside);
-    }
-
-    #[inline(always)]
-    fn draw_fragment(&mut self, f: &Fragment) {
-        let (first, second) = (&mut self.first[f.at as usize], &mut self.second[f.at as usize]);
-        (*first, *second) = two_nearest(*first, *second, f.z);
-    }
-}
-
-impl Pixels for IdPixels<'_> {
-    const FAR: f32 = FAR_OF_IDS;
-    #[inline(always)]
-    fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32) {
-        lanes.nearest_with_id(lanes_at(self.depth, at), lanes_at(self.id, at), z, outside, id);
-    }
-
-    #[inline(always)]
-    fn draw_fragment(&mut self, f: &Fragment) {
-        let (old, old_id) = (&mut self.depth[f.at as usize], &mut self.id[f.at as usize]);
-        // At the far plane nothing is drawn: its pixels belong to no triangle, whose number is the largest.
-        if f.z < *old || (f.z == *old && f.z < Self::FAR && f.id < *old_id) {
-            (*old, *old_id) = (f.z, f.id);
-        }
-    }
-}
 
 /// The part of an image that a band covers.
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +43,7 @@ pub struct Entries<'a> {
 pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx2,fma")]
+        #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
         fn wide<P: Pixels>(lanes: Avx2, entries: Entries, area: BandArea, pixels: &mut P) {
             draw_entries(lanes, entries, area, pixels);
         }
@@ -135,25 +55,25 @@ pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
     draw_entries(Plain, entries, area, pixels);
 }
 
-/// Draws the fragments of a band.
-pub fn draw_fragments<P: Pixels>(fragments: &[Fragment], pixels: &mut P) {
-    for fragment in fragments {
-        pixels.draw_fragment(fragment);
-    }
-}
-
 #[inline(always)]
 fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pixels: &mut P) {
     for group in work.entries.chunks(LANES) {
-        let corners = Corners::gather(|l, k| {
+        let corners = Corners::gather(lanes, |l, k| {
             let i = group[l.min(group.len() - 1)].vertices[k];
             if i & Entry::EXTRA == 0 { &work.vertices[i as usize] } else { &work.extra[(i & !Entry::EXTRA) as usize] }
         });
-        let boxes = snapped_box(&corners).pixels(area.size);
-        let setup = SmallSetup::new::<{ LANES as i32 }>(&corners, &boxes);
+        let boxes = Boxes::new(lanes, &corners, area.size);
+        debug_assert!(lanes.signs(boxes.large) == 0, "larger ones are in `large`");
+        let setup = SmallSetup::new::<{ LANES as i32 }>(lanes, &corners, &boxes).rows(lanes);
+        let [x0, y0, x1, y1] = [
+            lanes.to_ints(boxes.at[0]),
+            lanes.to_ints(boxes.at[1]),
+            lanes.to_ints(boxes.at[2]),
+            lanes.to_ints(boxes.at[3]),
+        ];
         for (l, entry) in group.iter().enumerate() {
-            debug_assert!(boxes.small[l], "larger ones are in `large`");
-            fill_small(lanes, &setup, &boxes.at, l, area, entry.id, pixels);
+            let at = [x0[l], y0[l], x1[l], y1[l]];
+            Small { setup: &setup, lane: l, at, id: entry.id }.fill(lanes, area, pixels);
         }
     }
     for large in work.large {
@@ -200,43 +120,92 @@ impl<L: Lanes> Run<L> {
     }
 }
 
-/// Fills triangle `l` of a setup.
-///
-/// A run that would leave the image on the right is moved to the left, which covers more pixels, never others: coverage is
-/// decided by the edges alone, and the second depth of a pixel differs from its first by a rounding at most.
-#[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn fill_small<L: Lanes, P: Pixels>(
-    lanes: L,
-    s: &SmallSetup,
-    boxes: &[[i32; LANES]; 4],
-    l: usize,
-    area: BandArea,
+/// A triangle of a setup that is filled into a band.
+#[derive(Clone, Copy)]
+struct Small<'a> {
+    setup: &'a SetupRows,
+    /// Its lane.
+    lane: usize,
+    /// First column and row, last column and row of its box.
+    at: [i32; 4],
     id: u32,
-    pixels: &mut P,
-) {
-    let width = area.size[0] as i32;
-    let [x0, y0, x1, y1] = [boxes[0][l] & -(LANES as i32), boxes[1][l], boxes[2][l], boxes[3][l]];
-    let first_row = y0.max(area.first_row);
-    let last_row = y1.min(area.first_row + area.rows - 1);
-    let (step_x, step_y) = ([0, 1, 2].map(|k: usize| s.step_x[k][l]), [0, 1, 2].map(|k: usize| s.step_y[k][l]));
-    let [z_first, z_x, z_y] = [s.z[0][l], s.z[1][l], s.z[2][l]];
-    let run = Run::new(lanes, step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
-    let mut x = x0;
-    while x <= x1 {
-        let column = x.min(width - LANES as i32);
-        let (dx, dy) = (column - x0, first_row - y0);
-        let mut edge = [0, 1, 2].map(|k: usize| s.edge[k][l] + step_x[k] * dx + step_y[k] * dy);
-        let z_column = z_first + z_x * dx as f32;
-        let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
-        let mut rows_down = dy as f32;
-        for _ in first_row..=last_row {
-            run.draw(edge, z_column + z_y * rows_down, at, x - column, id, pixels);
-            edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
-            at += width as usize;
-            rows_down += 1.0;
+}
+
+impl Small<'_> {
+    /// Fills the triangle, run by run from the first column of its box on.
+    ///
+    /// The depth of a pixel is found from the first pixel of its own block of [`LANES`] columns, wherever the run begins, so
+    /// it has the same bits in each.
+    #[inline(always)]
+    fn fill<L: Lanes, P: Pixels>(&self, lanes: L, area: BandArea, pixels: &mut P) {
+        let width = area.size[0] as i32;
+        let [x0, y0, x1, y1] = self.at;
+        if width % LANES as i32 != 0 && x1 >= (width & -(LANES as i32)) {
+            return self.fill_at_edge(lanes, area, pixels);
         }
-        x += LANES as i32;
+        let (s, l, block) = (self.setup, self.lane, x0 & -(LANES as i32));
+        let (first_row, last_row) = (y0.max(area.first_row), y1.min(area.first_row + area.rows - 1));
+        let [z_first, z_x, z_y] = [lanes.float(s.z[0][l]), lanes.float(s.z[1][l]), lanes.float(s.z[2][l])];
+        let [z_least, z_most] = [lanes.float(s.z_range[0][l]), lanes.float(s.z_range[1][l])];
+        let (step_x, step_y) = (lanes.of_three(&s.step_x, l), lanes.of_three(&s.step_y, l));
+        let (each, rows_down) = (lanes.ints([0, 1, 2, 3, 4, 5, 6, 7]), lanes.int(first_row - y0));
+        let edge_row = lanes.add_three(lanes.of_three(&s.edge, l), lanes.times_three(step_y, rows_down));
+        let mut x = x0;
+        while x <= x1 {
+            // Not beyond the last column of the image: pixels that are drawn twice have the same depth again.
+            let column = x.min(width - LANES as i32);
+            let across = lanes.add(lanes.int(column - block), each);
+            let mut edge = lanes.add_three(edge_row, lanes.times_three(step_x, across));
+            let of_block = lanes.rounded(lanes.and(across, lanes.int(-(LANES as i32))));
+            let in_block = lanes.rounded(lanes.and(across, lanes.int(LANES as i32 - 1)));
+            let z_column = lanes.add_floats(z_first, lanes.mul_floats(z_x, of_block));
+            let z_within = lanes.mul_floats(z_x, in_block);
+            let mut down = lanes.rounded(rows_down);
+            let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+            for _ in first_row..=last_row {
+                let outside = lanes.or(lanes.or(edge[0], edge[1]), edge[2]);
+                let z_row = lanes.add_floats(z_column, lanes.mul_floats(z_y, down));
+                let z = lanes.clamp(lanes.add_floats(z_row, z_within), z_least, z_most);
+                pixels.draw(lanes, at, z, outside, self.id);
+                edge = lanes.add_three(edge, step_y);
+                down = lanes.add_floats(down, lanes.float(1.0));
+                at += width as usize;
+            }
+            x += LANES as i32;
+        }
+    }
+
+    /// Fills a triangle in the last columns of an image whose width is no multiple of [`LANES`].
+    ///
+    /// Runs start at multiples of [`LANES`]. The one that would leave the image on the right is moved to the left, which covers
+    /// more pixels, never others: coverage is decided by the edges alone, and the second depth of a pixel differs from its
+    /// first by a rounding at most.
+    #[inline(always)]
+    fn fill_at_edge<L: Lanes, P: Pixels>(&self, lanes: L, area: BandArea, pixels: &mut P) {
+        let (s, l, width) = (self.setup, self.lane, area.size[0] as i32);
+        let [x0, y0, x1, y1] = self.at;
+        let x0 = x0 & -(LANES as i32);
+        let first_row = y0.max(area.first_row);
+        let last_row = y1.min(area.first_row + area.rows - 1);
+        let (step_x, step_y) = ([0, 1, 2].map(|k: usize| s.step_x[k][l]), [0, 1, 2].map(|k: usize| s.step_y[k][l]));
+        let [z_first, z_x, z_y] = [s.z[0][l], s.z[1][l], s.z[2][l]];
+        let run = Run::new(lanes, step_x, z_x, [s.z_range[0][l], s.z_range[1][l]]);
+        let mut x = x0;
+        while x <= x1 {
+            let column = x.min(width - LANES as i32);
+            let (dx, dy) = (column - x0, first_row - y0);
+            let mut edge = [0, 1, 2].map(|k: usize| s.edge[k][l] + step_x[k] * dx + step_y[k] * dy);
+            let z_column = z_first + z_x * dx as f32;
+            let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+            let mut rows_down = dy as f32;
+            for _ in first_row..=last_row {
+                run.draw(edge, z_column + z_y * rows_down, at, x - column, self.id, pixels);
+                edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
+                at += width as usize;
+                rows_down += 1.0;
+            }
+            x += LANES as i32;
+        }
     }
 }
 
@@ -305,6 +274,7 @@ fn fill_block<L: Lanes, P: Pixels>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::pixels::{DepthPixels, IdPixels, LayerPixels};
     use super::super::triangle_setup::{SMALL, box_of};
     use super::super::vertices::{Viewport, project_all};
     use super::*;

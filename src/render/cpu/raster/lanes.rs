@@ -1,7 +1,11 @@
-//! The vector operations of the fill loops, spelled out: left to itself the compiler turns them into scalar code or into
-//! masked stores, from which later loads of the same pixels cannot be forwarded (measured: three times the instructions).
+//! The vector operations of the kernels, spelled out: left to itself the compiler turns the fill loops into scalar code or into
+//! masked stores, from which later loads of the same pixels cannot be forwarded (measured: three times the instructions), and
+//! keeps what triangle setup works on in memory.
 //!
-//! Two implementations with the same results: AVX2, and arrays for every other processor.
+//! Two implementations with the same results: AVX2, and arrays for every other processor. Kernels write their loops out: what
+//! `array::map` calls is no part of its caller and so may know no AVX2.
+
+use std::mem::MaybeUninit;
 
 use super::simd::LANES;
 
@@ -12,16 +16,117 @@ pub const FAR_OF_IDS: f32 = 0.0;
 pub trait Lanes: Copy {
     type Int: Copy;
     type Float: Copy;
+    /// These numbers.
     fn ints(self, x: [i32; LANES]) -> Self::Int;
+    /// The bits of these numbers.
+    fn unsigned(self, x: &[u32; LANES]) -> Self::Int;
+    /// These numbers.
     fn floats(self, x: [f32; LANES]) -> Self::Float;
+    /// One number in all lanes.
+    fn int(self, x: i32) -> Self::Int;
+    /// One number in all lanes.
+    fn float(self, x: f32) -> Self::Float;
     /// The numbers, one after the other.
     fn to_ints(self, x: Self::Int) -> [i32; LANES];
+    /// The numbers, one after the other.
+    fn to_floats(self, x: Self::Float) -> [f32; LANES];
+    /// The bits of floats.
+    fn bits_of(self, x: Self::Float) -> Self::Int;
+    /// The nearest floats.
+    fn rounded(self, x: Self::Int) -> Self::Float;
+    /// Coordinates of vertices without `CLIP` rounded to whole numbers, halves to even.
+    fn snapped(self, x: Self::Float) -> Self::Int;
+    /// Sums, wrapping.
     fn add(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Differences, wrapping.
+    fn sub(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Products, wrapping.
+    fn mul(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Bitwise and.
+    fn and(self, a: Self::Int, b: Self::Int) -> Self::Int;
     /// Bitwise or.
     fn or(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Bitwise exclusive or.
+    fn xor(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Divided by a power of two, rounded down.
+    fn shifted(self, x: Self::Int, by: u32) -> Self::Int;
+    /// The smaller numbers.
+    fn least(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// The larger numbers.
+    fn most(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// All ones where a is less than b, else 0.
+    fn less(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// All ones where both are equal, else 0.
+    fn equal(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// Bit l says whether lane l is negative.
+    fn signs(self, x: Self::Int) -> u32;
+    /// Sums.
     fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// Differences.
+    fn sub_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// Products.
+    fn mul_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// Quotients.
+    fn div_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// The smaller of numbers that are no NaN.
+    fn smaller(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// The larger of numbers that are no NaN.
+    fn larger(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// All ones where a is at most b, else 0.
+    fn at_most(self, a: Self::Float, b: Self::Float) -> Self::Int;
+    /// a where the mask is negative, else b.
+    fn pick(self, mask: Self::Int, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// The order in which the lanes of some bits come first, in ascending order.
+    fn order(self, bits: u32) -> Self::Int;
+    /// Lanes in an order.
+    fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int;
+    /// Lanes in an order.
+    fn ordered_floats(self, x: Self::Float, order: Self::Int) -> Self::Float;
+    /// Writes all lanes.
+    fn put_ints(self, x: Self::Int, to: &mut [MaybeUninit<u32>; LANES]);
+    /// Writes all lanes.
+    fn put_floats(self, x: Self::Float, to: &mut [MaybeUninit<f32>; LANES]);
+    /// Records of four numbers, turned: lane l of result k is number k of record l.
+    fn turned(self, records: [&[f32; 4]; LANES]) -> [Self::Float; 4];
     /// `z` held between two others; none may be NaN.
-    fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float;
+    #[inline(always)]
+    fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
+        self.smaller(self.larger(z, low), high)
+    }
+    /// Three sums.
+    #[inline(always)]
+    fn add_three(self, a: [Self::Int; 3], b: [Self::Int; 3]) -> [Self::Int; 3] {
+        [self.add(a[0], b[0]), self.add(a[1], b[1]), self.add(a[2], b[2])]
+    }
+    /// Three products.
+    #[inline(always)]
+    fn times_three(self, a: [Self::Int; 3], b: Self::Int) -> [Self::Int; 3] {
+        [self.mul(a[0], b), self.mul(a[1], b), self.mul(a[2], b)]
+    }
+    /// a0 b1 - b0 a1.
+    #[inline(always)]
+    fn cross(self, a: [Self::Float; 2], b: [Self::Float; 2]) -> Self::Float {
+        self.sub_floats(self.mul_floats(a[0], b[1]), self.mul_floats(b[0], a[1]))
+    }
+    /// Floats where the mask is negative, else whole numbers.
+    #[inline(always)]
+    fn pick_three(self, mask: Self::Int, f: [Self::Float; 3], i: [Self::Int; 3]) -> [Self::Float; 3] {
+        [
+            self.pick(mask, f[0], self.rounded(i[0])),
+            self.pick(mask, f[1], self.rounded(i[1])),
+            self.pick(mask, f[2], self.rounded(i[2])),
+        ]
+    }
+    /// Three rows of numbers.
+    #[inline(always)]
+    fn three_rows(self, x: [Self::Int; 3]) -> [[i32; LANES]; 3] {
+        [self.to_ints(x[0]), self.to_ints(x[1]), self.to_ints(x[2])]
+    }
+    /// Number `l` of each of three rows in all lanes.
+    #[inline(always)]
+    fn of_three(self, rows: &[[i32; LANES]; 3], l: usize) -> [Self::Int; 3] {
+        [self.int(rows[0][l]), self.int(rows[1][l]), self.int(rows[2][l])]
+    }
     /// Keeps the smaller depth where `outside` is not negative.
     fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int);
     /// Keeps the two smallest depths that differ, where `outside` is not negative.
@@ -50,185 +155,20 @@ pub fn two_nearest(first: f32, second: f32, z: f32) -> (f32, f32) {
     }
 }
 
-/// For every processor.
-#[derive(Debug, Clone, Copy)]
-pub struct Plain;
-
-impl Lanes for Plain {
-    type Int = [i32; LANES];
-    type Float = [f32; LANES];
-    #[inline(always)]
-    fn ints(self, x: [i32; LANES]) -> Self::Int {
-        x
-    }
-    #[inline(always)]
-    fn floats(self, x: [f32; LANES]) -> Self::Float {
-        x
-    }
-    #[inline(always)]
-    fn to_ints(self, x: Self::Int) -> [i32; LANES] {
-        x
-    }
-    #[inline(always)]
-    fn add(self, a: Self::Int, b: Self::Int) -> Self::Int {
-        std::array::from_fn(|l| a[l].wrapping_add(b[l]))
-    }
-    #[inline(always)]
-    fn or(self, a: Self::Int, b: Self::Int) -> Self::Int {
-        std::array::from_fn(|l| a[l] | b[l])
-    }
-    #[inline(always)]
-    fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
-        std::array::from_fn(|l| a[l] + b[l])
-    }
-    #[inline(always)]
-    fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
-        std::array::from_fn(|l| {
-            let z = if z[l] > low[l] { z[l] } else { low[l] };
-            if z < high[l] { z } else { high[l] }
-        })
-    }
-    #[inline(always)]
-    fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
-        for l in 0..LANES {
-            if outside[l] >= 0 && z[l] < depth[l] {
-                depth[l] = z[l];
+/// For each set of lanes these in ascending order, then lane 0 as often as it takes; a byte each, the first one lowest.
+pub const ORDERS: [u64; 1 << LANES] = {
+    let mut orders = [0; 1 << LANES];
+    let mut bits = 0;
+    while bits < orders.len() {
+        let (mut lane, mut count) = (0, 0);
+        while lane < LANES {
+            if bits >> lane & 1 == 1 {
+                orders[bits] |= (lane as u64) << (8 * count);
+                count += 1;
             }
+            lane += 1;
         }
+        bits += 1;
     }
-    #[inline(always)]
-    fn nearest_two(self, first: &mut [f32; LANES], second: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
-        for l in 0..LANES {
-            if outside[l] >= 0 {
-                (first[l], second[l]) = two_nearest(first[l], second[l], z[l]);
-            }
-        }
-    }
-    #[inline(always)]
-    fn nearest_with_id(
-        self,
-        depth: &mut [f32; LANES],
-        id: &mut [u32; LANES],
-        z: Self::Float,
-        outside: Self::Int,
-        new_id: u32,
-    ) {
-        for l in 0..LANES {
-            let first = z[l] == depth[l] && z[l] < FAR_OF_IDS && new_id < id[l];
-            if outside[l] >= 0 && (z[l] < depth[l] || first) {
-                (depth[l], id[l]) = (z[l], new_id);
-            }
-        }
-    }
-}
-
-/// Proof that the processor has AVX2 and FMA: there is no way to one but [`Avx2::detect`].
-#[cfg(target_arch = "x86_64")]
-#[derive(Debug, Clone, Copy)]
-pub struct Avx2(());
-
-#[cfg(target_arch = "x86_64")]
-impl Avx2 {
-    /// The proof, where it is true.
-    #[inline]
-    pub fn detect() -> Option<Self> {
-        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use std::arch::x86_64::*;
-
-    use super::{Avx2, FAR_OF_IDS, LANES, Lanes};
-
-    impl Lanes for Avx2 {
-        type Int = __m256i;
-        type Float = __m256;
-        #[inline(always)]
-        fn ints(self, x: [i32; LANES]) -> Self::Int {
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe { _mm256_loadu_si256(x.as_ptr().cast()) }
-        }
-        #[inline(always)]
-        fn floats(self, x: [f32; LANES]) -> Self::Float {
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe { _mm256_loadu_ps(x.as_ptr()) }
-        }
-        #[inline(always)]
-        fn to_ints(self, x: Self::Int) -> [i32; LANES] {
-            let mut out = [0; LANES];
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe { _mm256_storeu_si256(out.as_mut_ptr().cast(), x) };
-            out
-        }
-        #[inline(always)]
-        fn add(self, a: Self::Int, b: Self::Int) -> Self::Int {
-            // SAFETY: `self` proves AVX2, which is all that this asks for.
-            unsafe { _mm256_add_epi32(a, b) }
-        }
-        #[inline(always)]
-        fn or(self, a: Self::Int, b: Self::Int) -> Self::Int {
-            // SAFETY: `self` proves AVX2, which is all that this asks for.
-            unsafe { _mm256_or_si256(a, b) }
-        }
-        #[inline(always)]
-        fn add_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
-            // SAFETY: `self` proves AVX2, which is all that this asks for.
-            unsafe { _mm256_add_ps(a, b) }
-        }
-        #[inline(always)]
-        fn clamp(self, z: Self::Float, low: Self::Float, high: Self::Float) -> Self::Float {
-            // SAFETY: `self` proves AVX2, which is all that this asks for.
-            unsafe { _mm256_min_ps(_mm256_max_ps(z, low), high) }
-        }
-        #[inline(always)]
-        fn nearest(self, depth: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe {
-                let z = _mm256_blendv_ps(z, _mm256_set1_ps(f32::INFINITY), _mm256_castsi256_ps(outside));
-                _mm256_storeu_ps(depth.as_mut_ptr(), _mm256_min_ps(z, _mm256_loadu_ps(depth.as_ptr())));
-            }
-        }
-        #[inline(always)]
-        fn nearest_two(self, first: &mut [f32; LANES], second: &mut [f32; LANES], z: Self::Float, outside: Self::Int) {
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe {
-                let far = _mm256_set1_ps(f32::INFINITY);
-                let z = _mm256_blendv_ps(z, far, _mm256_castsi256_ps(outside));
-                let (old, old_second) = (_mm256_loadu_ps(first.as_ptr()), _mm256_loadu_ps(second.as_ptr()));
-                let equal = _mm256_cmp_ps::<_CMP_EQ_OQ>(z, old);
-                let other = _mm256_blendv_ps(_mm256_max_ps(z, old), far, equal);
-                _mm256_storeu_ps(first.as_mut_ptr(), _mm256_min_ps(z, old));
-                _mm256_storeu_ps(second.as_mut_ptr(), _mm256_min_ps(other, old_second));
-            }
-        }
-        #[inline(always)]
-        fn nearest_with_id(
-            self,
-            depth: &mut [f32; LANES],
-            id: &mut [u32; LANES],
-            z: Self::Float,
-            outside: Self::Int,
-            new_id: u32,
-        ) {
-            // SAFETY: `self` proves AVX2; loads and stores are of whole arrays of eight, without demands on alignment.
-            unsafe {
-                let z = _mm256_blendv_ps(z, _mm256_set1_ps(f32::INFINITY), _mm256_castsi256_ps(outside));
-                let old = _mm256_loadu_ps(depth.as_ptr());
-                let old_id = _mm256_loadu_si256(id.as_ptr().cast());
-                let new_id = _mm256_set1_epi32(new_id as i32);
-                let before_far = _mm256_cmp_ps::<_CMP_LT_OQ>(z, _mm256_set1_ps(FAR_OF_IDS));
-                let equal = _mm256_and_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(z, old), before_far);
-                // The new number where depths are equal, else the largest of all.
-                let candidate =
-                    _mm256_or_si256(new_id, _mm256_xor_si256(_mm256_castps_si256(equal), _mm256_set1_epi32(-1)));
-                let kept = _mm256_castsi256_ps(_mm256_min_epu32(old_id, candidate));
-                let less = _mm256_cmp_ps::<_CMP_LT_OQ>(z, old);
-                let id_now = _mm256_blendv_ps(kept, _mm256_castsi256_ps(new_id), less);
-                _mm256_storeu_si256(id.as_mut_ptr().cast(), _mm256_castps_si256(id_now));
-                _mm256_storeu_ps(depth.as_mut_ptr(), _mm256_min_ps(z, old));
-            }
-        }
-    }
-}
+    orders
+};

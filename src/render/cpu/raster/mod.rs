@@ -1,20 +1,29 @@
 //! Triangles into bands of an image: vertices are projected once each, triangles are culled, clipped where they must be and
 //! sorted into bands, and each band is filled by one thread.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 mod batch;
 mod binning;
+mod bins;
 mod clip;
 mod fill;
+mod fragments;
 mod lanes;
+mod pixels;
+mod plain;
 mod simd;
 mod tested;
+mod tiny;
 mod triangle_setup;
 mod vertices;
 
 pub use batch::{Batches, Round, Scratch, batches, by_test};
-pub use binning::{Bands, Bins, Draw};
-pub use fill::{BandArea, DepthPixels, Entries, IdPixels, LayerPixels, Pixels, draw, draw_fragments};
+pub use binning::Draw;
+pub use bins::{Bands, Bins};
+pub use fill::{BandArea, Entries, draw};
 pub use lanes::two_nearest;
+pub use pixels::{DepthPixels, IdPixels, LayerPixels, Pixels};
 pub use simd::LANES;
 pub use tested::Tested;
 pub use triangle_setup::smaller;

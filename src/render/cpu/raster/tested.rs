@@ -2,9 +2,10 @@
 //!
 //! Coverage and depth come from the fill loops as they are, so that a test that lets everything through changes no bit.
 
-use super::binning::{Draw, Fragment};
-use super::fill::{BandArea, Pixels};
+use super::binning::Draw;
+use super::fill::BandArea;
 use super::lanes::Lanes;
+use super::pixels::{Fragment, Pixels};
 use super::simd::LANES;
 use crate::render::cpu::tested_triangle::TestedTriangle;
 

@@ -9,7 +9,8 @@
 //! thinner than the grid) the plane is taken through the rounded vertices, whose depths at covered centres lie between the
 //! vertices' by construction.
 
-use super::simd::{LANES, transposed};
+use super::lanes::Lanes;
+use super::simd::LANES;
 use super::vertices::{SUBPIXEL, SUBPIXEL_BITS, ScreenVertex, snapped};
 
 /// Half a pixel in grid steps.
@@ -19,37 +20,30 @@ const HALF: i32 = 1 << (SUBPIXEL_BITS - 1);
 /// differences stay below 2^29, their sums below 2^31. 64 pixels.
 pub const SMALL: i32 = 64 << SUBPIXEL_BITS;
 
-/// The corners of [`LANES`] triangles: `x[k][l]` belongs to vertex k of triangle l.
-#[derive(Debug, Clone, Copy)]
-pub struct Corners {
-    pub x: [[f32; LANES]; 3],
-    pub y: [[f32; LANES]; 3],
-    pub z: [[f32; LANES]; 3],
-    pub code: [[u32; LANES]; 3],
+/// The corners of [`LANES`] triangles, one a lane.
+#[derive(Clone, Copy)]
+pub struct Corners<L: Lanes> {
+    pub x: [L::Float; 3],
+    pub y: [L::Float; 3],
+    pub z: [L::Float; 3],
+    pub code: [L::Int; 3],
 }
 
-impl Corners {
-    /// The corners that `vertex(l, k)` finds.
+impl<L: Lanes> Corners<L> {
+    /// The corners that `vertex(l, k)` finds: corner k of triangle l.
     #[inline(always)]
-    pub fn gather<'a>(vertex: impl Fn(usize, usize) -> &'a ScreenVertex) -> Self {
-        let zero = [[0f32; LANES]; 3];
-        let mut c = Self { x: zero, y: zero, z: zero, code: [[0; LANES]; 3] };
-        for k in 0..3 {
-            for half in [0, 4] {
-                let record = |l: usize| vertex(half + l, k).as_record();
-                let [x, y, z, code] = transposed([record(0), record(1), record(2), record(3)]);
-                c.x[k][half..half + 4].copy_from_slice(&x);
-                c.y[k][half..half + 4].copy_from_slice(&y);
-                c.z[k][half..half + 4].copy_from_slice(&z);
-                c.code[k][half..half + 4].copy_from_slice(&code.map(f32::to_bits));
-            }
-        }
-        c
-    }
-
-    /// The vertices of triangle l.
-    pub fn triangle(&self, l: usize) -> [ScreenVertex; 3] {
-        [0, 1, 2].map(|k| ScreenVertex { x: self.x[k][l], y: self.y[k][l], z: self.z[k][l], code: self.code[k][l] })
+    pub fn gather<'a>(lanes: L, vertex: impl Fn(usize, usize) -> &'a ScreenVertex) -> Self {
+        let record = |l: usize, k: usize| vertex(l, k).as_record();
+        let records = |k: usize| {
+            let low = [record(0, k), record(1, k), record(2, k), record(3, k)];
+            let high = [record(4, k), record(5, k), record(6, k), record(7, k)];
+            [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
+        };
+        let [x0, y0, z0, c0] = lanes.turned(records(0));
+        let [x1, y1, z1, c1] = lanes.turned(records(1));
+        let [x2, y2, z2, c2] = lanes.turned(records(2));
+        let code = [lanes.bits_of(c0), lanes.bits_of(c1), lanes.bits_of(c2)];
+        Self { x: [x0, x1, x2], y: [y0, y1, y2], z: [z0, z1, z2], code }
     }
 }
 
@@ -71,127 +65,141 @@ pub fn box_of(v: [ScreenVertex; 3]) -> ([i32; 2], [i32; 2]) {
     (bound(i32::min), bound(i32::max))
 }
 
-/// Corners on the grid and the boxes around them.
-#[derive(Debug, Clone, Copy)]
-pub struct SnappedBox {
-    x: [[i32; LANES]; 3],
-    y: [[i32; LANES]; 3],
-    /// Smallest x and y, largest x and y.
-    bounds: [[i32; LANES]; 4],
-}
-
 /// Corners on the grid, and the pixels in their boxes.
-#[derive(Debug, Clone, Copy)]
-pub struct BoxPixels {
-    x: [[i32; LANES]; 3],
-    y: [[i32; LANES]; 3],
-    /// First column and row, last column and row.
-    pub at: [[i32; LANES]; 4],
-    /// Whether [`SmallSetup`] can hold the triangle.
-    pub small: [bool; LANES],
+#[derive(Clone, Copy)]
+pub struct Boxes<L: Lanes> {
+    x: [L::Int; 3],
+    y: [L::Int; 3],
+    /// First column and row, last column and row: [`pixels_in_box`].
+    pub at: [L::Int; 4],
+    /// Negative where the triangle is too large for [`SmallSetup`].
+    pub large: L::Int,
 }
 
-#[inline(always)]
-pub fn snapped_box(c: &Corners) -> SnappedBox {
-    let zero = [[0i32; LANES]; 3];
-    let mut s = SnappedBox { x: zero, y: zero, bounds: [[0; LANES]; 4] };
-    for l in 0..LANES {
-        for k in 0..3 {
-            s.x[k][l] = snapped(c.x[k][l]);
-            s.y[k][l] = snapped(c.y[k][l]);
-        }
-        s.bounds[0][l] = s.x[0][l].min(s.x[1][l]).min(s.x[2][l]);
-        s.bounds[1][l] = s.y[0][l].min(s.y[1][l]).min(s.y[2][l]);
-        s.bounds[2][l] = s.x[0][l].max(s.x[1][l]).max(s.x[2][l]);
-        s.bounds[3][l] = s.y[0][l].max(s.y[1][l]).max(s.y[2][l]);
-    }
-    s
-}
-
-impl SnappedBox {
+impl<L: Lanes> Boxes<L> {
     #[inline(always)]
-    pub fn pixels(&self, size: [u32; 2]) -> BoxPixels {
-        let mut p = BoxPixels { x: self.x, y: self.y, at: [[0; LANES]; 4], small: [false; LANES] };
-        for l in 0..LANES {
-            let [x0, y0, x1, y1] = [self.bounds[0][l], self.bounds[1][l], self.bounds[2][l], self.bounds[3][l]];
-            let (first, last) = pixels_in_box([x0, y0], [x1, y1], size);
-            p.at[0][l] = first[0];
-            p.at[1][l] = first[1];
-            p.at[2][l] = last[0];
-            p.at[3][l] = last[1];
-            p.small[l] = (x1 - x0 <= SMALL) & (y1 - y0 <= SMALL);
-        }
-        p
+    pub fn new(lanes: L, c: &Corners<L>, size: [u32; 2]) -> Self {
+        let x = [lanes.snapped(c.x[0]), lanes.snapped(c.x[1]), lanes.snapped(c.x[2])];
+        let y = [lanes.snapped(c.y[0]), lanes.snapped(c.y[1]), lanes.snapped(c.y[2])];
+        let (left, right) = (lanes.least(lanes.least(x[0], x[1]), x[2]), lanes.most(lanes.most(x[0], x[1]), x[2]));
+        let (top, bottom) = (lanes.least(lanes.least(y[0], y[1]), y[2]), lanes.most(lanes.most(y[0], y[1]), y[2]));
+        let wide = lanes.less(lanes.int(SMALL), lanes.sub(right, left));
+        let high = lanes.less(lanes.int(SMALL), lanes.sub(bottom, top));
+        let at = [
+            Self::first(lanes, left),
+            Self::first(lanes, top),
+            Self::last(lanes, right, size[0]),
+            Self::last(lanes, bottom, size[1]),
+        ];
+        Self { x, y, at, large: lanes.or(wide, high) }
+    }
+    #[inline(always)]
+    fn first(lanes: L, least: L::Int) -> L::Int {
+        lanes.most(lanes.shifted(lanes.add(least, lanes.int(HALF - 1)), SUBPIXEL_BITS), lanes.int(0))
+    }
+    #[inline(always)]
+    fn last(lanes: L, most: L::Int, size: u32) -> L::Int {
+        let pixel = lanes.shifted(lanes.add(most, lanes.int(-HALF - 1)), SUBPIXEL_BITS);
+        lanes.least(pixel, lanes.int(size as i32 - 1))
     }
 }
 
 /// Setups of [`LANES`] small triangles, one a lane. Lanes with a larger one hold nonsense.
-#[derive(Debug, Clone, Copy)]
-pub struct SmallSetup {
+#[derive(Clone, Copy)]
+pub struct SmallSetup<L: Lanes> {
     /// What each edge function (divided by 256) gains per pixel to the right.
-    pub step_x: [[i32; LANES]; 3],
+    pub step_x: [L::Int; 3],
     /// What it gains per row down.
-    pub step_y: [[i32; LANES]; 3],
+    pub step_y: [L::Int; 3],
     /// Its value at the first pixel of the box: a pixel is covered where no edge function is negative. Without area there
     /// is no such pixel.
-    pub edge: [[i32; LANES]; 3],
+    pub edge: [L::Int; 3],
     /// Depth at the first pixel of the box, and what it gains per pixel to the right and per row down.
-    pub z: [[f32; LANES]; 3],
+    pub z: [L::Float; 3],
     /// Smallest and largest depth of the vertices.
-    pub z_range: [[f32; LANES]; 2],
+    pub z_range: [L::Float; 2],
 }
 
-impl SmallSetup {
+impl<L: Lanes> SmallSetup<L> {
     /// The setups, told relative to the first pixel of each box with its column rounded down to a multiple of `ALIGN`.
     #[inline(always)]
-    pub fn new<const ALIGN: i32>(c: &Corners, pixels: &BoxPixels) -> Self {
-        let mut s = Self {
-            step_x: [[0; LANES]; 3],
-            step_y: [[0; LANES]; 3],
-            edge: [[0; LANES]; 3],
-            z: [[0.0; LANES]; 3],
-            z_range: [[0.0; LANES]; 2],
-        };
-        for l in 0..LANES {
-            let (x, y) =
-                ([pixels.x[0][l], pixels.x[1][l], pixels.x[2][l]], [pixels.y[0][l], pixels.y[1][l], pixels.y[2][l]]);
-            // Wrapping: for lanes with a large triangle.
-            let (dx1, dy1) = (x[1].wrapping_sub(x[0]), y[1].wrapping_sub(y[0]));
-            let (dx2, dy2) = (x[2].wrapping_sub(x[0]), y[2].wrapping_sub(y[0]));
-            let area = dx1.wrapping_mul(dy2).wrapping_sub(dx2.wrapping_mul(dy1));
-            // All ones where the triangle turns the other way; (n ^ flip) - flip is then -n.
-            let flip = area >> 31;
-            // The centre of the first pixel.
-            let px = ((pixels.at[0][l] & -ALIGN) << SUBPIXEL_BITS) + HALF;
-            let py = (pixels.at[1][l] << SUBPIXEL_BITS) + HALF;
-            for k in 0..3 {
-                let n = if k == 2 { 0 } else { k + 1 };
-                // Inside is where a (x - x_k) + b (y - y_k) > 0, with y down.
-                let a = (y[k].wrapping_sub(y[n]) ^ flip).wrapping_sub(flip);
-                let b = (x[n].wrapping_sub(x[k]) ^ flip).wrapping_sub(flip);
-                // A left edge has the inside to its right; a top edge is level with the inside below.
-                let top_left = (a > 0) | ((a == 0) & (b > 0));
-                let e = a.wrapping_mul(px.wrapping_sub(x[k])).wrapping_add(b.wrapping_mul(py.wrapping_sub(y[k])));
-                s.edge[k][l] = e.wrapping_sub(i32::from(!top_left)) >> SUBPIXEL_BITS;
-                s.step_x[k][l] = a;
-                s.step_y[k][l] = b;
-            }
-            let plane = DepthPlane::new(
-                [c.x[0][l], c.x[1][l], c.x[2][l]],
-                [c.y[0][l], c.y[1][l], c.y[2][l]],
-                [c.z[0][l], c.z[1][l], c.z[2][l]],
-                [x[0] as f32, x[1] as f32, x[2] as f32],
-                [y[0] as f32, y[1] as f32, y[2] as f32],
-                area as f32,
-            );
-            s.z[0][l] = plane.at(px as f32, py as f32);
-            s.z[1][l] = plane.per_x * SUBPIXEL;
-            s.z[2][l] = plane.per_y * SUBPIXEL;
-            s.z_range[0][l] = smaller(smaller(c.z[0][l], c.z[1][l]), c.z[2][l]);
-            s.z_range[1][l] = larger(larger(c.z[0][l], c.z[1][l]), c.z[2][l]);
+    pub fn new<const ALIGN: i32>(lanes: L, c: &Corners<L>, boxes: &Boxes<L>) -> Self {
+        let ([x0, x1, x2], [y0, y1, y2]) = (boxes.x, boxes.y);
+        // Wrapping: for lanes with a large triangle.
+        let (dx1, dy1, dx2, dy2) = (lanes.sub(x1, x0), lanes.sub(y1, y0), lanes.sub(x2, x0), lanes.sub(y2, y0));
+        let area = lanes.sub(lanes.mul(dx1, dy2), lanes.mul(dx2, dy1));
+        // All ones where the triangle turns the other way; (n ^ flip) - flip is then -n.
+        let flip = lanes.shifted(area, 31);
+        // The centre of the first pixel.
+        let (half, pixel) = (lanes.int(HALF), lanes.int(1 << SUBPIXEL_BITS));
+        let px = lanes.add(lanes.mul(lanes.and(boxes.at[0], lanes.int(-ALIGN)), pixel), half);
+        let py = lanes.add(lanes.mul(boxes.at[1], pixel), half);
+        let centre = [px, py];
+        let (a0, b0, e0) = edge(lanes, [x0, y0], [x1, y1], flip, centre);
+        let (a1, b1, e1) = edge(lanes, [x1, y1], [x2, y2], flip, centre);
+        let (a2, b2, e2) = edge(lanes, [x2, y2], [x0, y0], flip, centre);
+        let plane = DepthPlane::new(lanes, c, boxes, lanes.rounded(area));
+        let subpixel = lanes.float(SUBPIXEL);
+        Self {
+            step_x: [a0, a1, a2],
+            step_y: [b0, b1, b2],
+            edge: [e0, e1, e2],
+            z: [
+                plane.at(lanes, lanes.rounded(px), lanes.rounded(py)),
+                lanes.mul_floats(plane.per_x, subpixel),
+                lanes.mul_floats(plane.per_y, subpixel),
+            ],
+            z_range: [
+                lanes.smaller(lanes.smaller(c.z[0], c.z[1]), c.z[2]),
+                lanes.larger(lanes.larger(c.z[0], c.z[1]), c.z[2]),
+            ],
         }
-        s
     }
+
+    /// The same lane by lane.
+    #[inline(always)]
+    pub fn rows(&self, lanes: L) -> SetupRows {
+        SetupRows {
+            step_x: lanes.three_rows(self.step_x),
+            step_y: lanes.three_rows(self.step_y),
+            edge: lanes.three_rows(self.edge),
+            z: [lanes.to_floats(self.z[0]), lanes.to_floats(self.z[1]), lanes.to_floats(self.z[2])],
+            z_range: [lanes.to_floats(self.z_range[0]), lanes.to_floats(self.z_range[1])],
+        }
+    }
+}
+
+/// The steps of an edge function from one corner to the next, and its value at a pixel's centre; `flip` says which way a triangle
+/// turns.
+#[inline(always)]
+fn edge<L: Lanes>(
+    lanes: L,
+    [x, y]: [L::Int; 2],
+    [next_x, next_y]: [L::Int; 2],
+    flip: L::Int,
+    [px, py]: [L::Int; 2],
+) -> (L::Int, L::Int, L::Int) {
+    // Inside is where a (p_x - x) + b (p_y - y) > 0, with y down.
+    let a = lanes.sub(lanes.xor(lanes.sub(y, next_y), flip), flip);
+    let b = lanes.sub(lanes.xor(lanes.sub(next_x, x), flip), flip);
+    // A left edge has the inside to its right; a top edge is level with the inside below.
+    let zero = lanes.int(0);
+    let top = lanes.and(lanes.equal(a, zero), lanes.less(zero, b));
+    let top_left = lanes.or(lanes.less(zero, a), top);
+    let e = lanes.add(lanes.mul(a, lanes.sub(px, x)), lanes.mul(b, lanes.sub(py, y)));
+    // Less 1 where it is neither; all ones are -1.
+    let e = lanes.sub(lanes.add(e, lanes.int(-1)), top_left);
+    (a, b, lanes.shifted(e, SUBPIXEL_BITS))
+}
+
+/// [`SmallSetup`] in memory: `step_x[k][l]` is that of edge k of triangle l.
+#[derive(Debug, Clone, Copy)]
+pub struct SetupRows {
+    pub step_x: [[i32; LANES]; 3],
+    pub step_y: [[i32; LANES]; 3],
+    pub edge: [[i32; LANES]; 3],
+    pub z: [[f32; LANES]; 3],
+    pub z_range: [[f32; LANES]; 2],
 }
 
 /// The smaller of two numbers that are no NaN, in one instruction.
@@ -206,41 +214,48 @@ pub fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Depth as an affine function on the grid.
-struct DepthPlane {
-    x: f32,
-    y: f32,
-    z: f32,
-    per_x: f32,
-    per_y: f32,
+/// Depths as affine functions on the grid.
+struct DepthPlane<L: Lanes> {
+    x: L::Float,
+    y: L::Float,
+    z: L::Float,
+    per_x: L::Float,
+    per_y: L::Float,
 }
 
-impl DepthPlane {
-    /// The plane through the exact vertices, unless rounding to the grid has changed the area too much.
+impl<L: Lanes> DepthPlane<L> {
+    /// The planes through the exact vertices, unless rounding to the grid has changed the area too much.
     #[inline(always)]
-    fn new(xf: [f32; 3], yf: [f32; 3], z: [f32; 3], xi: [f32; 3], yi: [f32; 3], area_i: f32) -> Self {
-        let exact = (xf[1] - xf[0]) * (yf[2] - yf[0]) - (xf[2] - xf[0]) * (yf[1] - yf[0]);
+    fn new(lanes: L, c: &Corners<L>, boxes: &Boxes<L>, area: L::Float) -> Self {
+        let ([x0, x1, x2], [y0, y1, y2], [z0, z1, z2]) = (c.x, c.y, c.z);
+        let (dx1, dy1) = (lanes.sub_floats(x1, x0), lanes.sub_floats(y1, y0));
+        let (dx2, dy2) = (lanes.sub_floats(x2, x0), lanes.sub_floats(y2, y0));
+        let exact = lanes.cross([dx1, dy1], [dx2, dy2]);
         // Between a half and the double, in the same sense.
-        let (product, square) = (exact * area_i, area_i * area_i);
-        let thick = (product >= 0.5 * square) & (product <= 2.0 * square);
-        let pick = |f: f32, i: f32| if thick { f } else { i };
-        let (x0, y0) = (pick(xf[0], xi[0]), pick(yf[0], yi[0]));
-        let (dx1, dy1) = (pick(xf[1], xi[1]) - x0, pick(yf[1], yi[1]) - y0);
-        let (dx2, dy2) = (pick(xf[2], xi[2]) - x0, pick(yf[2], yi[2]) - y0);
-        let inverse = 1.0 / pick(exact, area_i);
-        let (dz1, dz2) = (z[1] - z[0], z[2] - z[0]);
+        let (product, square) = (lanes.mul_floats(exact, area), lanes.mul_floats(area, area));
+        let half_at_least = lanes.at_most(lanes.mul_floats(lanes.float(0.5), square), product);
+        let double_at_most = lanes.at_most(product, lanes.mul_floats(lanes.float(2.0), square));
+        let thick = lanes.and(half_at_least, double_at_most);
+        let [x0, x1, x2] = lanes.pick_three(thick, c.x, boxes.x);
+        let [y0, y1, y2] = lanes.pick_three(thick, c.y, boxes.y);
+        let (dx1, dy1) = (lanes.sub_floats(x1, x0), lanes.sub_floats(y1, y0));
+        let (dx2, dy2) = (lanes.sub_floats(x2, x0), lanes.sub_floats(y2, y0));
+        let inverse = lanes.div_floats(lanes.float(1.0), lanes.pick(thick, exact, area));
+        let (dz1, dz2) = (lanes.sub_floats(z1, z0), lanes.sub_floats(z2, z0));
         Self {
             x: x0,
             y: y0,
-            z: z[0],
-            per_x: (dz1 * dy2 - dz2 * dy1) * inverse,
-            per_y: (dx1 * dz2 - dx2 * dz1) * inverse,
+            z: z0,
+            per_x: lanes.mul_floats(lanes.cross([dz1, dy1], [dz2, dy2]), inverse),
+            per_y: lanes.mul_floats(lanes.cross([dx1, dz1], [dx2, dz2]), inverse),
         }
     }
 
     #[inline(always)]
-    fn at(&self, x: f32, y: f32) -> f32 {
-        self.z + (self.per_x * (x - self.x) + self.per_y * (y - self.y))
+    fn at(&self, lanes: L, x: L::Float, y: L::Float) -> L::Float {
+        let across = lanes.mul_floats(self.per_x, lanes.sub_floats(x, self.x));
+        let down = lanes.mul_floats(self.per_y, lanes.sub_floats(y, self.y));
+        lanes.add_floats(self.z, lanes.add_floats(across, down))
     }
 }
 

@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::memory::filled;
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
+use crate::render::cpu::kept::Kept;
 use crate::render::cpu::raster::{Bands, batches, by_test};
 use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::render::{Keep, Volume};
@@ -35,6 +36,7 @@ const FEW_BANDS: u32 = 4;
 /// One placed mesh of a batch.
 struct Draw<'a> {
     mesh: &'a Mesh,
+    kept: Kept<'a>,
     clip_from_local: DMat4,
     faces: FaceTest,
     first_vertex: usize,
@@ -178,12 +180,15 @@ impl Lattice {
     /// The draws of a batch.
     fn draws<'a>(&self, scene: &'a Scene, faces: Faces, instances: &[u32]) -> Vec<Draw<'a>> {
         let (mut first_vertex, mut first_triangle) = (0, 0);
+        let volume = self.volume();
         let draw = |&i: &u32| {
             let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
             let (mesh, faces) = (scene.mesh_of(i as usize), FaceTest::new(faces, &clip_from_local));
-            let draw = Draw { mesh, clip_from_local, faces, first_vertex, first_triangle };
-            first_vertex += mesh.positions_local().len();
-            first_triangle += mesh.triangles().len();
+            let kept = Kept::new(mesh, &clip_from_local, &volume);
+            let (vertices, triangles) = (kept.positions.len(), kept.triangles.len());
+            let draw = Draw { mesh, kept, clip_from_local, faces, first_vertex, first_triangle };
+            first_vertex += vertices;
+            first_triangle += triangles;
             draw
         };
         instances.iter().map(draw).collect()
@@ -200,21 +205,25 @@ impl Lattice {
     /// Projects the vertices of a batch; the number of its triangles.
     fn project(&self, batch: &[Draw], vertices: &mut Vec<EvenVertex>, progress: &Progress) -> Result<usize> {
         let Some(last) = batch.last() else { return Ok(0) };
-        let count = last.first_vertex + last.mesh.positions_local().len();
+        let count = last.first_vertex + last.kept.positions.len();
         if vertices.len() < count {
             vertices.resize(count, EvenVertex::default());
         }
         let mut rest = &mut vertices[..count];
         let mut work = Vec::with_capacity(batch.len());
         for draw in batch {
-            let (own, after) = rest.split_at_mut(draw.mesh.positions_local().len());
+            let (own, after) = rest.split_at_mut(draw.kept.positions.len());
             work.push((draw, own));
             rest = after;
         }
         work.into_par_iter().try_for_each(|(draw, out)| {
-            let positions = draw.mesh.positions_local().par_chunks(CHUNK);
-            positions.zip(out.par_chunks_mut(CHUNK)).try_for_each(|(positions, out)| {
+            let positions = draw.kept.positions.par_chunks(CHUNK);
+            let needed = draw.kept.vertices(CHUNK);
+            positions.zip(out.par_chunks_mut(CHUNK)).zip(needed).try_for_each(|((positions, out), needed)| {
                 progress.check()?;
+                if !needed {
+                    return Ok(());
+                }
                 for (p, out) in positions.iter().zip(out) {
                     let clip = clip_of(&draw.clip_from_local, *p);
                     *out = if self.is_whole(clip) { self.vertex(clip) } else { EvenVertex::CUT };
@@ -222,7 +231,7 @@ impl Lattice {
                 Ok(())
             })
         })?;
-        Ok(last.first_triangle + last.mesh.triangles().len())
+        Ok(last.first_triangle + last.kept.triangles.len())
     }
 
     /// Whether a point needs no cut.
@@ -259,17 +268,19 @@ impl Lattice {
         let mut start = chunk.start;
         while start < chunk.end {
             let draw = &batch[d];
-            let triangles = draw.mesh.triangles();
+            let triangles = draw.kept.triangles;
             let end = chunk.end.min(draw.first_triangle + triangles.len());
             let own = &vertices[draw.first_vertex..];
-            for (i, corners) in triangles[start - draw.first_triangle..end - draw.first_triangle].iter().enumerate() {
-                let number = is_tested.then_some((start + i) as u32);
-                if !draw.faces.takes_all() && !draw.takes(*corners) {
+            let places = (start - draw.first_triangle) as u32..(end - draw.first_triangle) as u32;
+            for place in draw.kept.runs(places).flatten() {
+                let corners = triangles[place as usize];
+                let number = is_tested.then(|| draw.first_triangle as u32 + draw.kept.number(place));
+                if !draw.faces.takes_all() && !draw.takes(corners) {
                     continue;
                 }
                 let seen = corners.map(|c| own[c as usize]);
                 if seen.iter().any(EvenVertex::is_cut) {
-                    self.bin_cut(bins, draw, *corners, number, bands);
+                    self.bin_cut(bins, draw, corners, number, bands);
                 } else {
                     bins.add(corners.map(|c| draw.first_vertex as u32 + c), seen, number, bands);
                 }
@@ -281,7 +292,7 @@ impl Lattice {
 
     /// Bins what is left of a triangle that has to be cut.
     fn bin_cut(&self, bins: &mut Bins, draw: &Draw, corners: [u32; 3], number: Option<u32>, bands: Bands) {
-        let positions = draw.mesh.positions_local();
+        let positions = draw.kept.positions;
         let clip = corners.map(|c| clip_of(&draw.clip_from_local, positions[c as usize]));
         bins.polygon.start(clip);
         for plane in &self.planes {
@@ -299,7 +310,7 @@ impl Lattice {
 impl Draw<'_> {
     /// Whether a triangle's face is drawn.
     fn takes(&self, corners: [u32; 3]) -> bool {
-        let positions = self.mesh.positions_local();
+        let positions = self.kept.positions;
         self.faces.takes(corners.map(|c| clip_of(&self.clip_from_local, positions[c as usize])))
     }
 }

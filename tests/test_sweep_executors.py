@@ -202,3 +202,56 @@ def test_an_interruption_gives_up_what_has_not_begun():
             sl.sweep({**ROBOTS, "resolution": list(range(32, 96))}, **HOW, metrics=[slow], executor=executor)
         timer.join()
     assert len(begun) < 32
+
+
+class Calls:
+    """An executor that does with a call what a function says."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def submit(self, function, *arguments):
+        made = Future()
+        self.answer(made, lambda: function(*arguments))
+        return made
+
+
+@pytest.mark.parametrize("wrong", [None, 3, "text", [None], [[1]], {}, object(), [4, "x"]])
+def test_an_executor_that_gives_something_else_is_an_error(wrong):
+    with pytest.raises(WorkerError, match=r"^executor: expected what its calls give, got .*; give another"):
+        sl.sweep(ROBOTS, **HOW, executor=Calls(lambda made, call: made.set_result(wrong)))
+
+
+def test_a_run_that_an_executor_leaves_out_is_a_failure():
+    space = {**ROBOTS, "resolution": [32, 48, 64], "light": ["own", "above"]}
+    found = sl.sweep(space, **HOW, executor=Calls(lambda made, call: made.set_result(call()[1:])))
+    assert len(found) == 6
+    assert set(found["failure_type"]) >= {"WorkerError"}
+    assert set(found["failure"]) <= {"", "executor: it gave no answer"}
+
+
+def test_an_executor_with_one_future_for_all_calls_is_an_error():
+    class One:
+        future = None
+
+        def submit(self, function, *arguments):
+            if self.future is None:
+                self.future = Future()
+            return self.future
+
+    with pytest.raises(ArgumentError, match=r"^executor: expected a future of its own for each call"):
+        sl.sweep({**ROBOTS, "resolution": [32, 48]}, **HOW, executor=One())
+
+
+def test_an_executor_may_call_back_twice_and_with_anything(here):
+    class Twice(Future):
+        def add_done_callback(self, function):
+            super().add_done_callback(lambda _: (function(3), function(None)))
+
+    class Odd:
+        def submit(self, function, *arguments):
+            made = Twice()
+            made.set_result(function(*arguments))
+            return made
+
+    same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=Odd()))

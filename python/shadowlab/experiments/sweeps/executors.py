@@ -17,7 +17,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, ThreadPoolExecuto
 from typing import Any
 
 from ...errors import ArgumentError, WorkerError
-from ...text import reason_of
+from ...text import reason_of, shown
 from ...text.checked import has_all
 from .dask_place import DaskPlace
 from .in_process import run_here
@@ -139,6 +139,21 @@ def finish(
         run_sent([lot.group for lot in lots], data, workers, parcels, timeout, add)
 
 
+def answers_in(found: object, lot: Lot) -> list[Answer]:
+    """The answers to a lot, which may be fewer than its runs.
+
+    Raises
+    ------
+    WorkerError
+        For what `carry_out` does not give.
+    """
+    if not isinstance(found, list) or any(not isinstance(one, Answer) or one.place not in lot.places for one in found):
+        raise WorkerError(
+            f"executor: expected what its calls give, got {shown(found)} from it; give another, or workers=2"
+        )
+    return found
+
+
 class Submitted:
     """The lots that an executor has.
 
@@ -158,6 +173,7 @@ class Submitted:
         self.done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self.alone: set[int] = set()
         self.answered = self.lacking = False
+        self.unsent: list[Lot] = []
 
     def all(self, lots: Sequence[Lot]) -> list[Lot]:
         """Has all lots answered; what is given back has not been, for the executor is broken."""
@@ -165,9 +181,8 @@ class Submitted:
         try:
             while waiting or self.lots:
                 while waiting and len(self.lots) < self._window():
-                    if not self._begun(waiting[0]):
+                    if not self._begun(waiting.popleft()):
                         return [*self._left(), *waiting]
-                    waiting.popleft()
                 future = take(self.done, self.place.alone)
                 if future is None or not self._take(future):
                     return [*self._left(), *waiting]
@@ -185,7 +200,10 @@ class Submitted:
         try:
             self._submit(lot)
         except BrokenExecutor:
+            self.unsent.append(lot)
             return False
+        except ArgumentError:
+            raise
         except Exception as error:  # noqa: BLE001 - of a closed executor, whatever it raises
             raise ArgumentError(
                 f"executor: expected one that takes calls, got one that fails ({reason_of(error)})"
@@ -194,15 +212,21 @@ class Submitted:
 
     def _submit(self, lot: Lot) -> None:
         future = self.place.submit(lot, self.data, self.parcels)
+        if id(future) in self.lots:
+            raise ArgumentError("executor: expected a future of its own for each call, got one for two; give another")
         self.lots[id(future)] = future, lot
-        future.add_done_callback(self.done.put)
+        # Whatever it calls back with.
+        future.add_done_callback(lambda _: self.done.put(future))
 
     def _left(self) -> list[Lot]:
         self.place.cancel([future for future, _ in self.lots.values()])
-        return [lot for _, lot in self.lots.values()]
+        return [*(lot for _, lot in self.lots.values()), *self.unsent]
 
     def _take(self, future: Future) -> bool:
         """Takes up what became of a lot; False where the executor is broken."""
+        if id(future) not in self.lots:
+            # It called back twice.
+            return True
         _, lot = self.lots[id(future)]
         try:
             found = future.result()
@@ -216,20 +240,20 @@ class Submitted:
                 raise WorkerError(
                     f"executor: its processes cannot carry runs out ({type(error).__name__}: {reason_of(error)})"
                 ) from None
-            self._again(lot)
-            return True
+            return self._again(lot)
         del self.lots[id(future)]
         if isinstance(found, Lacking):
             self.lacking = True
-            self._submit(Lot(lot.group, lot.folder, lot.workers, self.parcels.data(found.scene), lot.process))
-            return True
+            return self._begun(Lot(lot.group, lot.folder, lot.workers, self.parcels.data(found.scene), lot.process))
+        answers = answers_in(found, lot)
         self.answered = True
-        for answer in found:
+        for answer in answers:
             self.add(answer)
         return True
 
-    def _again(self, lot: Lot) -> None:
-        """Each run of a lot that took its process along, alone; one that was alone has failed."""
+    def _again(self, lot: Lot) -> bool:
+        """Each run of a lot that took its process along, alone; one that was alone has failed. False as of `_take`."""
+        going = True
         for single in lot.singles():
             place = single.places[0]
             if place in self.alone:
@@ -238,4 +262,5 @@ class Submitted:
                 )
             else:
                 self.alone.add(place)
-                self._submit(single)
+                going = self._begun(single) and going
+        return going

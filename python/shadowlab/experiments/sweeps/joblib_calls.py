@@ -9,7 +9,7 @@ from typing import Any
 from ...errors import WorkerError
 from ...text import reason_of
 from ...text.checked import has_all
-from .executors import finish
+from .executors import answers_in, finish
 from .lots import Lacking, Lot, carry_out, lots_of
 from .parcels import Parcels, SentGroup, dumped_task
 from .places import of_package
@@ -53,12 +53,12 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
                     lot = lots[i]
                     lacking.append(Lot(lot.group, lot.folder, lot.workers, parcels.data(found.scene), lot.process))
                 else:
-                    for answer in found:
+                    for answer in answers_in(found, lots[i]):
                         take(answer)
-            for _, found in calls(parallel, lacking, data):
-                for answer in found if isinstance(found, list) else []:
+            for i, found in calls(parallel, lacking, data):
+                for answer in answers_in(found, lacking[i]):
                     take(answer)
-        except (KeyboardInterrupt, SystemExit):
+        except (KeyboardInterrupt, SystemExit, WorkerError):
             raise
         except Exception as error:  # noqa: BLE001 - backends raise what they like
             if not any("Broken" in kind.__name__ for kind in type(error).__mro__):

@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ... import _core
-from ...errors import ArgumentError
+from ...errors import ArgumentError, WorkerError
 from ...text import shown
 from ...text.arrays import checked_number
 from ...text.checked import a_count
@@ -25,7 +25,7 @@ from .executors import KINDS, place_for, run_in_place, run_in_threads, takes_cal
 from .in_process import run_here
 from .joblib_calls import is_parallel, run_in_joblib
 from .plan import SWEPT_METRICS, plan_of
-from .work import Answer, Group, Task
+from .work import Answer, Group, Task, failed
 from .workers import run_in_workers
 
 if TYPE_CHECKING:
@@ -153,6 +153,9 @@ def carry_on(
         run_in_joblib(groups, sent, add, executor)
     else:
         run_in_place(groups, sent, add, place_for(executor))
+    for place in collected.missing():
+        # As where an executor gives a part of what its calls gave.
+        add(failed(place, WorkerError.__name__, "executor: it gave no answer", settled=False))
 
 
 def told(collected: Collected, step: Callable[[str], None]) -> Callable[[Answer], None]:

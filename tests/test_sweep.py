@@ -173,3 +173,14 @@ def test_an_interruption_comes_through():
         sl.sweep(ROBOTS, **HOW, metrics=[interrupt])
     with pytest.raises(ArgumentError, match="executor"):
         sl.sweep(ROBOTS, **HOW, workers=2, executor=object())
+
+
+def test_a_metric_that_raises_where_its_name_is_asked_for_is_measured():
+    class Rude:
+        def __getattr__(self, name):
+            raise RuntimeError(name)
+
+        def __call__(self, run):
+            return run.resolution
+
+    assert list(sl.sweep(ROBOTS, **HOW, metrics=[Rude()])["Rude"]) == [ROBOTS.get("resolution", 1024)]

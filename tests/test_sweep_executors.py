@@ -255,3 +255,9 @@ def test_an_executor_may_call_back_twice_and_with_anything(here):
             return made
 
     same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=Odd()))
+
+
+def test_a_sweep_in_a_call_of_its_own_executor_ends(here):
+    with ThreadPoolExecutor(1) as executor:
+        inside = executor.submit(lambda: sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+        same(here, inside.result(60))

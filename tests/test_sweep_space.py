@@ -202,3 +202,47 @@ def test_an_estimate_times_a_few_runs_and_grows_with_the_sweep():
     assert estimate(small, timed=0).seconds is None
     whole = estimate(small, timed=100)
     assert whole.timed == small.runs
+
+
+def deep(count):
+    """Lists within one another."""
+    value = "near"
+    for _ in range(count):
+        value = [value]
+    return value
+
+
+@pytest.mark.parametrize("value", [10**400, -(2**63) - 1, [deep(5000)], [[10**30, deep(3)]], [float("nan")]])
+def test_a_value_that_no_setting_has_is_the_failure_of_its_row(value, tmp_path):
+    space = {"scene": "@robots", "technique": ["uniform", "lispsm"], "lispsm.near": value, "resolution": 32}
+    how = {"size": (32, 18), "renderer": "cpu"}
+    for store in (None, tmp_path / "runs.sqlite"):
+        found = sl.sweep(space, **how, store=store)
+        assert list(found["failure_type"]) == ["", "ArgumentError"]
+        assert len(str(found["lispsm.near"][1])) < 1000
+        sl.to_xarray(found)
+
+
+def test_whole_numbers_stay_numbers_of_64_bits():
+    space = {"scene": "@robots", "technique": "lispsm", "lispsm.near": [2**63 - 1, 2**63, 1], "resolution": 32}
+    cells = [row.cells["lispsm.near"] for row in plan_of(space, size=(32, 18)).rows]
+    assert cells == [2**63 - 1, 2.0**63, 1]
+    assert [type(cell) for cell in cells] == [int, float, int]
+    assert sl.sweep(space, size=(32, 18), renderer="cpu")["lispsm.near"].dtype == "float64"
+
+
+@pytest.mark.parametrize("key", ["scene", "technique", "resolution"])
+def test_a_list_in_a_row_is_told_from_a_product(key):
+    row = {"scene": "@robots", "technique": "uniform", "resolution": 32}
+    with pytest.raises(
+        ArgumentError, match=rf"^space, row 1: expected one value for '{key}', got \[.*one dict instead"
+    ):
+        plan_of([row, {**row, key: [row[key], row[key]]}])
+
+
+def test_a_space_needs_a_scene_and_a_technique_and_says_so():
+    for key in ("scene", "technique"):
+        with pytest.raises(ArgumentError, match=f"at least one value for '{key}', got none; give one, as of"):
+            plan_of({"scene": "@robots", "technique": "uniform", key: []})
+    with pytest.raises(ArgumentError, match="at least one value for 'light', got none; leave the key out"):
+        plan_of({"scene": "@robots", "technique": "uniform", "light": []})

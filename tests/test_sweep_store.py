@@ -153,3 +153,28 @@ def test_what_is_no_store_is_an_error(store):
         sl.sweep(ROBOTS, **HOW, store=store)
     with pytest.raises(StoreError):
         sl.sweep(ROBOTS, **HOW, store=__file__)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "reason"),
+    [
+        ({"x" * 300: 1}, "expected names of 1 to 200 letters"),
+        ({" ": 1}, "expected names of 1 to 200 letters"),
+        ({f"c{i}": i for i in range(3000)}, "expected at most 1,000 numbers, got 3,000"),
+        ({"failure": 1}, "expected a name that no column has"),
+    ],
+)
+def test_numbers_that_no_store_takes_are_the_failure_of_their_row(numbers, reason, tmp_path):
+    def given(run):
+        return numbers if run.resolution == 48 else 1
+
+    space = {"scene": "@robots", "technique": "uniform", "resolution": [32, 48, 64]}
+    for store in (None, tmp_path / "runs.sqlite"):
+        found = sl.sweep(space, **HOW, metrics=["misclassified", given], store=store)
+        assert list(found["failure_type"]) == ["", "ArgumentError", ""]
+        assert reason in found["failure"][1]
+
+
+def test_a_path_that_is_none_is_told_with_one_of_a_store():
+    with pytest.raises(ArgumentError, match=r"^store: expected a path, got ''; try \"runs.sqlite\"$"):
+        sl.sweep({"scene": "@robots", "technique": "uniform"}, **HOW, store="")

@@ -300,7 +300,8 @@ def a_path(name: str, value: object) -> Path:
                 return found
     except Exception:  # noqa: BLE001 - paths of callers may raise whatever they like
         found = None
-    raise ArgumentError(f'{name}: expected a path, got {shown(value)}; try "report"')
+    example = "runs.sqlite" if name == "store" else "report"
+    raise ArgumentError(f'{name}: expected a path, got {shown(value)}; try "{example}"')
 
 
 def has_all(value: object, *names: str) -> bool:

@@ -65,6 +65,11 @@ def run_in_threads(
     groups: Sequence[Group], task: Task, add: Callable[[Answer], None], executor: ThreadPoolExecutor
 ) -> None:
     """Adds the answer of every run, made by threads of this process: nothing is sent."""
+    if threading.current_thread() in getattr(executor, "_threads", ()):
+        # A call of the executor's own: where all of its threads wait as this one, none would work.
+        for group in groups:
+            run_here([group], task, add)
+        return
     done: queue.SimpleQueue[Any] = queue.SimpleQueue()
     stopped = threading.Event()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import math
@@ -18,6 +19,7 @@ from ...text.arrays import checked_items
 from ...text.checked import a_text
 from ..columns import COLUMNS
 from ..metrics import KNOWN_METRICS, Metric, checked_metrics
+from ..store.row_text import LONGEST_NAME, MOST_CELLS
 from .space import settings_keys
 
 if TYPE_CHECKING:
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 Function = Callable[["Run"], object]
 DIGEST_BYTES_OF_CODE = 8
+# Of one function: half of what a store keeps of a row.
+NUMBERS_OF_FUNCTION = MOST_CELLS // 2
 
 
 def apart_from_names(metrics: object) -> tuple[tuple[Metric, ...], tuple[tuple[str, Function], ...]]:
@@ -56,7 +60,10 @@ def name_of_function(function: object) -> str:
     """What a function is called: that of the function within a partial one, the class of an object."""
     while isinstance(function, functools.partial):
         function = function.func
-    name = getattr(function, "__name__", None)
+    name = None
+    with contextlib.suppress(Exception):
+        # Objects of callers may raise where they are asked.
+        name = getattr(function, "__name__", None)
     return a_text("metrics", name if isinstance(name, str) else type(function).__name__)
 
 
@@ -67,8 +74,12 @@ def check_column(name: str) -> None:
     ------
     ArgumentError
     """
-    if name in COLUMNS or name in settings_keys() or not name.strip():
-        raise ArgumentError(f"metrics: expected a name that no column has, got {name!r}; call the function otherwise")
+    if name in COLUMNS or name in settings_keys():
+        raise ArgumentError(f"metrics: expected a name that no column has, got {name!r}; call it otherwise")
+    if not name.strip() or len(name) > LONGEST_NAME:
+        raise ArgumentError(
+            f"metrics: expected names of 1 to {LONGEST_NAME} letters, got {shown(name)}; call it otherwise"
+        )
 
 
 def numbers_from(name: str, function: Function, run: Run) -> dict[str, bool | int | float | None]:
@@ -84,6 +95,8 @@ def numbers_from(name: str, function: Function, run: Run) -> dict[str, bool | in
     found = function(run)
     if not isinstance(found, Mapping):
         return {name: plain_number(name, found)}
+    if len(found) > NUMBERS_OF_FUNCTION:
+        raise ArgumentError(f"expected at most {NUMBERS_OF_FUNCTION:,} numbers, got {len(found):,}; give fewer")
     numbers = {}
     for key, value in found.items():
         if not isinstance(key, str):
@@ -136,7 +149,7 @@ def parts_of(function: object) -> list[str]:
         return [*parts_of(function.func), *held, *function.keywords]
     if isinstance(function, types.MethodType):
         return [*parts_of(function.__func__), digest_of(function.__self__)]
-    code = getattr(function, "__code__", None)
+    code = getattr(function, "__code__", None) if isinstance(function, types.FunctionType) else None
     if isinstance(code, types.CodeType):
         made = cast("Any", function)
         cells = [digest_of(cell.cell_contents) for cell in made.__closure__ or () if not is_empty(cell)]

@@ -6,6 +6,7 @@ refuses, a setting out of its range among them, is the failure of its row.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, cast
@@ -259,11 +260,14 @@ class _Rows:
 
 def id_of(value: object) -> tuple[str, object]:
     """What tells a value from others: itself where it has a hash, 1 and 1.0 and True apart; else the object."""
-    try:
+    # What callers give may raise anything: lists within one another, thousands deep, do.
+    with contextlib.suppress(Exception):
         hash(value)
-    except TypeError:
-        return (type(value).__name__, repr(value)) if isinstance(value, (list, tuple)) else ("", id(value))
-    return type(value).__name__, value
+        return type(value).__name__, value
+    with contextlib.suppress(Exception):
+        if isinstance(value, (list, tuple)):
+            return type(value).__name__, repr(value)
+    return "", id(value)
 
 
 def size_in(row: RawRow) -> tuple[int | None, int | None]:

@@ -76,7 +76,8 @@ def product_of(space: Mapping[str, object]) -> list[RawRow]:
     choices = {key: alternatives(key, space[key]) for key in sorted(space, key=rank_of)}
     for key, values in choices.items():
         if not values:
-            raise ArgumentError(f"space: expected at least one value for {key!r}, got none; leave the key out")
+            fix = f"give one, as of {EXAMPLE_SPACE[4:]}" if key in ("scene", "technique") else "leave the key out"
+            raise ArgumentError(f"space: expected at least one value for {key!r}, got none; {fix}")
     count = math.prod(map(len, choices.values()))
     if count > MOST_RUNS:
         raise too_many(count)
@@ -215,6 +216,11 @@ def single_row(name: str, row: object) -> RawRow:
 def single(name: str, key: str, value: object) -> Named:
     """The one value of a key in a row; a dict of one label gives it a name."""
     if not isinstance(value, Mapping):
+        if isinstance(value, (list, set, frozenset, range)) and key in ("scene", "technique", "resolution", "memory"):
+            raise ArgumentError(
+                f"{name}: expected one value for {key!r}, got {shown(value)}; give a row to each, or one dict "
+                "instead of the list for their full product"
+            )
         return Named(value)
     found = list(labelled_values(key, value))
     if len(found) != 1:

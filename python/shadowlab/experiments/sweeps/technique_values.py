@@ -114,7 +114,16 @@ def with_settings(item: Item, settings: Mapping[str, Any]) -> Item:
 
 
 def cell_of(value: object) -> SettingCell:
-    """What a table shows of the value of a setting."""
+    """What a table shows of the value of a setting; of one that cannot be written out, what errors show."""
+    try:
+        found = _cell_of(value)
+        # What a column of whole numbers holds, and a store.
+        return float(found) if isinstance(found, int) and not -(2**63) <= found < 2**63 else found
+    except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
+        return shown(value)
+
+
+def _cell_of(value: object) -> SettingCell:
     if hasattr(value, "item") and hasattr(value, "dtype") and getattr(value, "ndim", None) == 0:
         value = cast("Any", value).item()
     if isinstance(value, (bool, int, float, str)):

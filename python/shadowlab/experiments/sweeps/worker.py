@@ -10,6 +10,7 @@ It never runs the main module of the program that started it, and ends with it, 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import queue
 import sys
@@ -39,9 +40,12 @@ def work() -> None:
         return
     send(sink, ("ready",))
     desk = Desk(task, sink)
-    while True:
-        kind, *parts = messages.get()
-        getattr(desk, kind)(*parts)
+    # Nobody reads any more where the program that started it was killed.
+    with contextlib.suppress(BrokenPipeError):
+        while True:
+            kind, *parts = messages.get()
+            getattr(desk, kind)(*parts)
+    os._exit(0)
 
 
 class Desk:
@@ -72,11 +76,10 @@ class Desk:
 
 def listen(source: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
     """Passes messages on; where there will be no more, nobody waits for an answer."""
-    try:
+    with contextlib.suppress(EOFError, OSError):
         while True:
             messages.put(receive(source))
-    except (EOFError, OSError):
-        os._exit(0)
+    os._exit(0)
 
 
 def own_pipes() -> tuple[BinaryIO, BinaryIO]:

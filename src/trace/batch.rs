@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
-use super::rays::{BUNDLE, RayBits, WorldRay};
+use super::rays::{BUNDLE, Each, RayBits, WorldRays};
+use super::rows::{RUN, Runs, bundles, row_of};
 use super::walk::{Blocked, Closest, Stack, Stacks, Touched, first_of_ties, tie_reach, traverse_together};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -29,7 +30,7 @@ impl Hit {
     pub const NONE: Self = Self { t: f64::INFINITY, triangle: -1, instance: -1 };
 }
 
-/// Rays of a task: about a millisecond of work, so that a stop is heeded soon.
+/// Rays of a task, at least: a fraction of a millisecond of work, so that a stop is heeded soon. Of an image, four rows at least.
 const CHUNK: usize = 2048;
 
 impl Tracer {
@@ -45,7 +46,7 @@ impl Tracer {
     /// [`Error::Interrupted`].
     pub fn first_hit(&self, origins: &[[f64; 3]], directions: &[[f64; 3]], progress: &Progress) -> Result<Vec<Hit>> {
         check_lengths(origins, directions)?;
-        let rays = Rays { origins, directions, t_max: None };
+        let rays = Rays { origins, directions, t_max: None, row: row_of(origins, directions) };
         run(rays, progress, Hit::NONE, |rays, out| first_hits(&self.inner, rays, out))
     }
 
@@ -67,7 +68,8 @@ impl Tracer {
             let expected = format!("{} values, one a ray", origins.len());
             return Err(Error::argument("t_max", expected, t_max.len(), "give one limit for each ray"));
         }
-        let rays = Rays { origins, directions, t_max: Some(t_max) };
+        // Shadow rays start from the same pixels, but those that see nothing are mostly left out, so that no rows are left.
+        let rays = Rays { origins, directions, t_max: Some(t_max), row: None };
         run(rays, progress, false, |rays, out| blocked(&self.inner, rays, out))
     }
 }
@@ -78,6 +80,8 @@ struct Rays<'a> {
     origins: &'a [[f64; 3]],
     directions: &'a [[f64; 3]],
     t_max: Option<&'a [f64]>,
+    /// How many make a row of an image, where they come so.
+    row: Option<usize>,
 }
 
 impl<'a> Rays<'a> {
@@ -87,6 +91,7 @@ impl<'a> Rays<'a> {
             origins: &self.origins[range.clone()],
             directions: &self.directions[range.clone()],
             t_max: self.t_max.map(|t| &t[range]),
+            row: self.row,
         }
     }
     /// The first ray that has no answer.
@@ -116,13 +121,6 @@ impl<'a> Rays<'a> {
         }
         Error::argument(format!("t_max[{row}]"), "a number", "NaN", "give infinity for a ray without end")
     }
-    /// Relative to the scene's origin.
-    fn ray(&self, i: usize, scene_origin: DVec3) -> WorldRay {
-        WorldRay {
-            origin: DVec3::from_array(self.origins[i]) - scene_origin,
-            direction: DVec3::from_array(self.directions[i]),
-        }
-    }
 }
 
 fn run<'a, T: Copy + Send + Sync>(
@@ -137,10 +135,12 @@ fn run<'a, T: Copy + Send + Sync>(
     // Rays are checked where they are traced, on all cores and while they are in the cache. The first bad row is told
     // however the work is divided: only chunks behind a bad row are left out.
     let bad = AtomicUsize::new(usize::MAX);
-    let chunks = out.spare_capacity_mut()[..count].par_chunks_mut(CHUNK);
+    // Whole rows of squares.
+    let size = rays.row.map_or(CHUNK, |row| CHUNK.next_multiple_of(RUN * row));
+    let chunks = out.spare_capacity_mut()[..count].par_chunks_mut(size);
     chunks.enumerate().try_for_each(|(chunk, out)| {
         progress.check()?;
-        let first = chunk * CHUNK;
+        let first = chunk * size;
         let rays = rays.part(first, out.len());
         // Memory is first touched here, on all cores.
         let out = filled(out, nothing);
@@ -194,36 +194,51 @@ fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
     Ok(())
 }
 
-/// The bundle that begins with ray `first`, and which of its rays are there; the last repeats its last one.
+/// A bundle of rays, and which of them are there; one that the rays do not fill is in a row, and repeats its last.
 #[inline(always)]
-fn bundle(rays: &Rays, first: usize, scene_origin: DVec3) -> ([WorldRay; BUNDLE], RayBits) {
-    let last = rays.origins.len() - 1;
-    let mut world = [WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO }; BUNDLE];
-    for (r, ray) in world.iter_mut().enumerate() {
-        *ray = rays.ray((first + r).min(last), scene_origin);
+fn bundle(rays: &Rays, runs: Runs, scene_origin: DVec3) -> (WorldRays<BUNDLE>, RayBits) {
+    let (count, scene_origin) = (rays.origins.len(), scene_origin.to_array());
+    let mut world = WorldRays::UNSET;
+    let mut set = |first: usize, origins: &[[f64; 3]; RUN], directions: &[[f64; 3]; RUN]| {
+        for k in 0..RUN {
+            for a in 0..3 {
+                world.origin[a][first + k] = origins[k][a] - scene_origin[a];
+                world.direction[a][first + k] = directions[k][a];
+            }
+        }
+    };
+    for first in (0..BUNDLE).step_by(RUN) {
+        let at = runs.index(first).min(count);
+        match (rays.origins[at..].first_chunk(), rays.directions[at..].first_chunk()) {
+            (Some(origins), Some(directions)) => set(first, origins, directions),
+            _ => {
+                let repeated = |of: &[[f64; 3]]| std::array::from_fn(|k| of[(at + k).min(count - 1)]);
+                set(first, &repeated(rays.origins), &repeated(rays.directions));
+            }
+        }
     }
-    (world, RayBits::MAX >> (RayBits::BITS - BUNDLE.min(last + 1 - first) as u32))
+    (world, RayBits::MAX >> (RayBits::BITS - BUNDLE.min(count - runs.first) as u32))
 }
 
 #[inline(always)]
 fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
     let (mut stacks, mut stack) = (Stacks::default(), Stack::new());
     let nothing = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
-    for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
-        let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
+    for runs in bundles(out.len(), rays.row) {
+        let (world, bits) = bundle(&rays, runs, scene.scene.origin());
         let mut closest = [nothing; BUNDLE];
-        for (closest, ray) in closest.iter_mut().zip(&world) {
-            *closest = nothing.with_ties(tie_reach(scene, ray));
+        for (closest, tie) in closest.iter_mut().zip(tie_reach(scene, &world)) {
+            *closest = nothing.with_ties(tie);
         }
         traverse_together::<K, _>(scene, &world, bits, &mut closest, &mut stacks);
-        for (r, out) in out.iter_mut().enumerate() {
+        for r in Each(bits) {
             let Closest { t, face: Some(first), is_tied, .. } = closest[r] else { continue };
             let (instance, triangle) = if is_tied {
-                first_of_ties::<K>(scene, &world[r], (t, first), f64::INFINITY, &mut stack)
+                first_of_ties::<K>(scene, &world.get(r), (t, first), f64::INFINITY, &mut stack)
             } else {
                 first
             };
-            *out = Hit { t, triangle: triangle as i32, instance: instance as i32 };
+            out[runs.index(r)] = Hit { t, triangle: triangle as i32, instance: instance as i32 };
         }
     }
 }
@@ -232,8 +247,8 @@ fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
 fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) {
     let mut stacks = Stacks::default();
     for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
-        let (world, bits) = bundle(&rays, i * BUNDLE, scene.scene.origin());
-        let free = Blocked { t_min: 0.0, t_max: f64::INFINITY, except: None, touched: Touched::NONE };
+        let (world, bits) = bundle(&rays, Runs::in_a_row(i * BUNDLE), scene.scene.origin());
+        let free = Blocked { t_max: f64::INFINITY, except: None, touched: Touched::NONE };
         let mut blocked = [free; BUNDLE];
         for (blocked, t_max) in blocked.iter_mut().zip(rays.t_max.unwrap_or_default().iter().skip(i * BUNDLE)) {
             blocked.t_max = *t_max;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::batch::Hit;
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
-use super::rays::WorldRay;
+use super::rays::{WorldRay, WorldRays};
 use super::walk::{Closest, Stack, first_of_ties, tie_reach, traverse_one};
 
 /// Traces one ray after the other, on one core. Many rays that are known beforehand are faster by [`Tracer::first_hit`].
@@ -33,7 +33,8 @@ impl OneByOne<'_> {
 
 #[inline(always)]
 fn first_with<K: Kernel>(scene: &Inner, ray: WorldRay, t_max: f64, stack: &mut Stack) -> Hit {
-    let mut closest = Closest::<false>::new(0.0, t_max, 0.0).with_ties(tie_reach(scene, &ray));
+    let [tie] = tie_reach(scene, &WorldRays::from([ray]));
+    let mut closest = Closest::<false>::new(0.0, t_max, 0.0).with_ties(tie);
     traverse_one::<K, _>(scene, &ray, &mut closest, stack);
     let Closest { t, face: Some(first), is_tied, .. } = closest else { return Hit::NONE };
     let (instance, triangle) = if is_tied { first_of_ties::<K>(scene, &ray, (t, first), t_max, stack) } else { first };

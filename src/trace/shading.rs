@@ -24,7 +24,7 @@ use glam::{DVec3, DVec4};
 
 use super::hierarchy::{Face, Inner};
 use super::kernel::Kernel;
-use super::rays::{BUNDLE, Each, RayBits, WorldRay};
+use super::rays::{BUNDLE, Each, RayBits, WorldRay, WorldRays};
 use super::walk::{Blocked, Closest, Stacks, SurelyBlocked, Touched, traverse_together};
 use crate::image::TruthMask;
 use crate::scene::{Camera, EDGE_ON, Light, PixelRay};
@@ -77,7 +77,7 @@ pub struct Shader<'a> {
 
 /// What four rays meet that pass a ray from the eye on all sides.
 struct Moved {
-    rays: [WorldRay; BUNDLE],
+    rays: WorldRays<BUNDLE>,
     closest: [Closest<false>; BUNDLE],
 }
 
@@ -139,7 +139,7 @@ impl<'a> Shader<'a> {
     #[inline(always)]
     pub fn pixels<K: Kernel>(
         &self,
-        rays: &[WorldRay; BUNDLE],
+        rays: &WorldRays<BUNDLE>,
         bits: RayBits,
         lamps: &[Lamp],
         stacks: &mut Stacks,
@@ -155,7 +155,7 @@ impl<'a> Shader<'a> {
             for r in Each(bits) {
                 if closest[r].is_near_edge() && answers[r] != TruthMask::UNDECIDED {
                     let at = moved.iter().position(|m| m.0 == r).unwrap_or_else(|| {
-                        moved.push((r, self.moved::<K>(&rays[r], stacks)));
+                        moved.push((r, self.moved::<K>(&rays.get(r), stacks)));
                         moved.len() - 1
                     });
                     answers[r] = self.confirmed::<K>(lamp, &moved[at].1, answers[r], stacks);
@@ -171,9 +171,9 @@ impl<'a> Shader<'a> {
     #[inline(never)]
     fn moved<K: Kernel>(&self, ray: &WorldRay, stacks: &mut Stacks) -> Moved {
         let (u, v) = ray.direction.normalize().any_orthonormal_pair();
-        let mut rays = [*ray; BUNDLE];
-        for (ray, shift) in rays.iter_mut().zip([u, -u, v, -v]) {
-            ray.origin += shift * self.eye_band;
+        let mut rays = WorldRays::from([*ray; BUNDLE]);
+        for (r, shift) in [u, -u, v, -v].into_iter().enumerate() {
+            rays.set(r, &WorldRay { origin: ray.origin + shift * self.eye_band, ..*ray });
         }
         let [near, far] = self.range;
         let mut closest = [Closest::<false>::new(near, far, 0.0); BUNDLE];
@@ -194,21 +194,22 @@ impl<'a> Shader<'a> {
     pub fn shade<K: Kernel, const BAND: bool>(
         &self,
         lamp: &Lamp,
-        rays: &[WorldRay; BUNDLE],
+        rays: &WorldRays<BUNDLE>,
         closest: &[Closest<BAND>; BUNDLE],
         bits: RayBits,
         stacks: &mut Stacks,
     ) -> [i8; BUNDLE] {
         let mut answers = [TruthMask::NOTHING; BUNDLE];
         let mut receivers = [Receiver::NONE; BUNDLE];
-        let mut shadow_rays = *rays;
+        let mut shadow_rays = rays.clone();
         let mut asked = 0;
         for r in Each(bits) {
             let Some(face) = closest[r].face else { continue };
-            match self.receiver(lamp, &rays[r], face, closest[r].t) {
+            match self.receiver(lamp, &rays.get(r), face, closest[r].t) {
                 Ok(receiver) => {
                     receivers[r] = receiver;
-                    shadow_rays[r] = WorldRay { origin: receiver.point, direction: lamp.to_light(receiver.point) };
+                    let direction = lamp.to_light(receiver.point);
+                    shadow_rays.set(r, &WorldRay { origin: receiver.point, direction });
                     asked |= 1 << r;
                 }
                 Err(answer) => answers[r] = answer,
@@ -292,13 +293,14 @@ impl<'a> Shader<'a> {
         let five = 0b11111;
         let mut answer = None;
         for (height, light_side) in [(self.scene.surface_error, 1.0), (resolution, -1.0)] {
-            let mut rays = [WorldRay { origin: receiver.point, direction: receiver.normal }; BUNDLE];
-            let none = Blocked { t_min: 0.0, t_max: 0.0, except: Some(receiver.face), touched: &lamp.touched };
+            let resting = WorldRay { origin: receiver.point, direction: receiver.normal };
+            let mut rays = WorldRays::from([resting; BUNDLE]);
+            let none = Blocked { t_max: 0.0, except: Some(receiver.face), touched: &lamp.touched };
             let mut blocked = [none; BUNDLE];
             for (r, shift) in shifts.into_iter().enumerate() {
                 let origin = receiver.point + receiver.normal * height + shift * resolution;
                 let direction = lamp.to_light(origin);
-                rays[r] = WorldRay { origin, direction };
+                rays.set(r, &WorldRay { origin, direction });
                 blocked[r].t_max = lamp.at_light() + light_side * resolution / direction.length();
             }
             let ended = traverse_together::<K, _>(self.scene, &rays, five, &mut blocked, stacks);

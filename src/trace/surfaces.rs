@@ -1,11 +1,10 @@
 //! Whether light arrives at surface points that are known: those of a G-buffer, wherever their instances have moved since.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::{Kernel, dispatched};
-use super::rays::{BUNDLE, WorldRay};
+use super::rays::{BUNDLE, WorldRay, WorldRays};
 use super::shading::{Lamp, Shader};
 use super::walk::{Closest, Stacks};
 use crate::error::{Error, Result};
@@ -75,14 +74,14 @@ fn run_with<K: Kernel>(
     let mut stacks = Stacks::default();
     let shift = surfaces.origin - scene.scene.origin();
     for (bundle, answers) in answers.chunks_mut(BUNDLE).enumerate() {
-        let mut rays = [WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO }; BUNDLE];
+        let mut rays = WorldRays::UNSET;
         let mut found = [Closest::<false>::new(0.0, f64::INFINITY, 0.0); BUNDLE];
         let mut bits = 0;
         for r in 0..answers.len() {
             let pixel = first + bundle * BUNDLE + r;
             let Some((point, normal)) = surfaces.receiver(pixel) else { continue };
             // A ray that has arrived, against the normal.
-            rays[r] = WorldRay { origin: point + shift, direction: -normal };
+            rays.set(r, &WorldRay { origin: point + shift, direction: -normal });
             found[r].t = 0.0;
             found[r].face = Some((surfaces.instance[pixel] as u32, surfaces.triangle[pixel] as u32));
             bits |= 1 << r;

@@ -1,11 +1,10 @@
 //! Which pixels of an image are lit: see [`shading`](super::shading).
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::hierarchy::Tracer;
 use super::kernel::{Kernel, dispatched};
-use super::rays::{BUNDLE, Each, WorldRay};
+use super::rays::{BUNDLE, Each, WorldRays};
 use super::shading::{Lamp, Shader};
 use super::walk::Stacks;
 use crate::error::{Error, Result};
@@ -17,7 +16,7 @@ use crate::scene::{Camera, Light};
 /// Side of the square of pixels whose rays follow each other, so that they find the same boxes in the cache.
 const TILE: usize = 8;
 /// Sides of the block of pixels whose rays travel together.
-const BLOCK: [usize; 2] = [4, 2];
+const BLOCK: [usize; 2] = [4, 4];
 const _: () = assert!(BLOCK[0] * BLOCK[1] == BUNDLE);
 /// Largest side of an image, the same as the renderers'.
 const MAX_SIDE: u32 = 16384;
@@ -111,11 +110,11 @@ fn tile_with<K: Kernel>(
     for y in (0..height).step_by(BLOCK[1]) {
         for x in (left..left + tile_width).step_by(BLOCK[0]) {
             let at = |r: usize| [x + r % BLOCK[0], y + r / BLOCK[0]];
-            let mut rays = [WorldRay { origin: DVec3::ZERO, direction: DVec3::ZERO }; BUNDLE];
+            let mut rays = WorldRays::UNSET;
             let mut bits = 0;
             for r in 0..BUNDLE {
                 let [x, y] = at(r);
-                rays[r] = shader.world_ray(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5));
+                rays.set(r, &shader.world_ray(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5)));
                 bits |= u32::from(x < left + tile_width && y < height) << r;
             }
             shader.pixels::<K>(&rays, bits, lamps, &mut stacks, |lamp, answers| {

@@ -60,9 +60,22 @@ impl Frame {
 }
 
 /// A power of two within a factor of two of a positive number, both it and its inverse normal.
+#[inline(always)]
 pub fn power_of_two_near(x: f64) -> f64 {
-    let exponent = (x.to_bits() >> 52) & 0x7ff;
-    f64::from_bits(exponent.clamp(23, 2023) << 52)
+    /// The exponents' bits.
+    const EXPONENT: u64 = 0x7ff << 52;
+    const LEAST: f64 = f64::from_bits(23 << 52);
+    const MOST: f64 = f64::from_bits(2023 << 52);
+    // As vector instructions have them; the largest of a NaN.
+    let x = if x < MOST { x } else { MOST };
+    let x = if x > LEAST { x } else { LEAST };
+    f64::from_bits(x.to_bits() & EXPONENT)
+}
+
+/// The inverse of what [`power_of_two_near`] returns, without a division.
+#[inline(always)]
+pub fn inverse_power_of_two(x: f64) -> f64 {
+    f64::from_bits((2046 << 52) - x.to_bits())
 }
 
 fn frobenius(m: &DMat3) -> f64 {
@@ -101,6 +114,10 @@ mod tests {
             let p = power_of_two_near(x);
             assert!(p <= x && x < 2.0 * p && (p.to_bits() << 12) == 0);
         }
-        assert!(power_of_two_near(5e-324).recip().is_finite() && power_of_two_near(f64::MAX).recip() > 0.0);
+        for x in [0.0, 5e-324, 1e-300, 0.3, 1.0, 7.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+            let p = power_of_two_near(x);
+            assert!(p.is_normal() && p > 0.0);
+            assert_eq!(inverse_power_of_two(p), p.recip());
+        }
     }
 }

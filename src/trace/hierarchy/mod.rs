@@ -9,7 +9,7 @@ mod triangles;
 
 #[cfg(all(test, target_arch = "x86_64"))]
 pub use build::Item;
-pub use frame::{Frame, power_of_two_near};
+pub use frame::{Frame, inverse_power_of_two, power_of_two_near};
 pub use tracer::{Inner, TracedMesh, Tracer};
 pub use tree::{Box3, LEAF, LEAF_BIT, NO_ITEM, Node, Tree, WIDTH};
 pub use triangles::{Face, Packet};

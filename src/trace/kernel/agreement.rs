@@ -8,7 +8,12 @@ use super::{Avx2, Kernel, Portable, exact, has_avx2};
 use crate::progress::Progress;
 use crate::scene::Mesh;
 use crate::trace::hierarchy::{Box3, Item, LEAF, NO_ITEM, Packet, Tree, WIDTH};
-use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, WorldRay};
+use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRay, WorldRays};
+
+/// Every ray of a bundle.
+const ALL: RayBits = RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
+/// The range of every ray.
+const EVERYWHERE: fn(usize) -> [f64; 2] = |_| [0.0, f64::INFINITY];
 
 /// Both kernels give the same bits, for rays through, beside and exactly at what they test.
 #[test]
@@ -39,10 +44,9 @@ fn kernels_agree_to_the_bit() {
         let target = if i % 2 == 0 { p[i % 96].as_dvec3() } else { DVec3::new(random(), random(), random()) };
         let direction = target - origin;
         let band = [0.0, 1e-6, 1e-2][i % 3];
-        let range = [0.0, f64::INFINITY];
-        let world = WorldRay { origin, direction };
+        let world = WorldRays::from([WorldRay { origin, direction }]);
         let mut ray = LocalRay::NONE;
-        ray.fill(&DAffine3::IDENTITY, &all, &[world], &[range], band, 1, false);
+        ray.fill(&DAffine3::IDENTITY, &all, &world, EVERYWHERE, band, 1, false);
         if ray.together == 0 {
             continue;
         }
@@ -116,9 +120,8 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
             let mut moved = || apart * DVec3::new(random(), random(), random());
             WorldRay { origin: origin + moved(), direction: towards + moved() }
         });
-        let ranges = [[0.0, f64::INFINITY]; BUNDLE];
         let mut rays = LocalRays::NONE;
-        rays.fill(&DAffine3::IDENTITY, &tree.bounds, &world, &ranges, 0.0, 0xff, false);
+        rays.fill(&DAffine3::IDENTITY, &tree.bounds, &world.into(), EVERYWHERE, 0.0, ALL, false);
         let bits = rays.together;
         if bits == 0 {
             continue;
@@ -136,7 +139,7 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
                 let mut alone = 0;
                 for r in Each(bits) {
                     let mut ray = LocalRay::NONE;
-                    ray.fill(&DAffine3::IDENTITY, &tree.bounds, &[world[r]], &[ranges[r]], 0.0, 1, false);
+                    ray.fill(&DAffine3::IDENTITY, &tree.bounds, &[world[r]].into(), EVERYWHERE, 0.0, 1, false);
                     assert_eq!(ray.together, 1);
                     assert_eq!(ray.line(0), bundle.rays.line(r), "a ray is another one among others");
                     alone |= ((Avx2::boxes(node, &ray, f32::INFINITY).0 >> child) & 1) << r;

@@ -37,6 +37,33 @@ impl BandMeet {
     }
 }
 
+/// How rays of a bundle meet or nearly meet one triangle: as [`BandMeet`], a bit and an element per ray.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+pub struct RaysPass {
+    pub hit: RayBits,
+    pub inside: RayBits,
+    pub near: RayBits,
+    /// Of use where the bit of `hit` is set, and the bounds where that of `near` is.
+    pub t: [f64; BUNDLE],
+    pub t_low: [f64; BUNDLE],
+    pub t_high: [f64; BUNDLE],
+}
+
+impl RaysPass {
+    /// Of no ray.
+    pub const NONE: Self =
+        Self { hit: 0, inside: 0, near: 0, t: [0.0; BUNDLE], t_low: [0.0; BUNDLE], t_high: [0.0; BUNDLE] };
+
+    /// What is told of a ray that is near.
+    #[inline(always)]
+    pub fn of(&self, ray: usize) -> Pass {
+        let has = |bits: RayBits| (bits >> ray) & 1 != 0;
+        let [t, t_low, t_high] = [self.t, self.t_low, self.t_high].map(|t| t[ray]);
+        Pass { is_hit: has(self.hit), is_inside: has(self.inside), t, t_low, t_high }
+    }
+}
+
 /// The lanes in a set.
 #[derive(Debug, Clone, Copy)]
 pub struct Lanes(pub u32);
@@ -55,15 +82,27 @@ impl Iterator for Lanes {
 
 /// A set of instructions.
 pub trait Kernel: Copy {
+    /// Has something brought into the cache that is soon looked at.
+    fn fetch<T>(place: &T);
     /// Children whose boxes the ray may meet before `limit` (bits), and where it enters them.
     fn boxes(node: &Node, ray: &LocalRay, limit: f32) -> (u32, [f32; WIDTH]);
     /// Children whose boxes a ray within the hull may meet before `limit` (bits), and a lower bound of where.
     fn hull_boxes(node: &Node, hull: &Hull, limit: f32) -> (u32, [f32; WIDTH]);
     /// The rays that may meet a child's box, each before its limit.
     fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE]) -> RayBits;
-    /// For each triangle the rays that may meet it, or pass it within the rays' band, at any t: none that the exact tests find
-    /// to do so is left out (`Rough` in `rays`).
-    fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF];
+    /// For each triangle those of some rays that may meet it, or pass it within the rays' band, at any t: none that the exact
+    /// tests find to do so is left out (`Rough` in `rays`). With `AHEAD` only those that may meet it at t > 0.
+    fn rays_near<const AHEAD: bool>(packet: &Packet, rays: &LocalRays<BUNDLE>, bits: RayBits) -> [RayBits; LEAF];
+    /// Those of some rays that meet a triangle, and where, at any t: into `t`, where the bit is set.
+    fn rays_meet(
+        packet: &Packet,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+        t: &mut [f64; BUNDLE],
+    ) -> RayBits;
+    /// Those of some rays that meet or nearly meet a triangle, at any t.
+    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass;
     /// The triangles the ray meets, at any t.
     fn triangles(packet: &Packet, ray: &Line) -> Meet;
     /// The triangles the ray meets or nearly meets, at any t.

@@ -1,5 +1,5 @@
-//! The inner tests, of eight boxes against a ray or the hull of a bundle, of a box against eight rays, of four triangles
-//! against a ray, roughly of four against eight rays: portable, and for AVX2 chosen at run time.
+//! The inner tests, of eight boxes against a ray or the hull of a bundle, of a box against the rays of a bundle, of four triangles
+//! against a ray, of one against those of a bundle, and roughly of four against them: portable, and for AVX2 chosen at run time.
 //!
 //! Triangles give the same bits in both: every operation is an IEEE addition, multiplication, division or comparison in
 //! the same order, nothing is contracted. Boxes and the rough test may differ in the last bits, for which they are padded: which
@@ -9,6 +9,8 @@
 mod agreement;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx2_exact;
 mod dispatch;
 pub mod exact;
 mod interface;

@@ -1,9 +1,11 @@
 //! The inner tests in plain Rust.
 
 use super::exact;
-use super::interface::{BandMeet, Kernel, Meet};
+use super::interface::{BandMeet, Kernel, Meet, RaysPass};
 use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
-use crate::trace::rays::{BUNDLE, Bundle, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK};
+use crate::trace::rays::{
+    BUNDLE, Bundle, DEPTH_OF_BOUND, DEPTH_OF_ERROR, Each, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK,
+};
 
 /// Plain Rust.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +22,8 @@ fn min32(a: f32, b: f32) -> f32 {
 }
 
 impl Kernel for Portable {
+    #[inline(always)]
+    fn fetch<T>(_: &T) {}
     #[inline(always)]
     fn boxes(node: &Node, ray: &LocalRay, limit: f32) -> (u32, [f32; WIDTH]) {
         let mut bits = 0;
@@ -73,26 +77,65 @@ impl Kernel for Portable {
         bits
     }
     #[inline(always)]
-    fn rays_near(packet: &Packet, rays: &LocalRays<BUNDLE>) -> [RayBits; LEAF] {
+    fn rays_near<const AHEAD: bool>(packet: &Packet, rays: &LocalRays<BUNDLE>, asked: RayBits) -> [RayBits; LEAF] {
         let (rough, axes) = (&rays.rough, rays.axes());
+        let way = if rays.is_backward() { -1.0 } else { 1.0 };
         std::array::from_fn(|lane| {
             let mut bits = 0;
-            for r in 0..BUNDLE {
+            for r in Each(asked) {
                 let [a, b, c] = [0, 1, 2].map(|vertex| {
                     let relative = |k: usize| packet.vertices[vertex][axes[k]][lane] - rough.origin[k][r];
                     let z = relative(2);
-                    [relative(0) - rough.shear[0][r] * z, relative(1) - rough.shear[1][r] * z]
+                    [relative(0) - rough.shear[0][r] * z, relative(1) - rough.shear[1][r] * z, z]
                 });
-                let size = |p: [f32; 2]| p[0].abs() + p[1].abs();
-                let edge = |a: [f32; 2], b: [f32; 2]| b[0] * a[1] - b[1] * a[0];
+                let size = |p: [f32; 3]| p[0].abs() + p[1].abs();
+                let edge = |a: [f32; 3], b: [f32; 3]| b[0] * a[1] - b[1] * a[0];
                 let error = rough.error[r];
                 let bound = error * (size(a) + size(b) + size(c)) + 4.0 * error * error;
                 let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-                let is_near = min32(min32(u, v), w) >= -bound || max32(max32(u, v), w) <= bound;
-                bits |= u32::from(is_near) << r;
+                let mut forward = min32(min32(u, v), w) >= -bound;
+                let mut backward = max32(max32(u, v), w) <= bound;
+                if AHEAD {
+                    let depth = max32(max32(a[2].abs(), b[2].abs()), c[2].abs()) + error;
+                    let slack = DEPTH_OF_ERROR * error * (u.abs() + v.abs() + w.abs()) + DEPTH_OF_BOUND * bound * depth;
+                    let weighted = way * (u * a[2] + v * b[2] + w * c[2]);
+                    forward &= weighted >= -slack;
+                    backward &= weighted <= slack;
+                }
+                bits |= u32::from(forward | backward) << r;
             }
             bits
         })
+    }
+    #[inline(always)]
+    fn rays_meet(
+        packet: &Packet,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+        t: &mut [f64; BUNDLE],
+    ) -> RayBits {
+        let mut hit = 0;
+        for r in Each(bits) {
+            if let Some(at) = exact::triangle(packet, lane, &rays.line(r)) {
+                hit |= 1 << r;
+                t[r] = at;
+            }
+        }
+        hit
+    }
+    #[inline(always)]
+    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass {
+        let mut found = RaysPass::NONE;
+        for r in Each(bits) {
+            if let Some(pass) = exact::triangle_band(packet, lane, &rays.line(r)) {
+                found.near |= 1 << r;
+                found.hit |= u32::from(pass.is_hit) << r;
+                found.inside |= u32::from(pass.is_inside) << r;
+                (found.t[r], found.t_low[r], found.t_high[r]) = (pass.t, pass.t_low, pass.t_high);
+            }
+        }
+        found
     }
     #[inline(always)]
     fn triangles(packet: &Packet, ray: &Line) -> Meet {

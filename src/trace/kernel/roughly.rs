@@ -1,10 +1,14 @@
-//! The rough test against the exact ones: whatever rays and triangles it is given, it leaves out no ray that they keep.
+//! The rough test against the exact ones: whatever rays and triangles it is given, it leaves out no ray that they keep. And the
+//! exact tests of a bundle against those of one ray: the same bits.
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Kernel, Portable, exact};
 use crate::trace::hierarchy::{Box3, LEAF, NO_ITEM, Packet};
 use crate::trace::rays::{BUNDLE, Each, LocalRays, RayBits, WorldRay};
+
+/// Every ray of a bundle.
+const ALL: RayBits = RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
 
 struct Random(u64);
 
@@ -64,6 +68,7 @@ fn leaves_out_no_ray<K: Kernel>() {
     let mut random = Random(7);
     let bounds = Box3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
     let (mut met, mut spared, mut asked) = (0, 0, 0);
+    let (mut ahead_met, mut behind, mut left_behind) = (0, 0, 0);
     for case in 0..12_000 {
         // As a packet has them, the last lane unused.
         let corners = [0, 1, 2, 0].map(|k| triangle(&mut random, case / 3 + k).map(|p| p.as_vec3().as_dvec3()));
@@ -80,22 +85,56 @@ fn leaves_out_no_ray<K: Kernel>() {
         let band = [0.0, 1e-7, 1e-3, 0.1][case % 4];
         let world: [WorldRay; BUNDLE] = std::array::from_fn(|r| {
             let origin = if case % 2 == 0 { origin } else { origin + 1e-3 * random.vector() };
-            ray(&mut random, corners[r % 3], (case + r) % 8, origin)
+            let ray = ray(&mut random, corners[r % 3], (case + r) % 8, origin);
+            // Some have it behind them.
+            WorldRay { direction: if case % 5 == 4 { -ray.direction } else { ray.direction }, ..ray }
         });
         let mut rays = LocalRays::NONE;
-        rays.fill(&DAffine3::IDENTITY, &bounds, &world, &[[0.0, f64::INFINITY]; BUNDLE], band, 0xff, true);
-        let near = K::rays_near(&packet, &rays);
+        rays.fill(&DAffine3::IDENTITY, &bounds, &world.into(), |_| [0.0, f64::INFINITY], band, ALL, true);
+        let near = K::rays_near::<false>(&packet, &rays, ALL);
+        let ahead = K::rays_near::<true>(&packet, &rays, ALL);
+        // Where the band is narrow and the origin is near, the test is of use.
+        let is_narrow = band <= 1e-7 && far < 16.0;
         for lane in 0..LEAF {
+            let mut t = [0.0; BUNDLE];
+            let hit = K::rays_meet(&packet, lane, &rays, rays.together, &mut t);
+            let passed = K::rays_pass(&packet, lane, &rays, rays.together);
+            for r in Each(rays.together) {
+                let (line, is_in) = (rays.line(r), |bits: RayBits| (bits >> r) & 1 != 0);
+                let one = exact::triangle(&packet, lane, &line);
+                assert_eq!(one.map(f64::to_bits), is_in(hit).then(|| t[r].to_bits()));
+                let told = |pass: exact::Pass| {
+                    let t = if pass.is_hit { pass.t } else { 0.0 };
+                    (pass.is_hit, pass.is_inside, t.to_bits(), pass.t_low, pass.t_high)
+                };
+                let pass = exact::triangle_band(&packet, lane, &line);
+                assert_eq!(pass.map(told), is_in(passed.near).then(|| told(passed.of(r))));
+                let Some(t) = one else { continue };
+                // Rays are moved to the box, in which all of a tree's triangles lie; some of these reach beyond it.
+                let at = world[r].origin + t * world[r].direction;
+                let is_ahead = t > 0.0 && at.abs().max_element() <= 1.0;
+                assert!(!is_ahead || is_in(ahead[lane]), "case {case}, lane {lane}: left out; {rays:?} {packet:?}");
+                ahead_met += u32::from(is_ahead);
+                if t < 0.0 && is_narrow {
+                    behind += 1;
+                    left_behind += u32::from(!is_in(ahead[lane]));
+                }
+            }
+            assert_eq!((hit | passed.near) & !rays.together, 0);
+            assert_eq!(ahead[lane] & !near[lane], 0);
             let kept = kept(&packet, lane, &rays);
             assert_eq!(kept & !near[lane], 0, "case {case}, lane {lane}: left out; {rays:?} {packet:?}");
             met += kept.count_ones();
-            // Where the band is narrow and the origin is near, the test is of use.
-            if band <= 1e-7 && far < 16.0 {
+            if is_narrow {
                 asked += (rays.together & !kept).count_ones();
                 spared += (rays.together & !kept & !near[lane]).count_ones();
             }
         }
     }
+    assert!(
+        ahead_met > 10_000 && behind > 1000 && left_behind * 10 > behind * 3,
+        "{ahead_met} {left_behind} of {behind}"
+    );
     assert!(met > 10_000 && asked > 10_000 && spared * 10 > asked * 4, "{met} {spared} of {asked}");
 }
 

@@ -5,4 +5,5 @@ mod ray;
 mod rough;
 
 pub use bundle::{BUNDLE, Bundle, Each, Hull, RayBits, largest};
-pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay};
+pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay, WorldRays};
+pub use rough::{DEPTH_OF_BOUND, DEPTH_OF_ERROR};

@@ -9,7 +9,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::rough::Rough;
-use crate::trace::hierarchy::{Box3, power_of_two_near};
+use crate::trace::hierarchy::{Box3, inverse_power_of_two, power_of_two_near};
 
 /// Bound on the roundings of a slab test relative to its result: direction to f32, its inverse, the product and the sum,
 /// 2^-24 each, on either side of the comparison; 12 of them are above those eight.
@@ -36,6 +36,44 @@ const NEAR_ORIGIN: f64 = 16.0;
 pub struct WorldRay {
     pub origin: DVec3,
     pub direction: DVec3,
+}
+
+/// Such rays side by side: `[axis][ray]`.
+#[derive(Debug, Clone)]
+#[repr(C, align(32))]
+pub struct WorldRays<const N: usize> {
+    pub origin: [[f64; N]; 3],
+    pub direction: [[f64; N]; 3],
+}
+
+impl<const N: usize> WorldRays<N> {
+    /// Places for rays.
+    pub const UNSET: Self = Self { origin: [[0.0; N]; 3], direction: [[0.0; N]; 3] };
+
+    #[inline(always)]
+    pub fn set(&mut self, ray: usize, to: &WorldRay) {
+        let (origin, direction) = (to.origin.to_array(), to.direction.to_array());
+        for a in 0..3 {
+            self.origin[a][ray] = origin[a];
+            self.direction[a][ray] = direction[a];
+        }
+    }
+    #[inline(always)]
+    pub fn get(&self, ray: usize) -> WorldRay {
+        let vector = |of: &[[f64; N]; 3]| DVec3::new(of[0][ray], of[1][ray], of[2][ray]);
+        WorldRay { origin: vector(&self.origin), direction: vector(&self.direction) }
+    }
+}
+
+impl<const N: usize> From<[WorldRay; N]> for WorldRays<N> {
+    #[inline(always)]
+    fn from(rays: [WorldRay; N]) -> Self {
+        let mut all = Self::UNSET;
+        for (r, ray) in rays.iter().enumerate() {
+            all.set(r, ray);
+        }
+        all
+    }
 }
 
 /// What the test of triangles needs of a ray.
@@ -69,10 +107,10 @@ pub struct LocalRays<const N: usize> {
     pub first_plane: [usize; 3],
     /// As in [`Line`].
     axes: [usize; 3],
-    origin: [[f64; N]; 3],
-    shear: [[f64; N]; 2],
-    t_per_z: [f64; N],
-    band: f64,
+    pub origin: [[f64; N]; 3],
+    pub shear: [[f64; N]; 2],
+    pub t_per_z: [f64; N],
+    pub band: f64,
     /// `s = t * s_per_t - s_entry` is the slab test's parameter.
     s_per_t: [f64; N],
     s_entry: [f64; N],
@@ -88,15 +126,15 @@ pub struct LocalRays<const N: usize> {
 pub type LocalRay = LocalRays<1>;
 
 impl<const N: usize> LocalRays<N> {
-    /// No ray.
+    /// No ray: zeros, which are quick to write.
     pub const NONE: Self = Self {
         inverse: [[0.0; N]; 3],
         first_offset: [[0.0; N]; 3],
         last_offset: [[0.0; N]; 3],
         first_origin: [[0.0; N]; 3],
         last_origin: [[0.0; N]; 3],
-        first_plane: [0, 2, 4],
-        axes: [0, 1, 2],
+        first_plane: [0; 3],
+        axes: [0; 3],
         origin: [[0.0; N]; 3],
         shear: [[0.0; N]; 2],
         t_per_z: [0.0; N],
@@ -108,7 +146,8 @@ impl<const N: usize> LocalRays<N> {
         apart: 0,
     };
 
-    /// The rays `origin + t * direction` taken into a frame, each with its `t_min` and `t_max`, those asked for (bits).
+    /// The rays `origin + t * direction` taken into a frame, those asked for (bits); `range_of` has each one's `t_min` and
+    /// `t_max`.
     /// Left out are those that miss `bounds`, grown by the reach of `band` (both in the frame's unit). `roughly`: what
     /// [`Rough`] needs, too.
     #[inline(always)]
@@ -117,43 +156,37 @@ impl<const N: usize> LocalRays<N> {
         &mut self,
         local_from_world: &DAffine3,
         bounds: &Box3,
-        rays: &[WorldRay; N],
-        ranges: &[[f64; 2]; N],
+        rays: &WorldRays<N>,
+        range_of: impl Fn(usize) -> [f64; 2],
         band: f64,
         asked: u32,
         roughly: bool,
     ) {
         let linear = local_from_world.matrix3.to_cols_array_2d();
         let moved = local_from_world.translation.to_array();
-        let (mut from_world, mut towards_world) = ([[0.0; N]; 3], [[0.0; N]; 3]);
-        for r in 0..N {
-            let (origin, direction) = (rays[r].origin.to_array(), rays[r].direction.to_array());
-            for a in 0..3 {
-                from_world[a][r] = origin[a];
-                towards_world[a][r] = direction[a];
-            }
-        }
         let turned = |v: &[[f64; N]; 3], a: usize, r: usize| {
             (linear[0][a] * v[0][r] + linear[1][a] * v[1][r]) + linear[2][a] * v[2][r]
         };
         let (mut origin, mut direction) = ([[0.0; N]; 3], [[0.0; N]; 3]);
         for a in 0..3 {
             for r in 0..N {
-                origin[a][r] = turned(&from_world, a, r) + moved[a];
-                direction[a][r] = turned(&towards_world, a, r);
+                origin[a][r] = turned(&rays.origin, a, r) + moved[a];
+                direction[a][r] = turned(&rays.direction, a, r);
             }
         }
         let (reach, size) = (largest_of(&origin), largest_of(&direction));
         // Otherwise so far out of this frame's scale that nothing in it has any extent.
-        let mut has_scale = [0u64; N];
+        let (mut without_scale, mut far) = ([0; N], [0; N]);
         for r in 0..N {
-            has_scale[r] = u64::from((size[r] > 0.0) & (size[r] < f64::INFINITY) & (reach[r] < f64::INFINITY));
+            let has_scale = (size[r] > 0.0) & (size[r] < f64::INFINITY) & (reach[r] < f64::INFINITY);
+            without_scale[r] = u64::from(!has_scale);
+            far[r] = u64::from(reach[r] > NEAR_ORIGIN);
         }
-        let mut alive = packed(&has_scale) & asked;
+        let mut alive = asked & !packed(&without_scale);
         let (mut scale, mut per_scale) = ([0.0; N], [0.0; N]);
         for r in 0..N {
             scale[r] = power_of_two_near(size[r]);
-            per_scale[r] = scale[r].recip();
+            per_scale[r] = inverse_power_of_two(scale[r]);
         }
         let (mut unit, mut slab) = ([[0.0; N]; 3], [[0.0; N]; 3]);
         for a in 0..3 {
@@ -171,12 +204,12 @@ impl<const N: usize> LocalRays<N> {
             entered_reach[r] = larger(reach[r], 1.0);
             pad[r] = F32_PAD * entered_reach[r] + F64_PAD * reach[r] + band_reach;
         }
-        if (0..N).any(|r| reach[r] > NEAR_ORIGIN) {
+        if far.iter().fold(0, |any, far| any | far) != 0 {
             // Where the rays enter the padded box, in units of `unit`. The entered points have magnitude 1 and the pad.
             let (low, high) = (bounds.min.as_dvec3().to_array(), bounds.max.as_dvec3().to_array());
             for r in (0..N).filter(|&r| reach[r] > NEAR_ORIGIN) {
                 pad[r] = 2.0 * F32_PAD + F64_PAD * reach[r] + band_reach;
-                let [t_min, t_max] = ranges[r].map(|t| t * scale[r]);
+                let [t_min, t_max] = range_of(r).map(|t| t * scale[r]);
                 let (mut first, mut last) = (t_min, t_max);
                 for a in 0..3 {
                     let inverse = slab[a][r].recip();
@@ -207,9 +240,9 @@ impl<const N: usize> LocalRays<N> {
         let last = (leader >> 3) as usize % 3;
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last];
         for r in 0..N {
-            way[r] = u64::from(way[r] == leader);
+            way[r] ^= leader;
         }
-        let together = packed(&way) & alive;
+        let together = alive & !packed(&way);
 
         for r in 0..N {
             let per_z = unit[last][r].recip();
@@ -250,6 +283,34 @@ impl<const N: usize> LocalRays<N> {
     pub fn axes(&self) -> [usize; 3] {
         self.axes
     }
+    /// One of the rays by itself.
+    #[inline(always)]
+    pub fn alone(&self, ray: usize) -> LocalRay {
+        let of = |x: &[[f32; N]; 3]| [[x[0][ray]], [x[1][ray]], [x[2][ray]]];
+        LocalRays {
+            inverse: of(&self.inverse),
+            first_offset: of(&self.first_offset),
+            last_offset: of(&self.last_offset),
+            first_origin: of(&self.first_origin),
+            last_origin: of(&self.last_origin),
+            first_plane: self.first_plane,
+            axes: self.axes,
+            origin: self.origin.map(|axis| [axis[ray]]),
+            shear: self.shear.map(|axis| [axis[ray]]),
+            t_per_z: [self.t_per_z[ray]],
+            band: self.band,
+            s_per_t: [self.s_per_t[ray]],
+            s_entry: [self.s_entry[ray]],
+            rough: Rough::NONE,
+            together: 1,
+            apart: 0,
+        }
+    }
+    /// Whether the rays go down their largest axis, so that t falls where z grows.
+    #[inline(always)]
+    pub fn is_backward(&self) -> bool {
+        self.first_plane[self.axes[2] % 3] & 1 != 0
+    }
     /// What the test of triangles needs of one of the rays.
     #[inline(always)]
     pub fn line(&self, ray: usize) -> Line {
@@ -285,12 +346,11 @@ fn largest_of<const N: usize>(v: &[[f64; N]; 3]) -> [f64; N] {
     out
 }
 
-/// A bit for each of some zeros and ones.
+/// A bit for each number that is not zero. Mostly none is.
 #[inline(always)]
-fn packed<const N: usize>(bits: &[u64; N]) -> u32 {
-    let mut out = 0;
-    for r in 0..N {
-        out |= (bits[r] as u32) << r;
+fn packed<const N: usize>(numbers: &[u64; N]) -> u32 {
+    if numbers.iter().fold(0, |any, x| any | x) == 0 {
+        return 0;
     }
-    out
+    numbers.iter().enumerate().fold(0, |bits, (r, &x)| bits | u32::from(x != 0) << r)
 }

@@ -15,7 +15,16 @@
 //!
 //! With e = 32 u R plus the rest, the error of each edge is below e (Sa + Sb + Sc + 4 e); six roundings of that product are within
 //! the remaining 6 u R. The exact test's band about edges, whose margin is at most its half-width times Sa + Sb, adds to e.
+//!
+//! A triangle that is met behind the origin is left out where that is asked. The exact test's t has the sign of
+//! T = u a.z + v b.z + w c.z, with the edge functions u, v, w, over that of their sum, which is that of each of them. A relative
+//! coordinate errs by less than e, and an edge function by B = e (Sa + Sb + Sc + 4 e). So T errs by e U (coordinates),
+//! 3 B (Z + e) (edge functions) and 4 u Z U <= e U / 4 (products and sums), where U is the sum of the magnitudes of u, v and w,
+//! and Z <= 2 R + e the largest of those of z.
 
+/// The coefficients of e U and B (Z + e) above, with room for the roundings of the bound itself.
+pub const DEPTH_OF_ERROR: f32 = 1.5;
+pub const DEPTH_OF_BOUND: f32 = 3.5;
 /// The coefficient of u R above, and u.
 const PER_REACH: f64 = 32.0 * (f32::EPSILON as f64 / 2.0);
 /// What f64 rounds on both ways, times the 1.5 by which [`PER_REACH`] exceeds the error of a coordinate: 30 of 2^-53.

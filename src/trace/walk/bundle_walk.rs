@@ -2,147 +2,25 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::leaves::{AtLeaf, Leaves, Triangles};
 use super::one_ray::{Stack, traverse_instance, walk};
-use super::visitors::{Shown, Visitor};
-use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, TracedMesh, Tree, WIDTH};
-use crate::trace::kernel::{Kernel, Lanes};
-use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRay, largest};
+use super::stacks::{Stacks, Waiting};
+use super::visitors::Visitor;
+use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, Tree, WIDTH};
+use crate::trace::kernel::Kernel;
+use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRays, largest};
 
-/// Rays below which each goes alone: a node costs the bundle about as much as two rays.
-const FEW: u32 = 3;
-
-/// Rays at a leaf from which on it pays to look roughly first: that costs about as much as two of them.
-const WORTH_THE_ROUGH_TEST: u32 = 2;
+/// Rays below which each goes alone. Of two together each node takes about as long as of both alone, but there are fewer of them.
+const FEW: u32 = 2;
 
 /// Of a ray that has nothing left to look for: no box is met at a negative parameter.
 const ENDED: f32 = -1.0;
 
-/// What is still to be entered, kept between walks for its memory.
-#[derive(Debug, Default)]
-pub struct Stacks {
-    together: Vec<Waiting>,
-    alone: Stack,
-    /// Instance and leaf that last ended a ray of a bundle: neighbours are mostly blocked by the same, so that is looked at first,
-    /// for as long as it ends any.
-    blocker: Option<(u32, u32)>,
-}
-
-/// A child still to be entered, and a lower bound of where any ray enters it, which is not negative: ordered by it.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-struct Waiting(u64);
-
-impl Waiting {
-    #[inline(always)]
-    fn new(node: u32, child: usize, entry: f32) -> Self {
-        // Numbers that are not negative have the order of their bits, and a tree has at most 2^29 nodes.
-        Self(u64::from(entry.to_bits()) << 32 | u64::from(node << 3 | child as u32))
-    }
-    #[inline(always)]
-    fn entry(self) -> f32 {
-        f32::from_bits((self.0 >> 32) as u32)
-    }
-    #[inline(always)]
-    fn node(self) -> usize {
-        (self.0 as u32 >> 3) as usize
-    }
-    #[inline(always)]
-    fn child(self) -> usize {
-        self.0 as usize % WIDTH
-    }
-}
-
-/// Rays of a bundle at a leaf.
-struct AtLeaf {
-    /// Those whose walk ends.
-    ended: RayBits,
-    /// Those that may have seen anything.
-    seen: RayBits,
-}
-
-/// What a tree holds.
-trait Leaves<V> {
-    /// Whether it holds triangles, which several rays look at roughly first.
-    const TRIANGLES: bool;
-
-    /// Shows one ray what is in a leaf; true ends its walk.
-    fn alone<K: Kernel>(&self, leaf: usize, lane: usize, ray: &LocalRay, visitor: &mut V, stack: &mut Stack) -> bool;
-    /// Shows several rays what is in a leaf.
-    fn together<K: Kernel>(
-        &self,
-        leaf: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-        visitors: &mut [V; BUNDLE],
-        stacks: &mut Stacks,
-    ) -> AtLeaf;
-    /// The leaf of it that last ended a ray.
-    fn blocker(&self, stacks: &Stacks) -> Option<usize>;
-}
-
-struct Triangles<'a> {
-    mesh: &'a TracedMesh,
-    instance: u32,
-}
-
-impl Triangles<'_> {
-    #[inline(always)]
-    fn shown(&self, leaf: usize) -> Shown<'_> {
-        Shown { mesh: self.mesh, packet: &self.mesh.packets[leaf], instance: self.instance }
-    }
-}
-
-impl<V: Visitor> Leaves<V> for Triangles<'_> {
-    const TRIANGLES: bool = true;
-
-    #[inline(always)]
-    fn alone<K: Kernel>(&self, leaf: usize, _: usize, ray: &LocalRay, visitor: &mut V, _: &mut Stack) -> bool {
-        visitor.visit::<K>(&self.shown(leaf), &ray.line(0))
-    }
-    #[inline(always)]
-    fn together<K: Kernel>(
-        &self,
-        leaf: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-        visitors: &mut [V; BUNDLE],
-        stacks: &mut Stacks,
-    ) -> AtLeaf {
-        let index = leaf as u32;
-        let leaf = self.shown(leaf);
-        let mut ended = 0;
-        if bits.count_ones() < WORTH_THE_ROUGH_TEST {
-            for r in Each(bits) {
-                ended |= u32::from(visitors[r].visit::<K>(&leaf, &rays.line(r))) << r;
-            }
-            return AtLeaf { ended, seen: bits };
-        }
-        let near = K::rays_near(leaf.packet, rays);
-        let seen = (near[0] | near[1] | near[2] | near[3]) & bits;
-        for r in Each(seen) {
-            let line = rays.line(r);
-            let lane = |lane: usize| (near[lane] >> r & 1) << lane;
-            for lane in Lanes(lane(0) | lane(1) | lane(2) | lane(3)) {
-                if visitors[r].visit_one(&leaf, lane, &line) {
-                    ended |= 1 << r;
-                    break;
-                }
-            }
-        }
-        if ended != 0 {
-            stacks.blocker = Some((self.instance, index));
-        }
-        AtLeaf { ended, seen }
-    }
-    #[inline(always)]
-    fn blocker(&self, stacks: &Stacks) -> Option<usize> {
-        stacks.blocker.filter(|blocker| blocker.0 == self.instance).map(|blocker| blocker.1 as usize)
-    }
-}
-
+/// The instances of a scene.
 struct Instances<'a> {
     scene: &'a Inner,
     top: &'a Tree,
-    rays: &'a [WorldRay; BUNDLE],
+    rays: &'a WorldRays<BUNDLE>,
 }
 
 impl Instances<'_> {
@@ -157,7 +35,7 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
 
     #[inline(always)]
     fn alone<K: Kernel>(&self, leaf: usize, lane: usize, _: &LocalRay, visitor: &mut V, stack: &mut Stack) -> bool {
-        self.of(leaf).any(|i| traverse_instance::<K, V>(self.scene, i, &self.rays[lane], visitor, stack))
+        self.of(leaf).any(|i| traverse_instance::<K, V>(self.scene, i, &self.rays.get(lane), visitor, stack))
     }
     #[inline(always)]
     fn together<K: Kernel>(
@@ -175,6 +53,8 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
         AtLeaf { ended, seen: bits }
     }
     #[inline(always)]
+    fn fetch<K: Kernel>(&self, _: usize) {}
+    #[inline(always)]
     fn blocker(&self, _: &Stacks) -> Option<usize> {
         None
     }
@@ -185,7 +65,7 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
 #[inline(always)]
 pub fn traverse_together<K: Kernel, V: Visitor>(
     scene: &Inner,
-    rays: &[WorldRay; BUNDLE],
+    rays: &WorldRays<BUNDLE>,
     bits: RayBits,
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
@@ -202,7 +82,7 @@ pub fn traverse_together<K: Kernel, V: Visitor>(
 fn instance_together<K: Kernel, V: Visitor>(
     scene: &Inner,
     instance: u32,
-    rays: &[WorldRay; BUNDLE],
+    rays: &WorldRays<BUNDLE>,
     bits: RayBits,
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
@@ -221,19 +101,15 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     local_from_world: &DAffine3,
     local_per_world: f64,
     leaves: &L,
-    rays: &[WorldRay; BUNDLE],
+    rays: &WorldRays<BUNDLE>,
     bits: RayBits,
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
 ) -> RayBits {
     // All visitors of a bundle ask for the same band.
     let band = visitors[0].band() * local_per_world;
-    let mut ranges = [[0.0; 2]; BUNDLE];
-    for r in 0..BUNDLE {
-        ranges[r] = visitors[r].range();
-    }
     let mut local = LocalRays::NONE;
-    local.fill(local_from_world, &tree.bounds, rays, &ranges, band, bits, L::TRIANGLES);
+    local.fill(local_from_world, &tree.bounds, rays, |r| visitors[r].range(), band, bits, L::TRIANGLES);
     let (mut together, apart) = (local.together, local.apart);
     let mut ended = 0;
     if !V::IN_ORDER
@@ -249,11 +125,15 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     }
     let walk = Walk { tree, local_from_world, band, leaves, rays };
     if together.count_ones() < FEW {
-        return ended | walk.alone::<K, V>(tree.root, together | apart, visitors, stacks);
+        ended |= walk.alone::<K, V>(tree.root, &local, together, visitors, stacks);
+    } else {
+        let bundle = Bundle { hull: Hull::new(&local, together), rays: &local };
+        ended |= walk.together::<K, V>(&bundle, together, visitors, stacks);
     }
-    let bundle = Bundle { hull: Hull::new(&local, together), rays: &local };
-    ended |= walk.together::<K, V>(&bundle, together, visitors, stacks);
-    ended | walk.alone::<K, V>(tree.root, apart, visitors, stacks)
+    if apart != 0 {
+        ended |= walk.apart::<K, V>(apart, visitors, stacks);
+    }
+    ended
 }
 
 /// A tree in its frame, and the rays that walk through it.
@@ -262,7 +142,7 @@ struct Walk<'a, L> {
     local_from_world: &'a DAffine3,
     band: f64,
     leaves: &'a L,
-    rays: &'a [WorldRay; BUNDLE],
+    rays: &'a WorldRays<BUNDLE>,
 }
 
 impl<L> Walk<'_, L> {
@@ -271,6 +151,7 @@ impl<L> Walk<'_, L> {
     fn alone<K: Kernel, V: Visitor>(
         &self,
         code: u32,
+        local: &LocalRays<BUNDLE>,
         bits: RayBits,
         visitors: &mut [V; BUNDLE],
         stacks: &mut Stacks,
@@ -280,18 +161,46 @@ impl<L> Walk<'_, L> {
     {
         let mut ended = 0;
         for r in Each(bits) {
-            let visitor = &mut visitors[r];
-            let (world, range) = ([self.rays[r]], [visitor.range()]);
-            let mut ray = LocalRay::NONE;
-            ray.fill(self.local_from_world, &self.tree.bounds, &world, &range, self.band, 1, false);
-            if ray.together == 0 {
-                continue;
-            }
-            let at_leaf =
-                |leaf, visitor: &mut V, stack: &mut Stack| self.leaves.alone::<K>(leaf, r, &ray, visitor, stack);
-            ended |= u32::from(walk::<K, V>(self.tree, code, &ray, visitor, &mut stacks.alone, at_leaf)) << r;
+            let ray = local.alone(r);
+            ended |= u32::from(self.one::<K, V>(code, r, &ray, &mut visitors[r], &mut stacks.alone)) << r;
         }
         ended
+    }
+
+    /// Each of the rays that have not the way of the others, from the root on.
+    #[cold]
+    #[inline(never)]
+    fn apart<K: Kernel, V: Visitor>(&self, bits: RayBits, visitors: &mut [V; BUNDLE], stacks: &mut Stacks) -> RayBits
+    where
+        L: Leaves<V>,
+    {
+        let mut ended = 0;
+        for r in Each(bits) {
+            let visitor = &mut visitors[r];
+            let (world, range) = (WorldRays::from([self.rays.get(r)]), visitor.range());
+            let mut ray = LocalRay::NONE;
+            ray.fill(self.local_from_world, &self.tree.bounds, &world, |_| range, self.band, 1, false);
+            let is_there = ray.together != 0;
+            let is_ended = is_there && self.one::<K, V>(self.tree.root, r, &ray, visitor, &mut stacks.alone);
+            ended |= u32::from(is_ended) << r;
+        }
+        ended
+    }
+
+    #[inline(always)]
+    fn one<K: Kernel, V: Visitor>(
+        &self,
+        code: u32,
+        r: usize,
+        ray: &LocalRay,
+        visitor: &mut V,
+        stack: &mut Stack,
+    ) -> bool
+    where
+        L: Leaves<V>,
+    {
+        let at_leaf = |leaf, visitor: &mut V, stack: &mut Stack| self.leaves.alone::<K>(leaf, r, ray, visitor, stack);
+        walk::<K, V>(self.tree, code, ray, visitor, stack, at_leaf)
     }
 
     #[inline(always)]
@@ -315,13 +224,21 @@ impl<L> Walk<'_, L> {
         loop {
             let is_leaf = code & LEAF_BIT != 0;
             if !is_leaf && met.count_ones() >= FEW {
-                let (children, entry) = K::hull_boxes(&self.tree.nodes[code as usize], &bundle.hull, limit);
-                push::<V>(&mut stacks.together, code, children, &entry);
+                let node = &self.tree.nodes[code as usize];
+                let (children, entry) = K::hull_boxes(node, &bundle.hull, limit);
+                push::<V>(&mut stacks.together, code, children, &entry, |child| {
+                    let code = node.children[child];
+                    if code & LEAF_BIT != 0 {
+                        self.leaves.fetch::<K>((code & !LEAF_BIT) as usize);
+                    } else {
+                        K::fetch(&self.tree.nodes[code as usize]);
+                    }
+                });
             } else {
                 let at = if is_leaf {
                     self.leaves.together::<K>((code & !LEAF_BIT) as usize, bundle.rays, met, visitors, stacks)
                 } else {
-                    AtLeaf { ended: self.alone::<K, V>(code, met, visitors, stacks), seen: met }
+                    AtLeaf { ended: self.alone::<K, V>(code, bundle.rays, met, visitors, stacks), seen: met }
                 };
                 ended |= at.ended;
                 let changed = if V::IN_ORDER { at.seen } else { at.ended };
@@ -352,15 +269,22 @@ impl<L> Walk<'_, L> {
     }
 }
 
-/// Puts children on the stack, the nearest on top where that matters.
+/// Puts children on the stack, the nearest on top where that matters, and calls `fetch` with each.
 #[inline(always)]
-fn push<V: Visitor>(stack: &mut Vec<Waiting>, node: u32, mut children: u32, entry: &[f32; WIDTH]) {
+fn push<V: Visitor>(
+    stack: &mut Vec<Waiting>,
+    node: u32,
+    mut children: u32,
+    entry: &[f32; WIDTH],
+    fetch: impl Fn(usize),
+) {
     let base = stack.len();
     // Once for all: then nothing below asks for memory.
     stack.reserve(WIDTH);
     while children != 0 {
         let child = children.trailing_zeros() as usize % WIDTH;
         children &= children - 1;
+        fetch(child);
         let pushed = Waiting::new(node, child, entry[child]);
         let mut at = stack.len();
         stack.push(pushed);

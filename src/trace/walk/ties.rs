@@ -10,7 +10,7 @@ use super::one_ray::{Stack, traverse_one};
 use super::visitors::{Shown, Visitor};
 use crate::trace::hierarchy::{Face, Inner};
 use crate::trace::kernel::Kernel;
-use crate::trace::rays::{Line, WorldRay};
+use crate::trace::rays::{BUNDLE, Line, LocalRays, RayBits, WorldRay, WorldRays};
 
 /// f64 roundings of a point on a ray relative to the distance of its origin: position, direction (4), t (8).
 const RAY_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
@@ -20,18 +20,30 @@ const ERRORS: f64 = 3.0;
 /// inverse of it, in radians, may be told apart by rounding.
 const OBLIQUE: f64 = (1u32 << 20) as f64;
 
-/// Bound on what separates coplanar triangles after rounding, across their plane, world units.
+/// Bound on what separates coplanar triangles after rounding, across their plane, world units; the origin of the ray is so far from
+/// the scene's.
 #[inline(always)]
-fn rounding(scene: &Inner, ray: &WorldRay) -> f64 {
-    ERRORS * scene.surface_error.max(RAY_ERROR * ray.origin.abs().max_element())
+fn rounding(scene: &Inner, distance: f64) -> f64 {
+    let of_ray = RAY_ERROR * distance;
+    ERRORS * if scene.surface_error > of_ray { scene.surface_error } else { of_ray }
 }
 
-/// How much farther along a ray a triangle may be met that ties with the first, in units of t.
+/// The largest magnitude of a ray's three numbers.
 #[inline(always)]
-pub fn tie_reach(scene: &Inner, ray: &WorldRay) -> f64 {
-    // Scaled, so that the square of a tiny direction does not underflow.
-    let size = ray.direction.abs().max_element();
-    OBLIQUE * rounding(scene, ray) / size
+fn largest_of<const N: usize>(v: &[[f64; N]; 3], ray: usize) -> f64 {
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    larger(larger(v[0][ray].abs(), v[1][ray].abs()), v[2][ray].abs())
+}
+
+/// How much farther along each ray a triangle may be met that ties with the first, in units of t.
+#[inline(always)]
+pub fn tie_reach<const N: usize>(scene: &Inner, rays: &WorldRays<N>) -> [f64; N] {
+    let mut reach = [0.0; N];
+    for r in 0..N {
+        // Not the length, so that the square of a tiny direction does not underflow.
+        reach[r] = OBLIQUE * rounding(scene, largest_of(&rays.origin, r)) / largest_of(&rays.direction, r);
+    }
+    reach
 }
 
 /// All hits from one t to another.
@@ -52,6 +64,7 @@ impl Gathered {
 
 impl Visitor for Gathered {
     const IN_ORDER: bool = false;
+    const AHEAD: bool = false;
 
     fn range(&self) -> [f64; 2] {
         self.range
@@ -62,8 +75,14 @@ impl Visitor for Gathered {
     fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
         leaf.meet::<K>(ray, |face, t| self.gather(face, t))
     }
-    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
-        leaf.meet_one(lane, ray, |face, t| self.gather(face, t))
+    fn visit_together<K: Kernel>(
+        visitors: &mut [Self; BUNDLE],
+        leaf: &Shown,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+    ) -> RayBits {
+        leaf.meet_together::<K>(lane, rays, bits, |r, face, t| visitors[r].gather(face, t))
     }
 }
 
@@ -77,10 +96,11 @@ pub fn first_of_ties<K: Kernel>(
     t_max: f64,
     stack: &mut Stack,
 ) -> Face {
-    let mut gathered = Gathered { range: [t, t + tie_reach(scene, ray)], hits: Vec::new() };
+    let [reach] = tie_reach(scene, &WorldRays::from([*ray]));
+    let mut gathered = Gathered { range: [t, t + reach], hits: Vec::new() };
     traverse_one::<K, _>(scene, ray, &mut gathered, stack);
     let point = ray.origin + t * ray.direction;
-    let rounding = rounding(scene, ray);
+    let rounding = rounding(scene, ray.origin.abs().max_element());
     let ties = |&(at, face): &(f64, Face)| {
         let corners = scene.corners(face.0, face.1);
         at == t || (at < t_max && unit_normal(&corners).is_some_and(|n| n.dot(point - corners[0]).abs() <= rounding))

@@ -3,21 +3,29 @@
 use super::alpha::{exists, sifted};
 use super::touched::Touched;
 use crate::trace::hierarchy::{Face, NO_ITEM, Packet, TracedMesh};
-use crate::trace::kernel::{Kernel, Lanes, Pass, exact};
-use crate::trace::rays::Line;
+use crate::trace::kernel::{Kernel, Lanes, Pass};
+use crate::trace::rays::{BUNDLE, Each, Line, LocalRays, RayBits};
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor: Clone {
     /// Whether what it sees shortens the part of the ray that matters, so that near boxes are worth entering first.
     const IN_ORDER: bool;
+    /// Whether triangles that a ray meets at t <= 0 are nothing to it, and those that it nearly meets neither.
+    const AHEAD: bool;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
     fn band(&self) -> f64;
     /// Looks at four triangles of a mesh; true ends the walk.
     fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool;
-    /// Looks at one of them.
-    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool;
+    /// Lets those of a bundle whose bits are set look at one of them; those whose walk ends.
+    fn visit_together<K: Kernel>(
+        visitors: &mut [Self; BUNDLE],
+        leaf: &Shown,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+    ) -> RayBits;
 }
 
 /// Four triangles of a mesh, and the instance whose they are.
@@ -44,13 +52,23 @@ impl Shown<'_> {
         }
         false
     }
-    /// The same of one.
+    /// Shows one of them to those of some rays that meet it; those that it ends.
     #[inline(always)]
-    pub fn meet_one(&self, lane: usize, ray: &Line, see: impl FnOnce(Face, f64) -> bool) -> bool {
-        match exact::triangle(self.packet, lane, ray) {
-            Some(t) => self.is_there(lane, ray) && see(self.face(lane), t),
-            None => false,
+    pub fn meet_together<K: Kernel>(
+        &self,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+        mut see: impl FnMut(usize, Face, f64) -> bool,
+    ) -> RayBits {
+        let mut t = [0.0; BUNDLE];
+        let (hit, face) = (K::rays_meet(self.packet, lane, rays, bits, &mut t), self.face(lane));
+        let mut ended = 0;
+        for r in Each(hit) {
+            let is_there = !self.mesh.is_tested || exists(self.mesh, self.packet, lane, &rays.line(r));
+            ended |= u32::from(is_there && see(r, face, t[r])) << r;
         }
+        ended
     }
     /// Shows the triangles that a ray meets or nearly meets, until one ends it.
     #[inline(always)]
@@ -68,16 +86,26 @@ impl Shown<'_> {
         }
         false
     }
-    /// The same of one.
+    /// Shows one of them to those of some rays that meet or nearly meet it; those that it ends.
     #[inline(always)]
-    fn pass_one(&self, lane: usize, ray: &Line, see: impl FnOnce(Face, Pass) -> bool) -> bool {
-        if self.packet.triangles[lane] != NO_ITEM
-            && let Some(pass) = exact::triangle_band(self.packet, lane, ray)
-            && let Some(pass) = self.sifted(lane, pass, ray)
-        {
-            return see(self.face(lane), pass);
+    fn pass_together<K: Kernel>(
+        &self,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+        mut see: impl FnMut(usize, Face, Pass) -> bool,
+    ) -> RayBits {
+        if self.packet.triangles[lane] == NO_ITEM {
+            return 0;
         }
-        false
+        let (found, face) = (K::rays_pass(self.packet, lane, rays, bits), self.face(lane));
+        let mut ended = 0;
+        for r in Each(found.near) {
+            let pass = found.of(r);
+            let pass = if self.mesh.is_tested { self.sifted(lane, pass, &rays.line(r)) } else { Some(pass) };
+            ended |= u32::from(pass.is_some_and(|pass| see(r, face, pass))) << r;
+        }
+        ended
     }
     #[inline(always)]
     fn is_there(&self, lane: usize, ray: &Line) -> bool {
@@ -144,6 +172,7 @@ impl<const BAND: bool> Closest<BAND> {
 
 impl<const BAND: bool> Visitor for Closest<BAND> {
     const IN_ORDER: bool = true;
+    const AHEAD: bool = false;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -168,25 +197,30 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
         }
     }
     #[inline(always)]
-    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
+    fn visit_together<K: Kernel>(
+        visitors: &mut [Self; BUNDLE],
+        leaf: &Shown,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+    ) -> RayBits {
         if BAND {
-            leaf.pass_one(lane, ray, |face, pass| {
-                self.offer_pass(face, pass);
+            leaf.pass_together::<K>(lane, rays, bits, |r, face, pass| {
+                visitors[r].offer_pass(face, pass);
                 false
             })
         } else {
-            leaf.meet_one(lane, ray, |face, t| {
-                self.offer(face, t);
+            leaf.meet_together::<K>(lane, rays, bits, |r, face, t| {
+                visitors[r].offer(face, t);
                 false
             })
         }
     }
 }
 
-/// Whether anything but some faces lies strictly between two values of t.
+/// Whether anything but some faces lies strictly between t = 0 and another value.
 #[derive(Debug, Clone, Copy)]
 pub struct Blocked<'a> {
-    pub t_min: f64,
     pub t_max: f64,
     pub except: Option<Face>,
     /// More that is left out.
@@ -196,16 +230,17 @@ pub struct Blocked<'a> {
 impl Blocked<'_> {
     #[inline(always)]
     fn is_blocked_by(&self, face: Face, t: f64) -> bool {
-        t > self.t_min && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
+        t > 0.0 && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
     }
 }
 
 impl Visitor for Blocked<'_> {
     const IN_ORDER: bool = false;
+    const AHEAD: bool = true;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
-        [self.t_min, self.t_max]
+        [0.0, self.t_max]
     }
     #[inline(always)]
     fn band(&self) -> f64 {
@@ -216,8 +251,14 @@ impl Visitor for Blocked<'_> {
         leaf.meet::<K>(ray, |face, t| self.is_blocked_by(face, t))
     }
     #[inline(always)]
-    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
-        leaf.meet_one(lane, ray, |face, t| self.is_blocked_by(face, t))
+    fn visit_together<K: Kernel>(
+        visitors: &mut [Self; BUNDLE],
+        leaf: &Shown,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+    ) -> RayBits {
+        leaf.meet_together::<K>(lane, rays, bits, |r, face, t| visitors[r].is_blocked_by(face, t))
     }
 }
 
@@ -253,6 +294,7 @@ impl SurelyBlocked<'_> {
 
 impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
+    const AHEAD: bool = false;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -267,7 +309,13 @@ impl Visitor for SurelyBlocked<'_> {
         leaf.pass::<K>(ray, |face, pass| self.is_surely_blocked_by(face, &pass))
     }
     #[inline(always)]
-    fn visit_one(&mut self, leaf: &Shown, lane: usize, ray: &Line) -> bool {
-        leaf.pass_one(lane, ray, |face, pass| self.is_surely_blocked_by(face, &pass))
+    fn visit_together<K: Kernel>(
+        visitors: &mut [Self; BUNDLE],
+        leaf: &Shown,
+        lane: usize,
+        rays: &LocalRays<BUNDLE>,
+        bits: RayBits,
+    ) -> RayBits {
+        leaf.pass_together::<K>(lane, rays, bits, |r, face, pass| visitors[r].is_surely_blocked_by(face, &pass))
     }
 }

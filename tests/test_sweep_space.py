@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -246,3 +247,39 @@ def test_a_space_needs_a_scene_and_a_technique_and_says_so():
             plan_of({"scene": "@robots", "technique": "uniform", key: []})
     with pytest.raises(ArgumentError, match="at least one value for 'light', got none; leave the key out"):
         plan_of({"scene": "@robots", "technique": "uniform", "light": []})
+
+
+def test_techniques_of_one_name_are_told_apart():
+    near = [sl.technique("lispsm", near=value) for value in (1, 4)]
+    matrix = [sl.Parameterization.from_matrix(np.eye(4) * [1, 1, 1 / scale, 1]) for scale in (2, 3)]
+    plan = plan_of(
+        {"scene": "@robots", "technique": [*near, "uniform", sl.technique("uniform"), *matrix], "resolution": [32, 64]}
+    )
+    labels = list(dict.fromkeys(row.cells["technique"] for row in plan.rows))
+    assert labels[:4] == ["lispsm (near=1.0)", "lispsm (near=4.0)", "uniform (1)", "uniform (2)"]
+    assert len(set(labels)) == 6
+    rows = [{"scene": "@robots", "technique": {"mine": name}} for name in ("uniform", "tsm", "uniform")]
+    assert [row.cells["technique"] for row in plan_of(rows).rows] == ["mine (1)", "mine (2)"]
+    settings = {"scene": "@robots", "technique": near[0], "lispsm.range": ["seen", "body"]}
+    assert {row.cells["technique"] for row in plan_of(settings).rows} == {"lispsm"}
+
+
+@pytest.mark.parametrize("key", ["scene", "camera", "light", "technique"])
+def test_a_label_that_is_no_text_is_an_error(key):
+    value = {"scene": "@robots", "technique": "uniform"}.get(key, "own")
+    with pytest.raises(ArgumentError, match=f"^space: label of '{key}': expected text that UTF-8 encodes"):
+        plan_of({"scene": "@robots", "technique": "uniform", key: {"\ud800": value}})
+
+
+@pytest.mark.skipif(os.name != "posix", reason="file names are bytes there")
+def test_a_file_whose_name_is_no_text_has_one_in_the_table(tmp_path):
+    path = os.fsencode(tmp_path) + b"/caf\xe9.obj"
+    try:
+        with open(path, "w") as file:  # noqa: PTH123 - bytes
+            file.write("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 3 2 1\n")
+    except OSError:
+        pytest.skip("the file system takes texts alone")
+    space = {"scene": os.fsdecode(path), "technique": "uniform", "resolution": 32}
+    found = sl.sweep(space, size=(32, 18), renderer="cpu", store=tmp_path / "runs.sqlite")
+    assert list(found["scene"]) == ["caf\\udce9.obj"]
+    assert list(sl.read_store(tmp_path / "runs.sqlite")["scene"]) == list(found["scene"])

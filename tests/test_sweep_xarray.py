@@ -137,3 +137,11 @@ def test_a_light_for_each_scene_is_no_axis():
         assert dict(ds.sizes) == {"scene": 2, "technique": 2}
         assert list(ds["light"].values) == ["0.3,-1,0.1", "own"]
         assert ds["light"].dims == ("scene",)
+
+
+@pytest.mark.parametrize("value", [object(), [1], 10**30, 1j, {"a": 1}], ids=lambda value: type(value).__name__)
+def test_a_column_of_something_else_is_an_error(value):
+    table = sl.sweep({"scene": "@robots", "technique": ["uniform", "tsm"], "resolution": 32}, **HOW)
+    table["mine"] = [value] * len(table)
+    with pytest.raises(ArgumentError, match=r"^table: expected numbers or texts in the column 'mine', got .*; drop it"):
+        sl.to_xarray(table)

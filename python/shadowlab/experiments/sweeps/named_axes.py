@@ -184,7 +184,12 @@ class Grid:
             dtype = bool if kinds == {bool} else np.int64 if kinds == {int} else np.float64
             made = np.zeros(self.shape, dtype) if whole else np.full(self.shape, np.nan)
         for place, value in zip(self.places, held, strict=True):
-            made[place] = value if value is not None else "" if texts else np.nan
+            try:
+                made[place] = value if value is not None else "" if texts else np.nan
+            except (TypeError, ValueError, OverflowError):
+                raise ArgumentError(
+                    f"table: expected numbers or texts in the column {shown(column.name)}, got {shown(value)}; drop it"
+                ) from None
         return made
 
     def reduced(self, array: NDArray[Any]) -> tuple[tuple[str, ...], NDArray[Any]]:

@@ -6,8 +6,7 @@ refuses, a setting out of its range among them, is the failure of its row.
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, cast
 
@@ -24,7 +23,7 @@ from ..views import LabelledView
 from .functions import Function, apart_from_names
 from .scene_values import views_of_rows
 from .space import KEYS, Named, RawRow, one_for_each, raw_rows
-from .technique_values import cell_of, check_given_once, item_of, label_of, owner_of, settings_in
+from .technique_values import cell_of, check_given_once, id_of, item_of, labels_of, owner_of, settings_in
 from .work import Group, Plain, Request
 
 if TYPE_CHECKING:
@@ -164,7 +163,7 @@ def plan_of(
     draws = renderer_of(renderer)
     raw = raw_rows(space)
     views, scenes, of_rows = views_of_rows(raw, size)
-    maker = _Rows(views, scenes)
+    maker = _Rows(views, scenes, labels_of(row["technique"] for row in raw))
     for row, view in zip(raw, of_rows, strict=True):
         maker.add(row, view)
     settings = tuple(dict.fromkeys(key for row in raw for key in row if key not in KEYS))
@@ -178,8 +177,8 @@ def plan_of(
 class _Rows:
     """The rows of a plan as they come, none twice."""
 
-    def __init__(self, views: Sequence[LabelledView], scenes: Sequence[str]):
-        self.views, self.scenes = views, scenes
+    def __init__(self, views: Sequence[LabelledView], scenes: Sequence[str], labels: Mapping[object, str]):
+        self.views, self.scenes, self.labels = views, scenes, labels
         self.rows: list[Planned] = []
         self.notes: list[str] = []
         self._seen: dict[tuple[object, ...], int] = {}
@@ -209,7 +208,7 @@ class _Rows:
             return
         self._seen[same] = len(self.rows)
         self._held += [named.value, *settings.values()]
-        label = label_of(named) if isinstance(made, str) else named.label or shown(named.value)
+        label = self.labels[id_of(named.value), named.label]
         keys = {key: cell_of(one.value) for key, one in row.items() if key not in KEYS and key not in dropped}
         one = self.views[view]
         head: dict[str, Plain] = {
@@ -256,18 +255,6 @@ class _Rows:
     def _note(self, text: str) -> None:
         if text not in self.notes:
             self.notes.append(text)
-
-
-def id_of(value: object) -> tuple[str, object]:
-    """What tells a value from others: itself where it has a hash, 1 and 1.0 and True apart; else the object."""
-    # What callers give may raise anything: lists within one another, thousands deep, do.
-    with contextlib.suppress(Exception):
-        hash(value)
-        return type(value).__name__, value
-    with contextlib.suppress(Exception):
-        if isinstance(value, (list, tuple)):
-            return type(value).__name__, repr(value)
-    return "", id(value)
 
 
 def size_in(row: RawRow) -> tuple[int | None, int | None]:

@@ -112,9 +112,7 @@ class _Makers:
         self, parts: list[tuple[int, tuple[str, _core.Camera], tuple[str, Light | tuple[Light, ...]]]]
     ) -> tuple[list[LabelledView], list[str]]:
         """The views with labels that tell them apart, and the labels of their scenes."""
-        scenes = apart(
-            [label or Source.of_scene(scene).name for label, scene in zip(self.labels, self.scenes, strict=True)]
-        )
+        scenes = apart([label or name_in_table(scene) for label, scene in zip(self.labels, self.scenes, strict=True)])
         cameras = [(scene, camera) for scene, camera, _ in parts]
         lights = [(scene, light) for scene, _, light in parts]
         bare_cameras = list(dict.fromkeys(camera for _, camera in cameras if not camera[0]))
@@ -163,6 +161,11 @@ class _Makers:
             aspect = WIDE_ASPECT if self.size is None else self.size[0] / self.size[1]
             self._chosen[place] = {view.label: view for view in default_views(self.scenes[place], aspect=aspect)}
         return self._chosen[place]
+
+
+def name_in_table(scene: Scene) -> str:
+    """What a scene is called; letters of file names that no text has are written out."""
+    return Source.of_scene(scene).name.encode("utf-8", "backslashreplace").decode()
 
 
 def labels_in_scenes(

@@ -24,6 +24,7 @@ from ...techniques.registry import ALL
 from ...techniques.variant import READ_SETTINGS
 from ...text import shown
 from ...text.arrays import checked_items
+from ...text.checked import a_text
 
 #: The keys of a space beside the settings of techniques, in the order in which rows are sorted.
 OF_VIEWS = ("scene", "camera", "light")
@@ -236,6 +237,7 @@ def labelled_values(key: str, value: Mapping[object, object]) -> Iterator[Named]
     for label, one in value.items():
         if not isinstance(label, str) or not label.strip():
             raise ArgumentError(f"space: expected labels with letters for {key!r}, got {shown(label)}; name it")
+        a_text(f"space: label of {key!r}", label)
         yield Named(one, label)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,7 +13,8 @@ from ...techniques.kinds import is_parameterization
 from ...techniques.labels import full_name_of, name_of, resolved
 from ...techniques.registry import technique
 from ...techniques.variant import READ_SETTINGS, Variant, variant
-from ...text import format_value, parse_spec, pieces, shown
+from ...text import format_value, parse_spec, pieces, settings_text, shown
+from ..views import apart
 from .space import EVERY, KEYS, Named, RawRow, settings_of_techniques
 
 if TYPE_CHECKING:
@@ -38,11 +40,51 @@ def owner_of(named: Named) -> str:
     return parse_spec(text, "technique")[0]
 
 
-def label_of(named: Named) -> str:
-    """Its name in tables."""
-    if named.label is not None:
-        return named.label
-    return named.value if isinstance(named.value, str) else name_of(resolved(named.value, "technique"))
+def labels_of(given: Iterable[Named]) -> dict[object, str]:
+    """The names of techniques in tables, by `id_of` their values and the labels that they have; no two the same.
+
+    Raises
+    ------
+    ArgumentError
+        For something that is no technique.
+    """
+    found: dict[object, str] = {}
+    values: dict[object, object] = {}
+    for named in given:
+        key: object = (id_of(named.value), named.label)
+        if key not in found:
+            text = shown(named.value) if isinstance(named.value, str) and not named.value.strip() else named.value
+            found[key] = named.label or (text if isinstance(text, str) else name_of(resolved(text, "technique")))
+            values[key] = named.value
+    of_labels: dict[str, list[object]] = {}
+    for key, label in found.items():
+        of_labels.setdefault(label, []).append(key)
+    for label, keys in of_labels.items():
+        if len(keys) > 1:
+            texts = [f"{label} ({text})" if text else label for text in settings_apart([values[key] for key in keys])]
+            found |= dict(zip(keys, apart(texts), strict=True))
+    return found
+
+
+def settings_apart(values: Sequence[object]) -> list[str]:
+    """The settings of techniques in which these differ, as texts; empty for those that have none."""
+    settings = [{} if isinstance(value, str) else dict(getattr(value, "settings", {})) for value in values]
+    differ = {
+        name for one in settings for name in one if len({repr(other.get(name)) for other in settings if other}) > 1
+    }
+    return [settings_text({name: value for name, value in one.items() if name in differ}) for one in settings]
+
+
+def id_of(value: object) -> tuple[str, object]:
+    """What tells a value from others: itself where it has a hash, 1 and 1.0 and True apart; else the object."""
+    # What callers give may raise anything: lists within one another, thousands deep, do.
+    with contextlib.suppress(Exception):
+        hash(value)
+        return type(value).__name__, value
+    with contextlib.suppress(Exception):
+        if isinstance(value, (list, tuple)):
+            return type(value).__name__, repr(value)
+    return "", id(value)
 
 
 def settings_in(row: RawRow, owner: str) -> tuple[dict[str, object], list[str]]:

@@ -235,3 +235,56 @@ fn taken(draw: &Draw, group: &[[u32; 3]; LANES]) -> u32 {
     };
     (0..LANES).map(bit).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3};
+
+    use super::super::bins::Bin;
+    use super::*;
+    use crate::render::Volume;
+    use crate::render::cpu::faces::Faces;
+
+    /// A crumpled sheet larger than the map, of triangles of all sizes, some of which reach through the near plane.
+    fn sheet() -> Mesh {
+        let at = |i: i64| {
+            let (u, v) = ((i % 50) as f64, (i / 50) as f64);
+            [1e-3 * u * u - 1.2 + 0.02 * (7.0 * v).sin(), 1e-3 * v * v - 1.2, 0.4 + 0.5 * (u * v).sin()]
+        };
+        let vertices: Vec<[f64; 3]> = (0..2500).map(at).collect();
+        let corner = |k: i64| k / 49 * 50 + k % 49;
+        let pair = |k: i64| [[0, 1, 51], [0, 51, 50]].map(|t: [i64; 3]| t.map(|i| corner(k) + i));
+        Mesh::new(&vertices, &(0..49 * 49).flat_map(pair).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn both_instruction_sets_leave_the_same_to_each_band() {
+        let mesh = sheet();
+        let (size, count) = ([131, 200], mesh.triangles().len() as u32);
+        let viewport = Viewport::new(size, size, 1.0);
+        let clip_from_local = DMat4::from_translation(DVec3::Z * 0.1) * DMat4::from_scale(DVec3::new(2.2, 2.2, 0.7));
+        let draw = Draw {
+            mesh: &mesh,
+            kept: Kept::new(&mesh, &clip_from_local, &Volume::of_clip(&clip_from_local, 0.0)),
+            projection: Projection::new(&clip_from_local, mesh.bounds_local()),
+            faces: FaceTest::new(Faces::All, &clip_from_local),
+            first_vertex: 0,
+            first_triangle: 0,
+            first_id: 7,
+        };
+        let mut vertices = vec![ScreenVertex::default(); draw.kept.positions.len()];
+        draw.projection.project(&viewport, draw.kept.positions, &mut vertices);
+        let (draws, bands) = (&[draw], Bands::new(size));
+        for numbered in [false, true] {
+            let work = Binning { draws, vertices: &vertices, viewport: &viewport, bands, numbered };
+            let (mut best, mut plain) = (Bins::default(), Bins::default());
+            assert_eq!(work.fill(&mut best, 3..count), plain.fill(Plain, &work, 3..count));
+            let told = |bins: &Bins| (0..7).map(|band| format!("{:?}", bins.band(band))).collect::<Vec<_>>();
+            assert_eq!(told(&best), told(&plain));
+            assert_eq!(format!("{:?}", best.large), format!("{:?}", plain.large));
+            let is_some = |has: fn(&Bin) -> bool| (0..7).any(|band| has(best.band(band)));
+            assert!(is_some(|bin| bin.fragments.bytes(Vec::len) > 0) && is_some(|bin| !bin.entries.is_empty()));
+            assert!(!best.extra.is_empty(), "some are clipped");
+        }
+    }
+}

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hostile.calls import SIZE, arguments, invoke, world
+from hostile.calls import arguments, invoke
+from hostile.examples import SIZE, world
 from hostile.found import Callee, callees
 
 import shadowlab as sl

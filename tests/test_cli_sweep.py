@@ -89,7 +89,7 @@ def test_some_failures_are_told_and_all_are_an_error(sweep):
     assert "near" in out.splitlines()[-1]
     status, out, err = sweep(text % '"lispsm:near=-3"')
     assert (status, out) == (2, "")
-    assert err.startswith("shadowlab: error: all 1 runs failed, the first: ")
+    assert err.startswith("shadowlab: error: the only run failed: ")
 
 
 def test_a_sweep_goes_on_where_it_was(sweep):
@@ -196,3 +196,31 @@ def test_a_wrong_option_is_one_line(sweep, words, says):
 
 def test_times_as_people_say_them():
     assert [duration_text(s) for s in (0.31, 12.4, 240.0, 9000.0)] == ["0.3 s", "12 s", "4 min", "2.5 h"]
+
+
+def test_a_mistake_is_told_with_its_line_once(sweep):
+    for text in (GOOD.replace('"lispsm"', '"lipsm"'), GOOD.replace("@robots", "@robot"), f"{GOOD}[random]\nn = 0\n"):
+        status, _, err = sweep(text)
+        assert status == 2
+        assert err.count("s.toml:") == 1, err
+
+
+def test_numbers_with_thousands_of_digits_are_a_mistake_of_the_file(sweep):
+    status, _, err = sweep(f"{GOOD}lispsm.near = {'9' * 5000}\n")
+    assert status == 2
+    assert err.startswith("shadowlab: error: s.toml: no valid TOML: ")
+
+
+def test_the_table_does_not_take_the_place_of_the_store(sweep):
+    for words in (("--store", "a.csv", "--out", "./a.csv"), ("--store", "./a.csv", "--out", "a.csv")):
+        status, _, err = sweep(GOOD, *words)
+        assert status == 2
+        assert err.startswith("shadowlab: error: out: expected another file than the store")
+        assert not Path("a.csv").exists()
+
+
+def test_limits_of_the_configuration_are_told_where_they_stand(sweep):
+    for key, value in (("timeout", "inf"), ("timeout", "nan"), ("workers", "2000")):
+        status, _, err = sweep(f"{key} = {value}\n{GOOD}")
+        assert status == 2
+        assert err.startswith(f"shadowlab: error: s.toml:1: {key}: expected ")

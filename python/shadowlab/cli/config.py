@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ArgumentError, LoadError, ShadowlabError, StoreError
-from ..text import shown
+from ..text import reason_of, shown
 from .config_lines import KeyPlace, key_lines
 from .nearest import nearest_text
 
@@ -79,6 +79,9 @@ class Table:
         except StoreError:
             raise
         except ShadowlabError as error:
+            if str(error).startswith(f"{self.file}:"):
+                # It says so already.
+                raise
             raise self.wrong(key, str(error)) from error
 
     def only(self, names: Iterable[str]) -> None:
@@ -183,6 +186,7 @@ def read_config(path: str) -> Table:
         raise LoadError(
             f"{path}: expected text in UTF-8, got other bytes at {error.start}; save it as UTF-8"
         ) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ArgumentError(f"{path}: no valid TOML: {error}") from error
+    except (ValueError, RecursionError) as error:
+        # Of numbers with thousands of digits a bare ValueError.
+        raise ArgumentError(f"{path}: no valid TOML: {reason_of(error)}") from error
     return Table(path, values, (), key_lines(text))

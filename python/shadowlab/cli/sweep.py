@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
@@ -41,6 +42,8 @@ def sweep_command(options: Options) -> int:
     workers = config.workers if options.workers is None else options.workers
     out = config.out if options.out is None else options.out
     write = None if out is None else writer(out)
+    if store is not None and out is not None and os.path.realpath(store) == os.path.realpath(out):
+        raise ArgumentError(f"out: expected another file than the store, got {out!r} for both; rename one")
     if store is not None:
         with config.table.naming("store") if options.store is None else nullcontext():
             check_store(store, options.resume)
@@ -56,7 +59,8 @@ def sweep_command(options: Options) -> int:
         table = sweep(config.space, store=store, workers=workers, timeout=config.timeout, **how)
     failed = table[table["failure"] != ""]
     if len(failed) == len(table):
-        raise ArgumentError(f"all {len(table)} runs failed, the first: {table['failure'].iloc[0]}")
+        which = f"all {len(table):,} runs failed, the first" if len(table) > 1 else "the only run failed"
+        raise ArgumentError(f"{which}: {table['failure'].iloc[0]}")
     print(shown_table(table))
     print(f"\n{len(table):,} runs, {len(failed):,} of them failed" if len(failed) else f"\n{len(table):,} runs")
     for failure, count in failed["failure"].value_counts().items():

@@ -15,6 +15,7 @@ from ..experiments.metrics import KNOWN_METRICS
 from ..experiments.sweeps.drawn_rows import random
 from ..experiments.sweeps.plan import SWEPT_METRICS, read_in, size_in
 from ..experiments.sweeps.space import EVERY, KEYS, WITH_LABELS, alternatives, check_key, settings_of_techniques
+from ..experiments.sweeps.sweep import MOST_WORKERS, checked_timeout
 from ..experiments.sweeps.technique_values import owner_of
 from ..scene import library
 from ..text import parse_size, parse_spec, shown
@@ -77,19 +78,29 @@ def sweep_config(top: Table) -> SweepConfig:
     if backend not in BACKENDS:
         raise top.wrong("backend", f"unknown renderer {shown(backend)}; {nearest_text(backend, BACKENDS)}")
     timeout = top.number("timeout", "seconds above 0")
-    if timeout is not None and not timeout > 0:
-        raise top.wrong("timeout", f"expected seconds above 0, got {timeout:g}; try 60")
+    with top.naming("timeout"):
+        checked_timeout(timeout)
     return SweepConfig(
         space_of(top),
         size_of_config(top),
         tuple(metrics),
         top.text("store", "the name of a file such as runs.sqlite"),
         top.text("out", "the name of a file such as table.csv"),
-        top.whole("workers", 1) if "workers" in top else None,
+        workers_of_config(top),
         timeout,
         backend,
         top,
     )
+
+
+def workers_of_config(top: Table) -> int | None:
+    """The number of processes, if there is one."""
+    if "workers" not in top:
+        return None
+    found = top.whole("workers", 1)
+    if found > MOST_WORKERS:
+        raise top.wrong("workers", f"expected at most {MOST_WORKERS:,} processes, got {found:,}; try 2")
+    return found
 
 
 def size_of_config(top: Table) -> tuple[int, int] | None:

@@ -188,6 +188,7 @@ BAD = {
     "path missing": (f"{GOOD}bounds.drift_max.max = 1\n", ":7: bounds.drift_max: expected a camera path"),
     "path unused": (f"{GOOD}path = {{ step = [1, 0, 0] }}\n", ":7: path: expected a bound on one of receivers"),
     "path that stands": (f"{GOOD}path.frames = 3\n", ":7: path: expected a camera that moves"),
+    "path too long": (f"{GOOD}path = {{ frames = 1000000000, step = [1, 0, 0] }}\n", ":7: path.frames: expected at"),
     "path of one frame": (f"{GOOD}path = {{ frames = 1, step = [1, 0, 0] }}\n", ":7: path.frames: expected a whole"),
     "step of two": (f"{GOOD}path.step = [1, 0]\n", ":7: path.step: expected three numbers"),
     "name twice": (

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from .._core import Camera, Parameterization, Scene
     from ..types import Item, Light, Up
 
+# Half an hour of a game, more than a gate may take; each frame is drawn and traced.
+MOST_FRAMES = 100_000
 EXAMPLE_PATH = "{ frames = 8, step = [0.02, 0, 0], turn-deg = 0.5 }"
 # Where the number of a frame stands in the name of a file.
 FRAME_NUMBER = "{frame"
@@ -69,6 +71,8 @@ def path_of_config(tables: Sequence[Table]) -> CameraPath | None:
         return None
     path.only(("frames", "step", "turn-deg"))
     frames = path.whole("frames", 8, 2)
+    if frames > MOST_FRAMES:
+        raise path.wrong("frames", f"expected at most {MOST_FRAMES:,}, got {frames:,}; bounds are held at every step")
     step = path.vector("step", "three numbers, what the camera moves by from frame to frame") or (0.0, 0.0, 0.0)
     turn = path.number("turn-deg", "degrees, what the camera turns by from frame to frame") or 0.0
     if not all(map(math.isfinite, (*step, turn))):

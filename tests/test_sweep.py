@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -184,3 +185,13 @@ def test_a_metric_that_raises_where_its_name_is_asked_for_is_measured():
             return run.resolution
 
     assert list(sl.sweep(ROBOTS, **HOW, metrics=[Rude()])["Rude"]) == [ROBOTS.get("resolution", 1024)]
+
+
+def test_hundreds_of_numbers_are_columns_without_a_warning():
+    def many(run):
+        return {f"c{i}": i for i in range(300)}
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = sl.sweep(ROBOTS, **HOW, metrics=[many])
+    assert [found[f"c{i}"][0] for i in range(300)] == list(range(300))

@@ -258,6 +258,8 @@ def test_techniques_of_one_name_are_told_apart():
     labels = list(dict.fromkeys(row.cells["technique"] for row in plan.rows))
     assert labels[:4] == ["lispsm (near=1.0)", "lispsm (near=4.0)", "uniform (1)", "uniform (2)"]
     assert len(set(labels)) == 6
+    beside = plan_of({"scene": "@robots", "technique": ["lispsm", near[1]]})
+    assert [row.cells["technique"] for row in beside.rows] == ["lispsm", "lispsm (near=4.0)"]
     rows = [{"scene": "@robots", "technique": {"mine": name}} for name in ("uniform", "tsm", "uniform")]
     assert [row.cells["technique"] for row in plan_of(rows).rows] == ["mine (1)", "mine (2)"]
     settings = {"scene": "@robots", "technique": near[0], "lispsm.range": ["seen", "body"]}

@@ -86,15 +86,18 @@ class Collected:
 
     def table(self) -> pd.DataFrame:
         """The table of the rows that are done, in the order of the plan."""
+        import pandas as pd
+
         plan = self.plan
         rows = [whole_row(plan.rows[place], self._rows[place]) for place in sorted(self._rows)]
         known = columns_with(plan.settings, ())
         functions = dict.fromkeys(name for row in rows for name in row if name not in known and name not in COLUMNS)
         names = columns_with(plan.settings, list(functions))
-        made = frame([name for name in names if name in COLUMNS], rows)
-        for i, name in enumerate(names):
-            if name not in COLUMNS:
-                made.insert(i, name, typed([row.get(name) for row in rows]))
+        known_ones = frame([name for name in names if name in COLUMNS], rows)
+        # At once: pandas warns of tables that a hundred columns were inserted into.
+        made = pd.DataFrame(
+            {name: known_ones[name] if name in COLUMNS else typed([row.get(name) for row in rows]) for name in names}
+        )
         made.attrs.update(attributes(plan))
         return made
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from ... import _core
-from ...errors import ArgumentError
+from ...errors import ArgumentError, ShadowlabError
 from ...techniques.kinds import is_parameterization
 from ...techniques.labels import full_name_of, name_of, resolved
 from ...techniques.registry import technique
@@ -67,12 +67,23 @@ def labels_of(given: Iterable[Named]) -> dict[object, str]:
 
 
 def settings_apart(values: Sequence[object]) -> list[str]:
-    """The settings of techniques in which these differ, as texts; empty for those that have none."""
-    settings = [{} if isinstance(value, str) else dict(getattr(value, "settings", {})) for value in values]
+    """The settings of techniques in which these differ, as texts; empty for texts, which say what they have."""
+    settings = [settings_of(value) for value in values]
     differ = {
         name for one in settings for name in one if len({repr(other.get(name)) for other in settings if other}) > 1
     }
-    return [settings_text({name: value for name, value in one.items() if name in differ}) for one in settings]
+    return [
+        "" if isinstance(value, str) else settings_text({name: one[name] for name in one if name in differ})
+        for value, one in zip(values, settings, strict=True)
+    ]
+
+
+def settings_of(value: object) -> dict[str, object]:
+    """The settings of a technique; none of a text that makes none."""
+    try:
+        return dict(getattr(resolved(value, "technique"), "settings", {}))
+    except ShadowlabError:
+        return {}
 
 
 def id_of(value: object) -> tuple[str, object]:

@@ -261,3 +261,15 @@ def test_a_sweep_in_a_call_of_its_own_executor_ends(here):
     with ThreadPoolExecutor(1) as executor:
         inside = executor.submit(lambda: sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
         same(here, inside.result(60))
+
+
+def test_what_threads_that_are_shut_down_leave_undone_is_done(here):
+    executor = ThreadPoolExecutor(1)
+
+    def ends(run):
+        executor.shutdown(wait=False, cancel_futures=True)
+        return 1
+
+    found = sl.sweep(SPACE, **HOW, metrics=[*METRICS, ends], executor=executor)
+    assert found["ends"].notna().sum() >= 1
+    same(here, found.drop(columns="ends"))

@@ -79,6 +79,7 @@ def run_in_threads(
         done.put(answer)
 
     futures: list[Any] = []
+    left: list[Group] = []
     try:
         for group in groups:
             try:
@@ -93,11 +94,17 @@ def run_in_threads(
                 add(found)
             elif found is not None:
                 ended += 1
-                found.result()
+                if found.cancelled():
+                    left.append(groups[futures.index(found)])
+                else:
+                    found.result()
     finally:
         stopped.set()
         for future in futures:
             future.cancel()
+    for group in left:
+        # Somebody shut the executor down before they had begun.
+        run_here([group], task, add)
 
 
 def take(done: queue.SimpleQueue[Any], alone: Callable[[], bool]) -> Any:

@@ -23,6 +23,10 @@ else:
 LARGEST_CONFIG = 1 << 22
 
 
+class PlacedError(ArgumentError):
+    """A mistake in a configuration, which says file, line and key."""
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of a configuration, and where it stands.
@@ -69,19 +73,16 @@ class Table:
         # Checks of arguments name them themselves, by the names of options.
         for name in () if key is None else (key, key.replace("_", "-"), key.replace("-", "_")):
             message = message.removeprefix(f"{name}: ")
-        return ArgumentError(f"{head}: {dotted}: {message}" if dotted else f"{head}: {message}")
+        return PlacedError(f"{head}: {dotted}: {message}" if dotted else f"{head}: {message}")
 
     @contextlib.contextmanager
     def naming(self, key: str | None) -> Iterator[None]:
-        """Errors of ours from within say where the key stands; those of a store name its file already."""
+        """Errors of ours from within say where the key stands; those of a store, or of a key within, do already."""
         try:
             yield
-        except StoreError:
+        except (StoreError, PlacedError):
             raise
         except ShadowlabError as error:
-            if str(error).startswith(f"{self.file}:"):
-                # It says so already.
-                raise
             raise self.wrong(key, str(error)) from error
 
     def only(self, names: Iterable[str]) -> None:

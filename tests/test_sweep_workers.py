@@ -202,3 +202,21 @@ def test_ctrl_c_ends_a_sweep_and_its_workers(send, tmp_path):
     assert "interrupted" in out, err
     assert "Traceback" not in err, err
     assert "left []" in out
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_metric_that_forks_and_goes_on_leaves_no_copy_of_its_worker(tmp_path):
+    def forks(run):
+        child = os.fork()
+        if child:
+            (tmp_path / str(child)).touch()
+        return 1
+
+    found = sl.sweep({**ROBOTS, "resolution": [32, 48, 64]}, **HOW, workers=1, metrics=[forks])
+    assert list(found["forks"]) == [1, 1, 1]
+    copies = [int(path.name) for path in tmp_path.iterdir()]
+    assert len(copies) == 3
+    until = time.monotonic() + 10
+    while any(map(alive, copies)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(map(alive, copies))

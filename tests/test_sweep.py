@@ -166,6 +166,15 @@ def test_the_order_of_the_rows_given_is_that_of_the_table():
     same(found, back.iloc[::-1].reset_index(drop=True))
 
 
+def test_a_metric_that_ends_the_program_is_the_failure_of_its_row():
+    def leave(run):
+        raise SystemExit("enough")
+
+    found = sl.sweep({**ROBOTS, "resolution": 32}, **HOW, metrics=[leave])
+    assert list(found["failure_type"]) == ["SystemExit"]
+    assert "enough" in found["failure"].iloc[0]
+
+
 def test_an_interruption_comes_through():
     def interrupt(run):
         raise KeyboardInterrupt

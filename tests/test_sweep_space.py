@@ -285,3 +285,9 @@ def test_a_file_whose_name_is_no_text_has_one_in_the_table(tmp_path):
     found = sl.sweep(space, size=(32, 18), renderer="cpu", store=tmp_path / "runs.sqlite")
     assert list(found["scene"]) == ["caf\\udce9.obj"]
     assert list(sl.read_store(tmp_path / "runs.sqlite")["scene"]) == list(found["scene"])
+
+
+@pytest.mark.parametrize("size", [10**6, (64, 10**6)])
+def test_a_picture_that_no_run_can_draw_is_an_error_before_the_work_starts(size):
+    with pytest.raises(ArgumentError, match=r"^size: expected at most 16384 pixels a side, got "):
+        plan_of({"scene": "@robots", "technique": "uniform"}, size=size)

@@ -7,7 +7,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from ... import _core
-from ...errors import UnknownNameError
+from ...errors import ArgumentError, UnknownNameError
 from ...scene import library
 from ...scene.default_view import WIDE_ASPECT, default_views
 from ...scene.files import load_scene
@@ -18,6 +18,7 @@ from ...scene.view import View
 from ...text import parse_spec, parse_vector, shown
 from ...text.checked import one_or_more_lights
 from ...text.checks import VIEWS, check_camera, check_scene, picture_of
+from ...text.specs import LONGEST_PICTURE
 from ..views import LabelledView, apart, light_label
 from .space import Named, RawRow, is_direction
 
@@ -61,6 +62,10 @@ class _Makers:
     def __init__(self, size: Size | None):
         # Only a size that is left out depends on the camera.
         self.size = None if size is None else picture_of(size, cast("_core.Camera", None))
+        if self.size is not None and max(self.size) > LONGEST_PICTURE:
+            raise ArgumentError(
+                f"size: expected at most {LONGEST_PICTURE} pixels a side, got {shown(size)}; no run could be drawn"
+            )
         self.scenes: list[Scene] = []
         self.labels: list[str | None] = []
         self._places: dict[Hashable, int] = {}

@@ -170,7 +170,7 @@ def row_of(view: View, request: Request, task: Task) -> tuple[dict[str, Any], bo
             numbers |= numbers_from(name, function, run)
         except OutOfTimeError:
             raise
-        except Exception as error:  # noqa: BLE001 - metrics of callers raise what they like
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - metrics of callers raise what they like
             blank = {key: value for key, value in row.items() if key not in run.numbers}
             text = f"metric {name}: {reason_of(error)}"
             return {**blank, "failure_type": type(error).__name__, "failure": text}, False

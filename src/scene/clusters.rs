@@ -19,6 +19,9 @@ const LEAST: usize = 8 * CLUSTER;
 const COHERENT: f32 = 8.0;
 /// How much smaller the boxes of another order must be for it to be worth the copy.
 const WORTH: f32 = 0.7;
+/// Vertices for each triangle above which no copy is made: of a mesh whose triangles share none a copy would take 52 bytes a
+/// triangle, and the vertices of a triangle lie side by side already.
+const MOST_VERTICES: usize = 2;
 /// Bits of a place along each axis in a Z-order code.
 const CODE_BITS: u32 = 10;
 
@@ -74,7 +77,7 @@ impl Clusters {
         }
         let boxes = boxes_of(positions_local, triangles);
         let area = area_of(&boxes);
-        if area > COHERENT * half_area(extent) {
+        if area > COHERENT * half_area(extent) && positions_local.len() <= MOST_VERTICES * triangles.len() {
             let sorted = Sorted::new(positions_local, triangles);
             let boxes = boxes_of(&sorted.positions, &sorted.triangles);
             if area_of(&boxes) < WORTH * area {
@@ -208,6 +211,12 @@ mod tests {
         check(&sorted, &positions, &scattered);
         assert!(sorted.sorted().is_some() && area_of(sorted.boxes()) < 2.0 * area_of(own.boxes()));
         assert!(Clusters::new(&positions, &triangles[..LEAST - 1], extent).boxes().is_empty());
+        // Triangles that share no vertices have boxes and no copy.
+        let apart: Vec<Vec3> = scattered.as_flattened().iter().map(|&i| positions[i as usize]).collect();
+        let numbered: Vec<[u32; 3]> = (0..scattered.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let unshared = Clusters::new(&apart, &numbered, extent);
+        check(&unshared, &apart, &numbered);
+        assert!(unshared.sorted().is_none());
     }
 
     #[test]

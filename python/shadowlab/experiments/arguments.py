@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import ArgumentError, ShadowlabWarning
 from ..scene.source import Source
 from ..text.arrays import checked_items
+from ..text.checked import are_lights
 from ..text.checks import (
     check_bias,
     check_camera,
@@ -84,7 +85,7 @@ def check_types(scene: object, camera: object, light: object, bias: object, filt
     """
     check_scene(scene)
     check_camera(camera)
-    if isinstance(light, (list, tuple)):
+    if are_lights(light):
         raise ArgumentError(
             "light: expected one light, got several; sl.evaluate(sl.View(scene, camera, lights), technique) adds up "
             "their wrong pixels, and sl.advise(scene, camera, lights) ranks over all of them"

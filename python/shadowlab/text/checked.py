@@ -85,13 +85,18 @@ def a_light(name: str, value: object) -> Light:
     """
     if isinstance(value, LIGHTS):
         return value
-    if isinstance(value, (list, tuple)):
+    if are_lights(value):
         raise ArgumentError(
             f"{name}: expected one light, got several in a {type(value).__name__}; call it for each light"
         )
     raise ArgumentError(
         f"{name}: expected a DirectionalLight, a SpotLight or a PointLight, got {type(value).__name__}; {LIGHT_HINT}"
     )
+
+
+def are_lights(value: object) -> bool:
+    """Whether it is a list or tuple with a light in it, where numbers would be a direction."""
+    return isinstance(value, (list, tuple)) and any(isinstance(one, LIGHTS) for one in value)
 
 
 def one_or_more_lights(name: str, value: object) -> Light | tuple[Light, ...]:

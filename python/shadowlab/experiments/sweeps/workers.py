@@ -13,6 +13,7 @@ standard input work.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import queue
@@ -23,6 +24,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -118,7 +120,6 @@ class Left:
     def __init__(self, group: SentGroup):
         self.group = group
         self.runs = deque(group.requests)
-        self.taken = False
 
 
 class Crew:
@@ -137,13 +138,16 @@ class Crew:
     """
 
     def __init__(self, groups: Sequence[SentGroup], data: bytes, count: int, parcels: Parcels, timeout: float | None):
-        self.left = [Left(group) for group in groups]
+        # Groups that nobody has, the largest first, and those with runs left that somebody has: what is done is in
+        # neither, so that a run costs no look at thousands of views.
+        self.free = deque(map(Left, groups))
+        self.taken: list[Left] = []
         self.data, self.parcels, self.timeout = data, parcels, timeout
         self.count = min(count, sum(len(group.requests) for group in groups))
         self.threads = max(1, _core.threads() // max(1, self.count))
         self.events: Events = queue.SimpleQueue()
         self.workers: list[Worker] = []
-        self.died: list[tuple[Left, tuple[int, bytes], int]] = []
+        self.died: list[tuple[SentGroup, tuple[int, bytes], int]] = []
         self._unready = 0
 
     def __enter__(self) -> Crew:
@@ -160,17 +164,10 @@ class Crew:
         """Has all runs answered, in parallel; then those whose workers died, one after the other."""
         self._until_done(self.count, self.threads, add)
         again, self.died = self.died, []
-        for worker in self.workers:
-            worker.close()
-        self.workers = []
-        for left, run, _ in again:
-            left.runs = deque([run])
-            left.taken = False
-            self._until_done(1, _core.threads(), add, only=left)
-            # Another worker for the next one: this one may have grown.
-            for worker in self.workers:
-                worker.close()
-            self.workers = []
+        for group, run, _ in again:
+            # By a worker of its own: the one before may have grown.
+            self.free.append(Left(replace(group, requests=(run,))))
+            self._until_done(1, _core.threads(), add)
             for _, (place, _), status in self.died:
                 add(
                     failed(
@@ -179,9 +176,10 @@ class Crew:
                 )
             self.died = []
 
-    def _until_done(self, count: int, threads: int, add: Callable[[Answer], None], only: Left | None = None) -> None:
+    def _until_done(self, count: int, threads: int, add: Callable[[Answer], None]) -> None:
+        """Has what is left answered by so many workers, which have ended then."""
         while True:
-            self._fill(count, threads, only)
+            self._fill(count, threads)
             if not self.workers:
                 return
             try:
@@ -193,14 +191,15 @@ class Crew:
                 self._take(worker, message, add)
             self._kill_late()
 
-    def _fill(self, count: int, threads: int, only: Left | None) -> None:
+    def _fill(self, count: int, threads: int) -> None:
         """Gives work to the workers that have none, and starts those that are missing."""
-        for worker in list(self.workers):
+        for worker in self.workers:
             if worker.ready and worker.run is None:
-                found = self._next(worker, only)
+                found = self._next(worker)
                 if found is not None:
                     worker.give(*found, self.parcels)
-        waiting = sum(len(left.runs) for left in self.left) if only is None else len(only.runs)
+        # No more than so many count.
+        waiting = sum(len(left.runs) for left in (*self.taken, *itertools.islice(self.free, count)))
         starting = sum(not worker.ready for worker in self.workers)
         while len(self.workers) < count and starting < waiting:
             self.workers.append(Worker(self.data, threads, self.events))
@@ -210,17 +209,21 @@ class Crew:
                 worker.close(kill=not worker.ready)
             self.workers = []
 
-    def _next(self, worker: Worker, only: Left | None) -> tuple[Left, tuple[int, bytes]] | None:
+    def _next(self, worker: Worker) -> tuple[Left, tuple[int, bytes]] | None:
         """The next run of a worker, and what it is part of."""
-        choices = [only] if only is not None else [left for left in self.left if left.runs]
-        mine = [left for left in choices if left is worker.work]
-        free = [left for left in choices if not left.taken]
-        largest = sorted(choices, key=lambda left: -len(left.runs))
-        for left in (*mine, *free[:1], *largest[:1]):
-            if left is not None and left.runs:
-                left.taken = True
-                return left, left.runs.popleft()
-        return None
+        left = worker.work
+        if left is None or left not in self.taken:
+            if self.free:
+                self.taken.append(self.free.popleft())
+                left = self.taken[-1]
+            elif self.taken:
+                left = max(self.taken, key=lambda one: len(one.runs))
+            else:
+                return None
+        run = left.runs.popleft()
+        if not left.runs:
+            self.taken.remove(left)
+        return left, run
 
     def _take(self, worker: Worker, message: Any, add: Callable[[Answer], None]) -> None:
         kind = "ended" if message is None else message[0]
@@ -257,7 +260,7 @@ class Crew:
             text = f"took longer than the timeout of {self.timeout:g} s; its process was killed"
             add(failed(worker.run[0], TimeoutError.__name__, text, settled=False))
         else:
-            self.died.append((worker.work, worker.run, status))
+            self.died.append((worker.work.group, worker.run, status))
 
     def _kill_late(self) -> None:
         if self.timeout is None:

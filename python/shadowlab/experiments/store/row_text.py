@@ -67,6 +67,11 @@ def row_of_text(text: str) -> dict[str, Cell]:
     return row
 
 
+def of_64_bits(value: int) -> int | float:
+    """A whole number as a cell has it: as a float where it has more bits than a column of whole numbers."""
+    return value if -LARGEST_INT - 1 <= value <= LARGEST_INT else float(value)
+
+
 def digest_of_row(key: bytes, version: int, done: bool, text: bytes) -> bytes:
     """The digest of all that is kept of a row."""
     head = struct.pack("<qqI", version, done, len(key))

@@ -12,15 +12,16 @@ import numpy as np
 
 from ... import _core
 from ...errors import ArgumentError
-from ...text import shown
+from ...text import format_value, shown
 from ...text.checked import a_path, has_all
 from ..columns import COLUMNS, frame
 from ..store.keys import key_of_parts, run_key
+from ..store.row_text import Cell
 from ..store.store import Store
 from .functions import text_of_metrics
 from .plan import Plan, Planned, columns_with
 from .space import settings_keys
-from .work import Answer, Plain, failed
+from .work import Answer, failed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,7 +59,7 @@ class Collected:
         self.plan = plan
         self._store = store
         self._keys: dict[int, str] = {}
-        self._rows: dict[int, Mapping[str, Plain]] = {}
+        self._rows: dict[int, Mapping[str, Cell]] = {}
         for place, planned in enumerate(plan.rows):
             if planned.request is None:
                 self._rows[place] = failed(place, *planned.failure).row
@@ -102,7 +103,7 @@ class Collected:
         return made
 
 
-def whole_row(planned: Planned, row: Mapping[str, Plain]) -> dict[str, Plain]:
+def whole_row(planned: Planned, row: Mapping[str, Cell]) -> dict[str, Cell]:
     """The row of an answer with what the plan knows of it, which goes before."""
     notes = "; ".join(text for text in (row.get("notes"), planned.note) if isinstance(text, str) and text)
     return {**row, **planned.cells, "notes": notes}
@@ -160,15 +161,9 @@ def typed(values: Sequence[Any]) -> pd.Series[Any]:
         return pd.Series(values, dtype="Int64")
     if not kinds or kinds <= {int, float}:
         return pd.Series([np.nan if value is None else float(value) for value in values], dtype="float64")
-    texts = ["" if value is None else value if isinstance(value, str) else text_of(value) for value in values]
+    # A number among texts is written as a technique's text has it.
+    texts = ["" if value is None else value if isinstance(value, str) else format_value(value) for value in values]
     return pd.Series(texts, dtype="object")
-
-
-def text_of(value: bool | int | float) -> str:
-    """A number among texts, as a technique's text has it."""
-    from ...text import format_value
-
-    return format_value(value)
 
 
 def attributes(plan: Plan) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ...errors import ArgumentError
 from ...scene.view import GBUFFER_BYTES_PER_PIXEL
 from ...text.checked import a_count, instance
-from ..memory import BYTES_PER_TEXEL
+from ..memory import taken
 from .plan import Plan, cost_of, cost_of_view
 from .work import Request, Task, answer_to, prepare
 
@@ -117,4 +117,4 @@ def bytes_of_maps(request: Request) -> int:
     if request.resolution is None:
         raise ArgumentError("request: expected a resolution or a memory, got neither")
     count = request.item.settings.get("count", 1)
-    return BYTES_PER_TEXEL * request.resolution**2 * (count if isinstance(count, int) else 1)
+    return taken(count if isinstance(count, int) else 1, request.resolution)

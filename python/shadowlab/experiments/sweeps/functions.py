@@ -19,7 +19,7 @@ from ...text.arrays import checked_items
 from ...text.checked import a_text
 from ..columns import COLUMNS
 from ..metrics import KNOWN_METRICS, Metric, checked_metrics
-from ..store.row_text import LONGEST_NAME, MOST_CELLS
+from ..store.row_text import LONGEST_NAME, MOST_CELLS, of_64_bits
 from .space import settings_keys
 
 if TYPE_CHECKING:
@@ -123,8 +123,7 @@ def plain_number(name: str, value: object) -> bool | int | float | None:
     if isinstance(value, (bool, float)):
         return value
     if isinstance(value, int):
-        # What a column of whole numbers holds.
-        return value if -(2**63) <= value < 2**63 else float(value)
+        return of_64_bits(value)
     raise ArgumentError(f"expected a number or a dict of numbers for {name}, got {shown(value)}")
 
 

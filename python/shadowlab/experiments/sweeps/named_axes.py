@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ArgumentError, UnsupportedError
 from ...text import plain, shown
 from ..columns import COLUMNS
-from .space import KEYS, OF_VIEWS, one_for_each, settings_keys
+from .space import OF_SCENES, keys_with, one_for_each, settings_keys
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,13 +111,12 @@ def swept_axes(table: pd.DataFrame) -> list[str]:
     if isinstance(known, (list, tuple)):
         wanted = [name for name in known if name in table.columns]
     else:
-        settings = sorted(settings_keys() & set(table.columns))
-        order = [*OF_VIEWS, "technique", *settings, *(key for key in KEYS if key not in (*OF_VIEWS, "technique"))]
+        order = keys_with(sorted(settings_keys() & set(table.columns)))
         # A budget decides the resolution.
         budgets = "memory" in table.columns and table["memory"].notna().any()
         wanted = [name for name in order if name in table.columns and not (budgets and name == "resolution")]
     follow = [
-        name for name in OF_VIEWS[1:] if name in wanted and one_for_each(table["scene"].tolist(), table[name].tolist())
+        name for name in OF_SCENES if name in wanted and one_for_each(table["scene"].tolist(), table[name].tolist())
     ]
     return [name for name in wanted if len(set(there(table[name]))) > 1 and name not in follow]
 

@@ -17,14 +17,15 @@ from ...techniques.variant import MapReading, reading
 from ...text import bias_of, bias_text, shown
 from ...text.checks import check_bias, check_filter, checked_blend, checked_stored, renderer_of, whole
 from ..columns import TABLES
-from ..memory import bytes_of
+from ..memory import BYTES_PER_TEXEL, bytes_of
 from ..metrics import Metric
+from ..store.row_text import Cell
 from ..views import LabelledView
 from .functions import Function, apart_from_names
 from .scene_values import views_of_rows
-from .space import KEYS, Named, RawRow, one_for_each, raw_rows
+from .space import KEYS, OF_SCENES, Named, RawRow, keys_with, one_for_each, raw_rows
 from .technique_values import cell_of, check_given_once, id_of, item_of, labels_of, owner_of, settings_in
-from .work import Group, Plain, Request
+from .work import Group, Request
 
 if TYPE_CHECKING:
     from ...types import Filter, Item, RendererArgument, RendererLike, Size
@@ -62,7 +63,7 @@ class Planned:
 
     view: int
     request: Request | None
-    cells: dict[str, Plain]
+    cells: dict[str, Cell]
     failure: tuple[str, str] = ("", "")
     note: str = ""
 
@@ -175,7 +176,7 @@ def plan_of(
 
 
 class _Rows:
-    """The rows of a plan as they come, none twice."""
+    """The rows of a plan as they come, none twice; whoever adds them holds their values, which are known by `id_of`."""
 
     def __init__(self, views: Sequence[LabelledView], scenes: Sequence[str], labels: Mapping[object, str]):
         self.views, self.scenes, self.labels = views, scenes, labels
@@ -183,8 +184,6 @@ class _Rows:
         self.notes: list[str] = []
         self._seen: dict[tuple[object, ...], int] = {}
         self._items: dict[tuple[object, ...], Item | tuple[str, str]] = {}
-        # What keys are made of must not be made anew at the same place in memory.
-        self._held: list[object] = []
 
     def add(self, row: RawRow, view: int) -> None:
         """A row, unless it is there."""
@@ -207,11 +206,10 @@ class _Rows:
                 self._note("rows that were there before are left out")
             return
         self._seen[same] = len(self.rows)
-        self._held += [named.value, *settings.values()]
         label = self.labels[id_of(named.value), named.label]
         keys = {key: cell_of(one.value) for key, one in row.items() if key not in KEYS and key not in dropped}
         one = self.views[view]
-        head: dict[str, Plain] = {
+        head: dict[str, Cell] = {
             "scene": self.scenes[view], "view": one.label, "camera": one.camera_label, "light": one.light_label,
             "light_angle": one.light_angle, "light_elevation": one.light_elevation, "technique": label, **keys,
             "memory": memory,
@@ -277,7 +275,7 @@ def read_in(row: RawRow) -> tuple[_core.Bias | None, Filter, float, _core.Stored
     return cast("_core.Bias | None", bias), cast("Filter", kernel), blend, stored
 
 
-def cells_of_reading(read: MapReading) -> dict[str, Plain]:
+def cells_of_reading(read: MapReading) -> dict[str, Cell]:
     """The cells that say how maps are read."""
     return {"bias": bias_text(read.bias), "filter": read.filter, "blend": read.blend, "stored": str(read.stored)}
 
@@ -287,24 +285,11 @@ def swept_in(rows: Sequence[Planned], settings: Sequence[str]) -> tuple[str, ...
 
     Cameras and lights count where a scene has several: one of its own for each scene varies with the scene alone.
     """
-    names = [
-        "scene",
-        "camera",
-        "light",
-        "technique",
-        *settings,
-        "resolution",
-        "memory",
-        "bias",
-        "filter",
-        "stored",
-        "blend",
-    ]
     scenes = [id_of(row.cells.get("scene")) for row in rows]
     found = []
-    for name in names:
+    for name in keys_with(settings):
         values = [id_of(row.cells.get(name)) for row in rows]
-        if len(set(values)) > 1 and not (name in ("camera", "light") and one_for_each(scenes, values)):
+        if len(set(values)) > 1 and not (name in OF_SCENES and one_for_each(scenes, values)):
             found.append(name)
     return tuple(found)
 
@@ -327,7 +312,7 @@ def cost_of_view(view: LabelledView) -> float:
 
 def cost_of(view: LabelledView, request: Request, metrics: Sequence[str]) -> float:
     """What a run costs beside others; of no unit."""
-    texels = request.resolution**2 if request.resolution is not None else (request.memory or 0) / 4
+    texels = request.resolution**2 if request.resolution is not None else (request.memory or 0) / BYTES_PER_TEXEL
     pixels = view.size[0] * view.size[1]
     slow = sum(METRIC_COST[name] for name in metrics)
     each = TEXEL_COST * texels + (PIXEL_COST + slow) * pixels + TRIANGLE_COST * view.view.scene.triangle_count

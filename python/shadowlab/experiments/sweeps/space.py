@@ -26,8 +26,10 @@ from ...text import shown
 from ...text.arrays import checked_items
 from ...text.checked import a_text
 
-#: The keys of a space beside the settings of techniques, in the order in which rows are sorted.
-OF_VIEWS = ("scene", "camera", "light")
+#: The keys of a space beside the settings of techniques, in the order in which rows are sorted; first those of views,
+#: of which a camera or a light may follow from the scene.
+OF_SCENES = ("camera", "light")
+OF_VIEWS = ("scene", *OF_SCENES)
 KEYS = (*OF_VIEWS, "technique", "resolution", "memory", "bias", "filter", "stored", "blend")
 #: Those whose values may have labels.
 WITH_LABELS = (*OF_VIEWS, "technique")
@@ -97,6 +99,11 @@ def rank_of(key: str) -> tuple[int, str]:
     return (KEYS.index(key) if key in KEYS else KEYS.index("technique"), "" if key in KEYS else key)
 
 
+def keys_with(settings: Iterable[str]) -> list[str]:
+    """All keys in their order, these settings of techniques among them."""
+    return sorted([*KEYS, *settings], key=lambda key: rank_of(key)[0])
+
+
 def checked_row(name: str, row: object) -> dict[str, object]:
     """A dict whose keys exist; errors as of `raw_rows`, `name` is what they call it."""
     if not isinstance(row, Mapping):
@@ -138,7 +145,7 @@ def check_key(name: str, key: object) -> None:
     if owner.startswith("preset:"):
         has: tuple[str, ...] = READ_SETTINGS
     elif owner == EVERY:
-        has = tuple(dict.fromkeys(itertools.chain.from_iterable(known.values())))
+        has = all_settings()
     elif owner in known:
         has = known[owner]
     else:
@@ -160,11 +167,16 @@ def settings_of_techniques() -> dict[str, tuple[str, ...]]:
 
 
 @functools.cache
+def all_settings() -> tuple[str, ...]:
+    """The settings that any technique has, each once."""
+    return tuple(dict.fromkeys(itertools.chain.from_iterable(settings_of_techniques().values())))
+
+
+@functools.cache
 def settings_keys() -> frozenset[str]:
     """All keys of settings, engines' presets aside."""
-    known = settings_of_techniques()
-    every = dict.fromkeys(itertools.chain.from_iterable(known.values()))
-    return frozenset(f"{owner}.{name}" for owner, names in {**known, EVERY: tuple(every)}.items() for name in names)
+    known = {**settings_of_techniques(), EVERY: all_settings()}
+    return frozenset(f"{owner}.{name}" for owner, names in known.items() for name in names)
 
 
 def alternatives(key: str, value: object) -> list[Named]:

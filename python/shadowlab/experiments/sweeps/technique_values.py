@@ -13,7 +13,8 @@ from ...techniques.kinds import is_parameterization
 from ...techniques.labels import full_name_of, name_of, resolved
 from ...techniques.registry import technique
 from ...techniques.variant import READ_SETTINGS, Variant, variant
-from ...text import format_value, parse_spec, pieces, settings_text, shown
+from ...text import bias_text, format_value, parse_spec, pieces, settings_text, shown
+from ..store.row_text import of_64_bits
 from ..views import apart
 from .space import EVERY, KEYS, Named, RawRow, settings_of_techniques
 
@@ -170,8 +171,7 @@ def cell_of(value: object) -> SettingCell:
     """What a table shows of the value of a setting; of one that cannot be written out, what errors show."""
     try:
         found = _cell_of(value)
-        # What a column of whole numbers holds, and a store.
-        return float(found) if isinstance(found, int) and not -(2**63) <= found < 2**63 else found
+        return of_64_bits(found) if isinstance(found, int) else found
     except Exception:  # noqa: BLE001 - what callers give may raise whatever it likes
         return shown(value)
 
@@ -188,7 +188,5 @@ def _cell_of(value: object) -> SettingCell:
     if isinstance(value, _core.Stored):
         return str(value)
     if isinstance(value, _core.Bias):
-        from ...text import bias_text
-
         return bias_text(value)
     return name_of(cast("Item", value)) if hasattr(value, "name") else shown(value)

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from ...errors import ArgumentError, DeviceError, LoadError, ShadowlabError
@@ -24,9 +25,10 @@ from ...text import reason_of
 from ...text.checks import renderer_of
 from ...text.progress import Deadline, OutOfTimeError
 from ..candidates import FIRST_TEXELS, attempt
-from ..evaluate import evaluate, fitted
+from ..evaluate import evaluate, fitted, samples_for
 from ..memory import side_of, too_small
-from ..metrics import DRAWN, Metric
+from ..metrics import DRAWN, HELD_AGAINST_TRUTH, Metric
+from ..store.row_text import Cell
 from .functions import numbers_from
 
 if TYPE_CHECKING:
@@ -35,10 +37,6 @@ if TYPE_CHECKING:
     from ..run import Run
 
 
-#: A cell of a row, which travels and is stored.
-Plain = bool | int | float | str | None
-#: Metrics that are held against the truth.
-TRACED_METRICS = frozenset({"misclassified", "causes"})
 # The errors that another try may not have: of a device, a file, the machine.
 PASSING = (DeviceError, LoadError)
 
@@ -116,7 +114,7 @@ class Answer:
     """
 
     place: int
-    row: Mapping[str, Plain]
+    row: Mapping[str, Cell]
     settled: bool = True
 
 
@@ -127,10 +125,9 @@ def prepare(view: View, task: Task, request: Request) -> None:
     with suppress(Exception):
         if DRAWN & set(task.metrics):
             view.gbuffer(renderer)
-        if TRACED_METRICS & set(task.metrics):
+        if HELD_AGAINST_TRUTH & set(task.metrics):
             view.truth()
-        if getattr(request.item, "needs_samples", False):
-            view.samples(renderer=renderer)
+        samples_for(request.item, view, renderer)
 
 
 def answer_to(view: View, request: Request, task: Task) -> Answer:
@@ -164,7 +161,7 @@ def row_of(view: View, request: Request, task: Task) -> tuple[dict[str, Any], bo
     )  # fmt: skip
     row = {**run.row(), "failure_type": run.failure_type}
     settled = run.failure_type not in {kind.__name__ for kind in PASSING}
-    numbers: dict[str, Plain] = {}
+    numbers: dict[str, Cell] = {}
     for name, function in () if run.failure else task.functions:
         try:
             numbers |= numbers_from(name, function, run)
@@ -191,7 +188,7 @@ def side_for(view: View, request: Request, task: Task) -> int:
     def maps_at(side: int) -> int:
         if is_parameterization(request.item):
             return len(view.views) * len(request.item.matrices)
-        made = [attempt(lambda one=one: fitted(request.item, one, side, renderer)) for one in view.views]  # type: ignore[misc]
+        made = [attempt(partial(fitted, request.item, one, side, renderer)) for one in view.views]
         return sum(0 if p is None else len(p.matrices) for p, _ in made)
 
     # Where nothing is made, the run says why.

@@ -13,7 +13,7 @@ import pytest
 from sweep_support import SIZE, SPACE, kill_at_64, lit, same, sleep_at_64
 
 import shadowlab as sl
-from shadowlab.errors import ArgumentError, StoreError
+from shadowlab.errors import ArgumentError, DeviceError, StoreError, UnsupportedError
 
 HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
 ROBOTS = {"scene": "@robots", "technique": "uniform"}
@@ -111,6 +111,25 @@ def test_refusals_are_kept_and_what_the_machine_did_is_not(path):
     assert len(kept) == 3, "failures can be looked at"
     with sl.Store(path) as store:
         assert len(store.missing(list(kept["key"]))) == 2
+
+
+class Half:
+    """A technique that refuses one kind of light, and whose device fails at the other."""
+
+    name, settings, needs_samples = "half", {}, False
+
+    def parameterize(self, scene, camera, light, *, resolution=1024, samples=None):
+        raise UnsupportedError("no lamp") if light.kind == "spot" else DeviceError("lost")
+
+
+def test_what_the_machine_did_with_one_of_several_lights_is_not_kept(path):
+    lamp, sun = sl.SpotLight((0, 9, 0), (0, -1, 0.1), cone_angle=1.0, range=50), sl.DirectionalLight((0.3, -1, 0.1))
+    space = {"scene": "@robots", "technique": Half(), "light": {"lamp": lamp, "both": (lamp, sun)}, "resolution": 32}
+    found = sl.sweep(space, **HOW, store=path)
+    assert list(found["failure_type"]) == ["UnsupportedError", "UnsupportedError, DeviceError"]
+    kept = sl.read_store(path)
+    with sl.Store(path) as store:
+        assert store.missing(list(kept["key"])) == list(kept["key"][kept["light"] == "both"])
 
 
 def test_workers_and_executors_fill_it_alike(path, tmp_path):

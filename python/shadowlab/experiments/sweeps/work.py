@@ -160,7 +160,8 @@ def row_of(view: View, request: Request, task: Task) -> tuple[dict[str, Any], bo
         **request.read._asdict(),
     )  # fmt: skip
     row = {**run.row(), "failure_type": run.failure_type}
-    settled = run.failure_type not in {kind.__name__ for kind in PASSING}
+    passing = {kind.__name__ for kind in PASSING}
+    settled = not any(part.failure_type in passing for part in run.parts or (run,))
     numbers: dict[str, Cell] = {}
     for name, function in () if run.failure else task.functions:
         try:

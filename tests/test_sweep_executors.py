@@ -101,7 +101,7 @@ class Alone:
 def test_scenes_are_sent_once_to_where_their_files_are_not(here):
     from shadowlab.experiments.sweeps import parcels
 
-    parcels.HELD.__init__()
+    parcels.HELD.forget("scene")
     executor = Alone()
     same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
     sent = [lot.group.view.scene for lot in executor.lots if lot.scene is not None]

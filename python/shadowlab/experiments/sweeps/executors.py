@@ -151,6 +151,11 @@ def finish(
         run_sent([lot.group for lot in lots], data, workers, parcels, timeout, add)
 
 
+def cannot_carry_out(error: BaseException) -> WorkerError:
+    """The error for what an executor raises itself."""
+    return WorkerError(f"executor: its processes cannot carry runs out ({type(error).__name__}: {reason_of(error)})")
+
+
 def answers_in(found: object, lot: Lot) -> list[Answer]:
     """The answers to a lot, which may be fewer than its runs.
 
@@ -249,14 +254,12 @@ class Submitted:
                 return False
             del self.lots[id(future)]
             if not self.place.died(error):
-                raise WorkerError(
-                    f"executor: its processes cannot carry runs out ({type(error).__name__}: {reason_of(error)})"
-                ) from None
+                raise cannot_carry_out(error) from None
             return self._again(lot)
         del self.lots[id(future)]
         if isinstance(found, Lacking):
             self.lacking = True
-            return self._begun(Lot(lot.group, lot.folder, lot.workers, self.parcels.data(found.scene), lot.process))
+            return self._begun(lot.with_scene(self.parcels.data(found.scene)))
         answers = answers_in(found, lot)
         self.answered = True
         for answer in answers:

@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ...errors import WorkerError
-from ...text import reason_of
 from ...text.checked import has_all
-from .executors import answers_in, finish
+from .executors import answers_in, cannot_carry_out, finish
 from .lots import Lacking, Lot, carry_out, lots_of
 from .parcels import Parcels, SentGroup, dumped_task
 from .places import of_package
@@ -50,8 +49,7 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
         try:
             for i, found in calls(parallel, lots, data):
                 if isinstance(found, Lacking):
-                    lot = lots[i]
-                    lacking.append(Lot(lot.group, lot.folder, lot.workers, parcels.data(found.scene), lot.process))
+                    lacking.append(lots[i].with_scene(parcels.data(found.scene)))
                 else:
                     for answer in answers_in(found, lots[i]):
                         take(answer)
@@ -62,9 +60,7 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
             raise
         except Exception as error:  # noqa: BLE001 - backends raise what they like
             if not any("Broken" in kind.__name__ for kind in type(error).__mro__):
-                raise WorkerError(
-                    f"executor: its processes cannot carry runs out ({type(error).__name__}: {reason_of(error)})"
-                ) from None
+                raise cannot_carry_out(error) from None
         left = [one for lot in lots if (one := lot.without(done)).places]
         finish(left, data, parcels, add, workers, task.timeout)
 

@@ -19,14 +19,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from ... import _core
+from ...scene.kept import Kept
 from ...scene.view import View
-from .parcels import HELD, SentGroup, answer_to_sent, loaded
+from .parcels import SentGroup, answer_to_sent, file_of, held_scene, loaded
 from .work import Answer, Task
 
-# Tasks and views that a process keeps beside those that it is at.
-TASKS_HELD, VIEWS_HELD = 2, 1
+# The last tasks that this process was sent, by their bytes.
+TASKS = Kept(2)
+# Views that a process keeps beside those that it is at.
+VIEWS_HELD = 1
 # So many lots a worker where there are fewer views, so that the last ones end at about the same time; and so many runs
 # in one, since they are stored when all of it is done.
 LOTS_OF_WORKER, MOST_RUNS_OF_LOT = 4, 64
@@ -66,6 +70,10 @@ class Lot:
         """The same without the runs that are done."""
         left = tuple(one for one in self.group.requests if one[0] not in done)
         return replace(self, group=replace(self.group, requests=left))
+
+    def with_scene(self, data: bytes) -> Lot:
+        """The same with the scene itself."""
+        return replace(self, scene=data)
 
     def singles(self) -> list[Lot]:
         """A lot per run."""
@@ -127,51 +135,35 @@ def carry_out(
 
 
 def scene_of_lot(lot: Lot) -> _core.Scene | None:
-    """The scene of a lot: as it is here, from its file, or as it came."""
-    name = lot.group.view.scene
-    held = HELD.get(name)
-    if held is not None:
-        return held
-    if lot.scene is not None:
-        return HELD.put(name, lot.scene)
+    """The scene of a lot: as it is here, as it came, or from its file."""
+    name, data = lot.group.view.scene, lot.scene
+    file = file_of(Path(lot.folder), name)
     try:
-        data = (Path(lot.folder) / f"{name}.pickle").read_bytes()
+        return held_scene(name, file.read_bytes if data is None else lambda: data)
     except OSError:
         return None
-    return HELD.put(name, data)
-
-
-_tasks: OrderedDict[bytes, Task] = OrderedDict()
-_tasks_lock = threading.Lock()
 
 
 def task_of(data: bytes) -> Task:
     """The task of its bytes, read once by a process."""
-    with _tasks_lock:
-        if data not in _tasks:
-            _tasks[data] = loaded(data).here()
-            while len(_tasks) > TASKS_HELD:
-                _tasks.popitem(last=False)
-        _tasks.move_to_end(data)
-        return _tasks[data]
+    return TASKS.get("task", data, lambda: cast("Task", loaded(data).here()), lambda _: 1)
 
 
-_shared: set[tuple[int, int]] = set()
+_shared: set[tuple[int, int | None, int | None]] = set()
 
 
 def _share_cores(lot: Lot, threads: int | None) -> None:
     """Sets the threads of this process to its share, once for each number of workers."""
-    if threads is None and lot.workers is None:
-        return
     # By the process, since a fork has what its parent had.
-    key = os.getpid(), -threads if threads is not None else lot.workers or 1
+    key = os.getpid(), threads, lot.workers
     if key in _shared:
         return
     _shared.add(key)
-    if threads is None:
+    if threads is None and lot.workers is not None:
         _core.set_threads(None)
-        threads = max(1, _core.threads() // (lot.workers or 1))
-    _core.set_threads(threads)
+        threads = max(1, _core.threads() // lot.workers)
+    if threads is not None:
+        _core.set_threads(threads)
 
 
 class Pictures:

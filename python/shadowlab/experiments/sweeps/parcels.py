@@ -15,15 +15,15 @@ import shutil
 import sys
 import tempfile
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ... import _core
 from ...errors import ArgumentError
+from ...scene.kept import Kept
 from ...scene.view import View
 from ...text import reason_of
 from .work import Answer, Group, Request, Task, answer_to, failed, prepare
@@ -31,8 +31,8 @@ from .work import Answer, Group, Request, Task, answer_to, failed, prepare
 if TYPE_CHECKING:
     from ...types import Light
 
-# Scenes that a process holds: work is grouped by view, so few are in use.
-SCENES_HELD = 4
+# The scenes that this process was sent, by their hashes: work is grouped by view, so few are in use.
+HELD = Kept(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +133,11 @@ def loaded(data: bytes) -> Any:
     return pickle.loads(data)
 
 
+def file_of(folder: Path, scene: str) -> Path:
+    """Where the scene of a hash is in the folder of a sweep."""
+    return folder / f"{scene}.pickle"
+
+
 class Parcels:
     """The scenes of a sweep as files in a folder of their own, which goes at the end.
 
@@ -147,7 +152,7 @@ class Parcels:
 
     def file(self, scene: str) -> Path:
         """The file of a scene, written at the first use."""
-        path = self.folder / f"{scene}.pickle"
+        path = file_of(self.folder, scene)
         if not path.exists():
             part = path.with_suffix(f".{threading.get_ident()}")
             part.write_bytes(self.data(scene))
@@ -167,32 +172,9 @@ class Parcels:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-class HeldScenes:
-    """The scenes that a process was sent, the last few of them."""
-
-    def __init__(self) -> None:
-        self._scenes: OrderedDict[str, _core.Scene] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def get(self, scene: str) -> _core.Scene | None:
-        """The scene of a hash, if it is here."""
-        with self._lock:
-            if scene in self._scenes:
-                self._scenes.move_to_end(scene)
-            return self._scenes.get(scene)
-
-    def put(self, scene: str, data: bytes) -> _core.Scene:
-        """Takes up the bytes of a scene."""
-        made: _core.Scene = loaded(data)
-        with self._lock:
-            self._scenes[scene] = made
-            while len(self._scenes) > SCENES_HELD:
-                self._scenes.popitem(last=False)
-        return made
-
-
-#: Of this process.
-HELD = HeldScenes()
+def held_scene(scene: str, read: Callable[[], bytes]) -> _core.Scene:
+    """The scene of a hash as this process holds it, or of the bytes that `read` gives."""
+    return HELD.get("scene", scene, lambda: cast("_core.Scene", loaded(read())), lambda _: 1)
 
 
 def answer_to_sent(view: View, place: int, data: bytes, task: Task, begun: Callable[[], None] = lambda: None) -> Answer:

@@ -22,7 +22,7 @@ from ... import _core
 from ...scene.view import View
 from ...text import reason_of
 from .messages import receive, send
-from .parcels import HELD, SentView, answer_to_sent, loaded
+from .parcels import SentView, answer_to_sent, held_scene, loaded
 from .work import Answer, Task
 
 
@@ -57,9 +57,7 @@ class Desk:
 
     def view(self, sent: SentView, file: str) -> None:
         """Turns to a view; pictures of the one before would only take room."""
-        scene = HELD.get(sent.scene)
-        if scene is None:
-            scene = HELD.put(sent.scene, Path(file).read_bytes())
+        scene = held_scene(sent.scene, Path(file).read_bytes)
         if self._view is not None:
             self._view.clear()
         self._view = sent.view(scene)

@@ -381,5 +381,7 @@ def test_the_command_line_names_a_difference(files, capsys):
     np.savetxt(ours, np.diag([0.5, 1, 1, 1]) @ files["matrix"])
     assert cli.main(["diagnose", str(ours), str(files["npy"]), "--resolution", "64"]) == 1
     assert "x scaled by 2" in capsys.readouterr().out
+    assert cli.main(["diagnose", str(ours), str(files["npy"]), "--resolution", "64", "--resolution", "32"]) == 2
+    assert "expected one number of texels, got '64,32'" in capsys.readouterr().err
     assert cli.main(["diagnose", str(ours), "none.npy"]) == 2
     assert "cannot read 'none.npy'" in capsys.readouterr().err

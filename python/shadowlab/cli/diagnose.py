@@ -39,7 +39,7 @@ DIAGNOSE = Command(
         ),
         Argument("theirs", metavar="THEIRS", type=click.Path(), help="npy, json or text, in any convention"),
         scene_argument(required=False),
-        resolution_option("texels along each side", multiple=False),
+        resolution_option("texels along each side"),
         light_option(),
         *view_options(),
     ],

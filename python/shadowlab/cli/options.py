@@ -93,9 +93,9 @@ def technique_option(help: str) -> Option:
     )
 
 
-def resolution_option(help: str, *, multiple: bool = True, metavar: str = "N") -> Option:
+def resolution_option(help: str, *, metavar: str = "N") -> Option:
     """The texels of a map; `help` says of which."""
-    return Option("--resolution", multiple=multiple, metavar=metavar, help=f"{help} (default: 1024)")
+    return Option("--resolution", multiple=True, metavar=metavar, help=f"{help} (default: 1024)")
 
 
 def backend_option() -> Option:
@@ -164,8 +164,7 @@ def lookup_given(options: Options) -> dict[str, Any]:
 
 def resolution_texts(options: Options) -> list[str]:
     """The texts of numbers of texels, or that of the default."""
-    given = "1024" if options.resolution is None else options.resolution
-    return [given] if isinstance(given, str) else list(given)
+    return options.resolution or ["1024"]
 
 
 def resolutions_given(options: Options) -> list[int]:

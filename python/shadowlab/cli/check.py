@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,6 @@ from .options import writable_file
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..types import RendererLike
-
 BOUND_BROKEN = 1
 OUTCOME_HEADS = ("check", "technique", "resolution", "column", "value", "bound", "outcome")
 
@@ -29,16 +28,17 @@ def check_command(options: Options) -> int:
     BOUNDS.toml says which views, techniques and bounds; docs/check.md has its keys, and a workflow for GitHub. Paths in
     it are relative to the folder that the command runs in. Exit status 0 where all bounds hold, 1 where one is broken.
     """
-    from ..text.progress import Steps
+    from .._core import Renderer
+    from ..text.progress import steps_of_call
 
     checks = checks_of(read_config(options.bounds))
     file = None if options.junit is None else writable_file("junit", options.junit)
-    scenes, renderers = Scenes(), dict[str, "RendererLike"]()
+    scenes, renderer_of = Scenes(), functools.cache(Renderer)
     outcomes: list[BoundOutcome] = []
-    with Steps(len(checks), True) as step:
+    with steps_of_call(len(checks), None) as step:
         for check in checks:
             step(check.name)
-            outcomes += bound_outcomes(check, scenes, renderers)
+            outcomes += bound_outcomes(check, scenes, renderer_of)
     print(outcome_table(outcomes))
     broken = [one for one in outcomes if not one.holds]
     for one in broken:

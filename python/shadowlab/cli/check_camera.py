@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 EXAMPLE_CAMERA = '{ view = "view.npy", projection = "projection.npy", convention = "opengl" }'
 # What matrices of a camera say themselves.
-SAID_BY_MATRICES = (
-    "view", "eye", "target", "fov-deg", "ortho-height", "shift", "near", "far",
-)  # fmt: skip
+SAID_BY_MATRICES = ("view", "eye", "target", "fov-deg", "ortho-height", "shift", "near", "far")
 
 
 @dataclass(frozen=True)

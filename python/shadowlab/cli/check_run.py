@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .. import _core
 from ..experiments.columns import COLUMNS
-from ..text import digits, share_text
+from ..text import digits, is_missing, share_text
 from .check_config import PATH_COLUMNS, Bound, Gate
 from .check_path import item_of_frames
 from .command import Options
@@ -92,8 +90,8 @@ class Scenes:
         return self._loaded[key]
 
 
-def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLike]) -> Iterator[BoundOutcome]:
-    """The outcomes of a check, technique by technique.
+def bound_outcomes(check: Gate, scenes: Scenes, renderer_of: Callable[[str], RendererLike]) -> Iterator[BoundOutcome]:
+    """The outcomes of a check, technique by technique; `renderer_of` gives the renderer of a backend.
 
     Raises
     ------
@@ -116,14 +114,13 @@ def bound_outcomes(check: Gate, scenes: Scenes, renderers: dict[str, RendererLik
             cameras = [camera]
         view = View(scene, cameras[0], light, size)
         read = lookup_given(options)
-        if options.backend not in renderers:
-            renderers[options.backend] = _core.Renderer(options.backend)
+        renderer = renderer_of(options.backend)
         items = {label: item_of_frames(text, cameras, check.path) for label, text in check.techniques.items()}
     for label, item in items.items():
         begun = time.perf_counter()
-        values, failure = columns_of_view(check, view, label, item, read, renderers[options.backend])
+        values, failure = columns_of_view(check, view, label, item, read, renderer)
         if not failure and check.path is not None and any(bound.column in PATH_COLUMNS for bound in check.bounds):
-            of_path, failure = columns_of_path(check, view, cameras, label, item, read, renderers[options.backend])
+            of_path, failure = columns_of_path(check, view, cameras, label, item, read, renderer)
             values = {**of_path, **values}
         seconds = (time.perf_counter() - begun) / len(check.bounds)
         for bound in check.bounds:
@@ -163,16 +160,10 @@ def value_of_bound(bound: Bound, values: Mapping[str, Any]) -> float | None:
     value = values.get(bound.column)
     if value is None and bound.column in ZERO_WITHOUT and values.get(ZERO_WITHOUT[bound.column]) == 0:
         return 0.0
-    steps = [known_number(one) for one in (value if isinstance(value, list) else [value])]
-    known = [one for one in steps if one is not None]
-    if len(known) < len(steps):
+    steps: list[Any] = value if isinstance(value, list) else [value]
+    if any(map(is_missing, steps)):
         return None
+    known = [float(one) for one in steps]
     # Of a bound on both sides the step that breaks it, if one does.
     broken = [one for one in known if not bound.holds(one)]
     return (broken or [max(known) if bound.most is not None else min(known)])[0]
-
-
-def known_number(value: Any) -> float | None:
-    """A number of a table; None for one that is missing."""
-    found = float("nan") if value is None or value != value else float(value)
-    return None if math.isnan(found) else found

@@ -17,6 +17,8 @@ from .nearest import nearest_text
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+#: The variable by which a shell asks what completes its words.
+COMPLETE = "_SHADOWLAB_COMPLETE"
 HELP_NAMES = {"help_option_names": ["-h", "--help"]}
 #: Loads a command; the module of a command is read when the command is called, or its help.
 Loader: TypeAlias = "Callable[[], click.Command]"

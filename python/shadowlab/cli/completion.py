@@ -5,15 +5,9 @@ from __future__ import annotations
 import os
 
 import click
-from click.shell_completion import (
-    BashComplete,
-    add_completion_class,
-    get_completion_class,
-    shell_complete,
-    split_arg_string,
-)
+from click.shell_completion import BashComplete, add_completion_class, shell_complete, split_arg_string
 
-from .command import Argument, Command, Options
+from .command import COMPLETE, Argument, Command, Options
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -50,10 +44,10 @@ complete -o nosort -F %(complete_func)s %(prog_name)s
         return (words, "") if not words or line[-1:].isspace() else (words[:-1], words[-1])
 
 
-def complete(commands: click.Command, variable: str, instruction: str) -> int:
+def complete(commands: click.Command, instruction: str) -> int:
     """Answers a shell: the script for `bash_source`, what completes its words for `bash_complete`."""
     add_completion_class(WholeWords)
-    return shell_complete(commands, {}, "shadowlab", variable, instruction)
+    return shell_complete(commands, {}, "shadowlab", COMPLETE, instruction)
 
 
 def completion_command(options: Options) -> int:
@@ -62,11 +56,7 @@ def completion_command(options: Options) -> int:
     bash: eval "$(shadowlab completion bash)" in ~/.bashrc. zsh: the same with zsh in ~/.zshrc. fish: shadowlab
     completion fish > ~/.config/fish/completions/shadowlab.fish
     """
-    add_completion_class(WholeWords)
-    kind = get_completion_class(options.shell)
-    assert kind is not None  # click has all three
-    print(kind(click.Command("shadowlab"), {}, "shadowlab", "_SHADOWLAB_COMPLETE").source())
-    return 0
+    return complete(click.Command("shadowlab"), f"{options.shell}_source")
 
 
 COMPLETION = Command(

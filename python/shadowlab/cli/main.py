@@ -20,11 +20,9 @@ import click
 
 from ..errors import ArgumentError, ShadowlabError, ShadowlabWarning
 from .all_commands import SHADOWLAB
-from .command import Options
+from .command import COMPLETE, Options
 
 USAGE_ERROR = 2
-#: The variable by which a shell asks what completes its words.
-COMPLETE = "_SHADOWLAB_COMPLETE"
 INTERRUPTED = 130  # 128 + SIGINT, as shells say it
 
 
@@ -46,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if COMPLETE in os.environ:
             from .completion import complete
 
-            return complete(SHADOWLAB, COMPLETE, os.environ[COMPLETE])
+            return complete(SHADOWLAB, os.environ[COMPLETE])
         with one_line_warnings():
             status = int(result_of(words))
             sys.stdout.flush()

@@ -12,7 +12,7 @@ import click
 
 from ..errors import ArgumentError
 from ..experiments.memory import memory_text
-from ..text import plain, share_text
+from ..text import is_missing, plain, share_text
 from .command import Argument, Command, Option, Options
 from .config import read_config
 from .options import writable_file
@@ -160,19 +160,17 @@ def cell_text(value: object, name: str) -> str:
     if known is None or known == "":
         return "–"
     if name == "share":
-        return share_text(float(str(known)))
+        return share_text(known)
     if name == "memory":
-        return memory_text(int(str(known)))
+        return memory_text(known)
     if isinstance(known, float):
         return f"{known:.4g}"
     return f"{known:,}" if isinstance(known, int) and name != "resolution" else str(known)
 
 
-def known_cell(value: object) -> object:
+def known_cell(value: object) -> Any:
     """A cell as JSON has it; None for what is missing."""
-    import pandas as pd
-
-    return None if pd.isna(value) else plain(value)  # type: ignore[call-overload]
+    return None if is_missing(value) else plain(value)
 
 
 def writer(path: str) -> Callable[[pd.DataFrame], None]:

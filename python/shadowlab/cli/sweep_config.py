@@ -108,9 +108,8 @@ def size_of_config(top: Table) -> tuple[int, int] | None:
     value = top.get("size")
     if value is None:
         return None
-    text = "x".join(map(str, value)) if isinstance(value, list) else value
     with top.naming("size"):
-        return parse_size(text if isinstance(text, str) else str(text))
+        return parse_size("x".join(map(str, value)) if isinstance(value, list) else str(value))
 
 
 def space_of(top: Table) -> Values | list[Values]:

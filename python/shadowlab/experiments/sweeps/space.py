@@ -138,19 +138,14 @@ def check_key(name: str, key: object) -> None:
     if key in KEYS:
         return
     owner, dot, setting = key.rpartition(".")
-    known = settings_of_techniques()
     if not dot:
         listed = ", ".join(KEYS)
         raise UnknownNameError(f"{name}: unknown key {shown(key)}; expected one of {listed}, or technique.setting")
-    if owner.startswith("preset:"):
-        has: tuple[str, ...] = READ_SETTINGS
-    elif owner == EVERY:
-        has = all_settings()
-    elif owner in known:
-        has = known[owner]
-    else:
+    has = settings_after(owner)
+    if has is None:
+        listed = ", ".join(settings_of_techniques())
         raise UnknownNameError(
-            f"{name}: unknown technique {shown(owner)} in the key {shown(key)}; expected one of {', '.join(known)}, "
+            f"{name}: unknown technique {shown(owner)} in the key {shown(key)}; expected one of {listed}, "
             f"or {EVERY!r} for all"
         )
     if setting not in has:
@@ -166,17 +161,21 @@ def settings_of_techniques() -> dict[str, tuple[str, ...]]:
     return {name: (*params, *READ_SETTINGS) for name, params in own.items()}
 
 
-@functools.cache
-def all_settings() -> tuple[str, ...]:
-    """The settings that any technique has, each once."""
-    return tuple(dict.fromkeys(itertools.chain.from_iterable(settings_of_techniques().values())))
+def settings_after(owner: str) -> tuple[str, ...] | None:
+    """The settings that may stand after this and a dot; None after the name of a technique that does not exist."""
+    if owner.startswith("preset:"):
+        return READ_SETTINGS
+    known = settings_of_techniques()
+    if owner == EVERY:
+        return tuple(dict.fromkeys(itertools.chain.from_iterable(known.values())))
+    return known.get(owner)
 
 
 @functools.cache
 def settings_keys() -> frozenset[str]:
     """All keys of settings, engines' presets aside."""
-    known = {**settings_of_techniques(), EVERY: all_settings()}
-    return frozenset(f"{owner}.{name}" for owner, names in known.items() for name in names)
+    owners = (*settings_of_techniques(), EVERY)
+    return frozenset(f"{owner}.{name}" for owner in owners for name in settings_after(owner) or ())
 
 
 def alternatives(key: str, value: object) -> list[Named]:

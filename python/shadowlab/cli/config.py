@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import ArgumentError, LoadError, ShadowlabError, StoreError
+from ..errors import ArgumentError, LoadError, ShadowlabError
 from ..text import reason_of, shown
 from .config_lines import KeyPlace, key_lines
 from .nearest import nearest_text
@@ -77,10 +77,10 @@ class Table:
 
     @contextlib.contextmanager
     def naming(self, key: str | None) -> Iterator[None]:
-        """Errors of ours from within say where the key stands; those of a store, or of a key within, do already."""
+        """Errors of ours from within say where the key stands; those of a key within do already."""
         try:
             yield
-        except (StoreError, PlacedError):
+        except PlacedError:
             raise
         except ShadowlabError as error:
             raise self.wrong(key, str(error)) from error

@@ -35,7 +35,7 @@ def sweep_command(options: Options) -> int:
     sweep that was stopped goes on where it was. Paths are relative to the folder that the command runs in.
     """
     from ..experiments.sweeps.plan import plan_of
-    from ..experiments.sweeps.sweep import sweep
+    from ..experiments.sweeps.sweep import planned_table
 
     config = sweep_config(read_config(options.config))
     store = config.store if options.store is None else options.store
@@ -47,16 +47,14 @@ def sweep_command(options: Options) -> int:
     if store is not None:
         with config.table.naming("store") if options.store is None else nullcontext():
             check_store(store, options.resume)
-    how: dict[str, Any] = {"size": config.size, "metrics": config.metrics, "renderer": config.backend}
-    if options.dry_run:
-        with config.table.naming("space"):
-            plan = plan_of(config.space, **how)
-        print(dry_run_text(options.config, plan, store, workers))
-        return 0
-    if write is not None:
+    if write is not None and not options.dry_run:
         writable_file("out", str(out))
     with config.table.naming("space"):
-        table = sweep(config.space, store=store, workers=workers, timeout=config.timeout, **how)
+        plan = plan_of(config.space, size=config.size, metrics=config.metrics, renderer=config.backend)
+    if options.dry_run:
+        print(dry_run_text(options.config, plan, store, workers))
+        return 0
+    table = planned_table(plan, store=store, workers=workers, timeout=config.timeout)
     failed = table[table["failure"] != ""]
     if len(failed) == len(table):
         which = f"all {len(table):,} runs failed, the first" if len(table) > 1 else "the only run failed"

@@ -6,15 +6,15 @@ quotes, `"lispsm.near" = [1, 2]`; `[[space]]` is rows as they are, one table eac
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..experiments.metrics import KNOWN_METRICS
 from ..experiments.sweeps.drawn_rows import random
 from ..experiments.sweeps.plan import SWEPT_METRICS, read_in, size_in
-from ..experiments.sweeps.space import EVERY, KEYS, WITH_LABELS, alternatives, check_key, settings_of_techniques
+from ..experiments.sweeps.space import EVERY, KEYS, WITH_LABELS, alternatives, settings_after, settings_of_techniques
 from ..experiments.sweeps.sweep import MOST_WORKERS, checked_timeout
 from ..experiments.sweeps.technique_values import owner_of
 from ..scene import library
@@ -22,6 +22,9 @@ from ..text import parse_size, parse_spec, shown
 from ..text.checks import BACKENDS
 from .config import Table
 from .nearest import nearest_text
+
+if TYPE_CHECKING:
+    from ..types import Backend
 
 TOP_KEYS = ("space", "random", "size", "metrics", "store", "workers", "timeout", "backend", "out")
 EXAMPLE_SPACE_TABLE = '[space] with scene = "@robots" and technique = ["uniform", "lispsm"]'
@@ -57,7 +60,7 @@ class SweepConfig:
     out: str | None
     workers: int | None
     timeout: float | None
-    backend: str
+    backend: Backend
     table: Table
 
 
@@ -170,16 +173,14 @@ def check_space_key(table: Table, key: str, full: str) -> None:
     if full in KEYS:
         return
     owner, dot, setting = full.rpartition(".")
-    known = settings_of_techniques()
     if not dot:
         raise table.wrong(key, f"unknown key; {nearest_text(full, KEYS)}, or a technique's setting such as lispsm.near")
-    if not owner.startswith("preset:") and owner not in (*known, EVERY):
-        raise table.wrong(key, f"unknown technique {owner!r}; {nearest_text(owner, (*known, EVERY))}")
-    settings: Iterable[str] = known[owner] if owner in known else dict.fromkeys(n for of in known.values() for n in of)
-    if not owner.startswith("preset:") and setting not in settings:
+    settings = settings_after(owner)
+    if settings is None:
+        known = (*settings_of_techniques(), EVERY)
+        raise table.wrong(key, f"unknown technique {owner!r}; {nearest_text(owner, known)}")
+    if setting not in settings:
         raise table.wrong(key, f"unknown setting {setting!r} of {owner}; {nearest_text(setting, settings)}")
-    with table.naming(key):
-        check_key("space", full)
 
 
 def is_interval(key: str, value: object) -> bool:

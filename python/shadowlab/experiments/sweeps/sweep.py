@@ -24,7 +24,7 @@ from .collected import Collected, opened
 from .executors import KINDS, place_for, run_in_place, run_in_threads, takes_calls
 from .in_process import run_here
 from .joblib_calls import is_parallel, run_in_joblib
-from .plan import SWEPT_METRICS, plan_of
+from .plan import SWEPT_METRICS, Plan, plan_of
 from .work import Answer, Group, Task, failed
 from .workers import run_in_workers
 
@@ -122,13 +122,34 @@ def sweep(
     if count is not None and executor is not None:
         raise ArgumentError("workers: expected none beside an executor, got both; the executor has its own")
     plan = plan_of(space, size=size, metrics=metrics, renderer=renderer)
-    task = Task(plan.metrics, plan.functions, plan.renderer, limit)
+    return planned_table(plan, store=store, executor=executor, workers=count, progress=progress, timeout=limit)
+
+
+def planned_table(
+    plan: Plan,
+    *,
+    store: str | os.PathLike[str] | StoreLike | None = None,
+    executor: object = None,
+    workers: int | None = None,
+    progress: bool | None = None,
+    timeout: float | None = None,
+) -> pd.DataFrame:
+    """The table of a plan, with the arguments of `sweep`, which have been checked.
+
+    Raises
+    ------
+    ArgumentError
+        For what cannot be sent to other processes.
+    StoreError, WorkerError
+        As of `sweep`.
+    """
+    task = Task(plan.metrics, plan.functions, plan.renderer, timeout)
     with opened(store) as kept:
         collected = Collected(plan, kept)
         groups = plan.groups(collected.missing())
         with steps_of_call(sum(len(group.requests) for group in groups), progress) as step:
             if groups:
-                carry_on(groups, task, collected, step, executor, count)
+                carry_on(groups, task, collected, step, executor, workers)
         return collected.table()
 
 

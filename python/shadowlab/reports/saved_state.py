@@ -30,7 +30,7 @@ from ..scene.source import Source
 from ..scene.view import View, view_of_origin
 from ..techniques.absent import AbsentTechnique
 from ..techniques.labels import full_name_of
-from ..techniques.presets import Preset, preset, presets
+from ..techniques.presets import PRESETS, Preset, preset
 from ..techniques.variant import Variant
 from ..travel import Value, checksum, restored
 
@@ -108,7 +108,7 @@ class _Writing:
             return {"view": [self.of(self._origin(value)), *(self.of(getattr(value, name)) for name in names)]}
         if isinstance(value, Measure):
             return {"measure": value.name}
-        if isinstance(value, Preset) and any(value == preset(name) for name in presets()["name"]):
+        if isinstance(value, Preset) and value in PRESETS:
             return {"preset": value.name}
         if type(value) in CLASSES.values():
             version = value.STATE_VERSION if isinstance(value, Value) else 1

@@ -289,8 +289,8 @@ def items_of(check: Check, expected: str, fix: str, least: int = 0) -> Check:
     return check_all
 
 
-def a_path(name: str, value: object) -> Path:
-    """A path that the system may have.
+def a_path(name: str, value: object, example: str = "report") -> Path:
+    """A path that the system may have; an error shows the example.
 
     Raises
     ------
@@ -305,7 +305,6 @@ def a_path(name: str, value: object) -> Path:
                 return found
     except Exception:  # noqa: BLE001 - paths of callers may raise whatever they like
         found = None
-    example = "runs.sqlite" if name == "store" else "report"
     raise ArgumentError(f'{name}: expected a path, got {shown(value)}; try "{example}"')
 
 

@@ -26,6 +26,8 @@ JOURNALS: tuple[Journal, ...] = get_args(Journal)
 
 #: "slab": what `file` and SQLite show of the program that a file belongs to.
 APPLICATION = 0x736C6162
+#: What paths of stores are called where an error shows one.
+EXAMPLE_FILE = "runs.sqlite"
 #: The first bytes of a file of SQLite.
 FIRST_BYTES = b"SQLite format 3\0"
 #: Of the tables; raised when they change.

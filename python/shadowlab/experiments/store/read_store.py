@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...text.checked import a_flag, a_path
 from ..columns import COLUMNS, frame
-from .database import opened_to_read
+from .database import EXAMPLE_FILE, opened_to_read
 from .keys import ALGORITHMS
 from .row_filter import row_filter
 from .row_text import Cell
@@ -64,7 +64,7 @@ def read_store(path: str | os.PathLike[str], where: str | None = None, *, old: b
     >>> list(sl.read_store(path, where="misclassified > 0")["technique"])
     ['uniform']
     """
-    file, every = a_path("path", path), a_flag("old", old)
+    file, every = a_path("path", path, EXAMPLE_FILE), a_flag("old", old)
     connection = opened_to_read(file)
     try:
         kept = list(all_rows(file, connection))

@@ -169,8 +169,7 @@ def _truth(value: Any) -> bool | None:
 
 def _all(parts: list[Asked]) -> Asked:
     def asked(row: Mapping[str, Cell]) -> bool | None:
-        found = [_truth(part(row)) for part in parts]
-        return False if False in found else None if None in found else True
+        return _and([_truth(part(row)) for part in parts])
 
     return asked
 

@@ -22,7 +22,7 @@ from ...errors import ArgumentError, StateError
 from ...text import shown
 from ...text.arrays import checked_items
 from ...text.checked import a_flag, a_path, a_text, a_word
-from .database import JOURNALS, Journal, damage, opened_to_write, patiently, problem
+from .database import EXAMPLE_FILE, JOURNALS, Journal, damage, opened_to_write, patiently, problem
 from .keys import ALGORITHMS
 from .row_text import Cell, digest_of_row, digest_of_state, text_of_row, xored
 from .whole import READ_FIELDS, all_rows, row_from, state_of
@@ -72,7 +72,7 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str], journal: Journal | None = None):
-        self._path = a_path("path", path)
+        self._path = a_path("path", path, EXAMPLE_FILE)
         a_word((*JOURNALS, None), "None takes what suits the file")("journal", journal)
         self._lock, self._process = threading.RLock(), os.getpid()
         self._connection: sqlite3.Connection | None = opened_to_write(self._path, journal)

@@ -15,6 +15,7 @@ from ...errors import ArgumentError
 from ...text import format_value, shown
 from ...text.checked import a_path, has_all
 from ..columns import COLUMNS, frame
+from ..store.database import EXAMPLE_FILE
 from ..store.keys import key_of_parts, run_key
 from ..store.row_text import Cell
 from ..store.store import Store
@@ -142,12 +143,12 @@ def opened(store: object) -> Iterator[StoreLike | None]:
     if store is None:
         yield None
     elif isinstance(store, (str, os.PathLike)):
-        with Store(a_path("store", store)) as made:
+        with Store(a_path("store", store, EXAMPLE_FILE)) as made:
             yield made
     elif not isinstance(store, type) and has_all(store, "missing", "rows", "put"):
         yield cast("StoreLike", store)
     else:
-        raise ArgumentError(f'store: expected a path or a Store, got {shown(store)}; try "runs.sqlite"')
+        raise ArgumentError(f'store: expected a path or a Store, got {shown(store)}; try "{EXAMPLE_FILE}"')
 
 
 def typed(values: Sequence[Any]) -> pd.Series[Any]:

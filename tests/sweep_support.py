@@ -11,6 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 SIZE = (64, 36)
+#: How tests sweep, and what they sweep where one technique is enough.
+HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
+ROBOTS = {"scene": "@robots", "technique": "uniform"}
 #: What differs from run to run.
 TIMES = ["samples_ms", "fit_us", "map_ms", "lookup_ms", "seconds"]
 #: Two scenes, a failing technique, a setting that drops out: 18 rows.

@@ -8,14 +8,11 @@ import warnings
 import numpy as np
 import pandas as pd
 import pytest
-from sweep_support import SIZE, SPACE, lit, raise_at_64, same, sleep_at_64
+from sweep_support import HOW, ROBOTS, SIZE, SPACE, lit, raise_at_64, same, sleep_at_64
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, ShadowlabError
 from shadowlab.experiments.columns import COLUMNS, TABLES
-
-HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
-ROBOTS = {"scene": "@robots", "technique": "uniform"}
 
 
 @pytest.fixture(scope="module")

@@ -12,15 +12,13 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import pytest
 from conftest import imported
-from sweep_support import SIZE, SPACE, kill_at_64, kill_at_64_once, lit, pid, raise_at_64, same
+from sweep_support import HOW, ROBOTS, SIZE, SPACE, kill_at_64, kill_at_64_once, lit, pid, raise_at_64, same
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, WorkerError
 from shadowlab.experiments.sweeps.plan import plan_of
 from shadowlab.scene.view import KEPT_VIEWS
 
-HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
-ROBOTS = {"scene": "@robots", "technique": "uniform"}
 METRICS = ["misclassified", "texels", lit, raise_at_64]
 SPAWN = multiprocessing.get_context("spawn")
 

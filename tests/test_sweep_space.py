@@ -7,14 +7,12 @@ import os
 
 import numpy as np
 import pytest
+from sweep_support import ROBOTS, SIZE
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, LoadError, UnknownNameError
 from shadowlab.experiments.sweeps.estimate import estimate
 from shadowlab.experiments.sweeps.plan import plan_of
-
-SIZE = (64, 36)
-ROBOTS = {"scene": "@robots", "technique": "uniform"}
 
 
 def cells(space, *names):

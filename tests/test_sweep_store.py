@@ -10,13 +10,11 @@ import time
 
 import pandas as pd
 import pytest
-from sweep_support import SIZE, SPACE, kill_at_64, lit, same, sleep_at_64
+from sweep_support import HOW, ROBOTS, SPACE, kill_at_64, lit, same, sleep_at_64
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, DeviceError, StoreError, UnsupportedError
 
-HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
-ROBOTS = {"scene": "@robots", "technique": "uniform"}
 PROGRAM = """
 import sys, time
 import shadowlab as sl

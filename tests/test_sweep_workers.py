@@ -12,7 +12,8 @@ import time
 
 import pytest
 from sweep_support import (
-    SIZE,
+    HOW,
+    ROBOTS,
     SPACE,
     hang_at_64,
     kill_at_64,
@@ -26,8 +27,6 @@ from sweep_support import (
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, WorkerError
 
-HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
-ROBOTS = {"scene": "@robots", "technique": "uniform"}
 TESTS = os.path.dirname(__file__)  # noqa: PTH120 - text for a variable
 #: Sweeps without a guard for the main module.
 PROGRAM = """

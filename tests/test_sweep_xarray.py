@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import imported
-from sweep_support import SIZE, lit
+from sweep_support import HOW, SIZE, lit
 
 import shadowlab as sl
 from shadowlab.errors import ArgumentError, UnsupportedError
@@ -16,7 +16,6 @@ from shadowlab.experiments.sweeps.collected import Collected
 from shadowlab.experiments.sweeps.plan import plan_of
 from shadowlab.experiments.sweeps.work import Answer
 
-HOW = {"size": SIZE, "renderer": "cpu", "progress": False}
 SPACE = {
     "scene": ["@robots", "@dueling"], "light": ["own", "0.3,-1,0.1"], "technique": ["uniform", "lispsm"],
     "lispsm.near": [2, 1, -5], "resolution": [64, 32],

@@ -206,14 +206,15 @@ GROUPS: Mapping[str, tuple[Column, ...]] = MappingProxyType(
 COLUMNS: Mapping[str, Column] = MappingProxyType({c.name: c for group in GROUPS.values() for c in group})
 
 _CAUSES = tuple(CAUSES.values())
-_WRONG = ("misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched")
-_NOISE = ("phases", "misclassified_mean", "misclassified_sd")
+#: Of wrong pixels, and of their noise.
+OF_WRONG = ("misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched")
+OF_NOISE = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns of each table, in their order.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "compare": (
-        "scene", "view", "technique", "settings", "resolution", "maps", "bytes", *_WRONG, *_NOISE, *_CAUSES, "edge_px",
-        "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor", "unused",
-        "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
+        "scene", "view", "technique", "settings", "resolution", "maps", "bytes", *OF_WRONG, *OF_NOISE, *_CAUSES,
+        "edge_px", "undersampled", "texel_mean", "texel_p95", "texel_max", "perspective_max", "storage_factor",
+        "unused", "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise": (
         "memory", "rank", "scene", "technique", "spec", "maps", "resolution", "bytes", "unused_memory", "error_mean",
@@ -221,8 +222,8 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     ),
     "advise.runs": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "memory", "maps",
-        "resolution", "bytes", "error", "error_sd", *_WRONG, *_NOISE, *_CAUSES, "texel_max", "texel_p95", "texel_mean",
-        "undersampled", "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
+        "resolution", "bytes", "error", "error_sd", *OF_WRONG, *OF_NOISE, *_CAUSES, "texel_max", "texel_p95",
+        "texel_mean", "undersampled", "perspective_max", "storage_factor", "measured", "outside", "outside_shadow",
         "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "advise.switches": (
@@ -244,7 +245,7 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     ),
     "scene_optimal": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "single_side",
-        "maps", "resolution", "bytes", *_WRONG, "misclassified_by_map", "compared_by_map", "outside_shadow",
+        "maps", "resolution", "bytes", *OF_WRONG, "misclassified_by_map", "compared_by_map", "outside_shadow",
         "samples_ms", "fit_us", "map_ms", "lookup_ms", "notes", "failure",
     ),
     "scene_optimal.totals": (
@@ -257,13 +258,13 @@ TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     ),
     "sweep": (
         "scene", "view", "camera", "light", "light_angle", "light_elevation", "technique", "spec", "resolution",
-        "memory", "bias", "filter", "blend", "stored", "maps", "bytes", *_WRONG, *_CAUSES, "edge_px", "measured",
+        "memory", "bias", "filter", "blend", "stored", "maps", "bytes", *OF_WRONG, *_CAUSES, "edge_px", "measured",
         "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max", "perspective_max",
         "storage_factor", "unused", "outside", "outside_shadow", "samples_ms", "fit_us", "map_ms", "lookup_ms",
         "seconds", "notes", "failure_type", "failure",
     ),
     "temporal.frames": (
-        "scene", "view", "technique", "frame", "refit", "reason", "maps", *_WRONG, "failure",
+        "scene", "view", "technique", "frame", "refit", "reason", "maps", *OF_WRONG, "failure",
     ),
 })  # fmt: skip
 

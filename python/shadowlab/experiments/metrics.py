@@ -10,6 +10,7 @@ from ..aliasing.causes import CAUSES
 from ..errors import ArgumentError, UnknownNameError
 from ..text import shown
 from ..text.arrays import checked_items
+from .columns import OF_NOISE, OF_WRONG
 
 Metric = Literal["mask", "misclassified", "causes", "texels", "usage"]
 #: What is measured where nobody says. "mask" draws and looks up without holding the result against the truth.
@@ -19,13 +20,10 @@ KNOWN_METRICS: tuple[Metric, ...] = get_args(Metric)
 DRAWN = frozenset({"mask", "misclassified", "causes"})
 # Those that need the traced truth.
 HELD_AGAINST_TRUTH = frozenset({"misclassified", "causes"})
-_PHASES = ("phases", "misclassified_mean", "misclassified_sd")
 #: The columns that each metric fills; those of wrong pixels come with causes, too.
 FILLED: Mapping[Metric, tuple[str, ...]] = MappingProxyType({
     "mask": ("map_ms", "lookup_ms"),
-    "misclassified": (
-        "misclassified", "false_shadow", "false_light", "share", "compared", "undecided", "unmatched", *_PHASES
-    ),
+    "misclassified": (*OF_WRONG, *OF_NOISE),
     "causes": (*CAUSES.values(), "edge_px"),
     "texels": (
         "measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99", "texel_max",

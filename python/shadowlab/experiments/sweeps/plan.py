@@ -179,7 +179,9 @@ class _Rows:
     """The rows of a plan as they come, none twice; whoever adds them holds their values, which are known by `id_of`."""
 
     def __init__(self, views: Sequence[LabelledView], scenes: Sequence[str], labels: Mapping[object, str]):
-        self.views, self.scenes, self.labels = views, scenes, labels
+        # Angles of lights are worth making once: rows are many more than views.
+        self.of_views = [cells_of_view(*one) for one in zip(views, scenes, strict=True)]
+        self.labels = labels
         self.rows: list[Planned] = []
         self.notes: list[str] = []
         self._seen: dict[tuple[object, ...], int] = {}
@@ -208,12 +210,7 @@ class _Rows:
         self._seen[same] = len(self.rows)
         label = self.labels[id_of(named.value), named.label]
         keys = {key: cell_of(one.value) for key, one in row.items() if key not in KEYS and key not in dropped}
-        one = self.views[view]
-        head: dict[str, Cell] = {
-            "scene": self.scenes[view], "view": one.label, "camera": one.camera_label, "light": one.light_label,
-            "light_angle": one.light_angle, "light_elevation": one.light_elevation, "technique": label, **keys,
-            "memory": memory,
-        }  # fmt: skip
+        head: dict[str, Cell] = {**self.of_views[view], "technique": label, **keys, "memory": memory}
         if resolution is not None:
             head["resolution"] = resolution
         note = "; ".join(f"{key} does not apply" for key in dropped)
@@ -273,6 +270,14 @@ def read_in(row: RawRow) -> tuple[_core.Bias | None, Filter, float, _core.Stored
     blend = checked_blend(row["blend"].value) if "blend" in row else 0.0
     stored = checked_stored(row["stored"].value if "stored" in row else None)
     return cast("_core.Bias | None", bias), cast("Filter", kernel), blend, stored
+
+
+def cells_of_view(view: LabelledView, scene: str) -> dict[str, Cell]:
+    """The cells that say which view of a scene of that label it is."""
+    return {
+        "scene": scene, "view": view.label, "camera": view.camera_label, "light": view.light_label,
+        "light_angle": view.light_angle, "light_elevation": view.light_elevation,
+    }  # fmt: skip
 
 
 def cells_of_reading(read: MapReading) -> dict[str, Cell]:

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from ..scene.source import NAMED_CAMERA, NAMED_LIGHT, OF_NAMED_CAMERAS
-from ..text import parse_pair, parse_spec, parse_vector
+from ..text import parse_pair, parse_vector
 from .brought import camera_named, light_name, named_camera, named_light
 from .command import Options
 
@@ -34,8 +34,7 @@ def load_part(options: Options) -> Scene:
         return load_scene(options.scene, up=options.up)
     if options.up not in (None, "y"):
         raise ArgumentError("up: scenes of the library have y up; leave --up away")
-    name, params = parse_spec(options.scene[1:], "scene")
-    return library.scene(name, **cast("dict[str, Any]", params))
+    return library.scene_of_spec(options.scene)
 
 
 def load_view(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .. import _core
 from ..errors import ArgumentError
-from ..text import shown
+from ..text import parse_spec, shown
 from ..text.arrays import checked_number
 from .scenes import Scene
 
@@ -65,6 +65,18 @@ def scene(name: str, *, seed: int = 1, **params: float) -> LibraryScene:
     built.recipe = f"sl.library.scene({name!r}{keywords})"
     built.camera, built.light = camera, light
     return built
+
+
+def scene_of_spec(text: str) -> LibraryScene:
+    """The library scene of a text such as "@forest:trees=500".
+
+    Raises
+    ------
+    ArgumentError, UnknownNameError
+        As `scene`, and for a text that does not read.
+    """
+    name, params = parse_spec(text.removeprefix("@"), "scene")
+    return scene(name, **cast("dict[str, Any]", params))
 
 
 def table() -> pd.DataFrame:

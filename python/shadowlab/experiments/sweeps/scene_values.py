@@ -15,7 +15,7 @@ from ...scene.light_way import light_way
 from ...scene.scenes import Scene
 from ...scene.source import Source
 from ...scene.view import View
-from ...text import parse_spec, parse_vector, shown
+from ...text import parse_vector, shown
 from ...text.checked import one_or_more_lights
 from ...text.checks import VIEWS, check_camera, check_scene, picture_of
 from ...text.specs import LONGEST_PICTURE
@@ -200,6 +200,5 @@ def scene_of_text(text: str) -> Scene:
         As `sl.library.scene` and `sl.load_scene`.
     """
     if text.startswith("@"):
-        name, params = parse_spec(text[1:], "scene")
-        return library.scene(name, **cast("dict[str, Any]", params))
+        return library.scene_of_spec(text)
     return load_scene(text)

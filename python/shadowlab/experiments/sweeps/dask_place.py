@@ -34,7 +34,7 @@ class DaskPlace:
         self._scenes: dict[str, Any] = {}
         self._seen = time.monotonic()
 
-    def submit(self, lot: Lot, data: bytes, parcels: Parcels) -> Future:
+    def submit(self, lot: Lot, parcels: Parcels) -> Future:
         """As of `LotPlace`."""
         name = lot.group.view.scene
         with warnings.catch_warnings():
@@ -43,7 +43,9 @@ class DaskPlace:
             if name not in self._scenes:
                 key = f"shadowlab-scene-{name}"
                 self._scenes[name] = self.client.submit(loaded, parcels.data(name), key=key)
-            return cast("Future", self.client.submit(carry_out_in_dask, lot, data, self._scenes[name], pure=False))
+            return cast(
+                "Future", self.client.submit(carry_out_in_dask, lot, parcels.task, self._scenes[name], pure=False)
+            )
 
     def cancel(self, futures: Sequence[Future]) -> None:
         """As of `LotPlace`."""

@@ -22,7 +22,7 @@ from ...text.checked import has_all
 from .dask_place import DaskPlace
 from .in_process import run_here
 from .lots import PICTURES, Lacking, Lot, lots_of
-from .parcels import Parcels, SentGroup, dumped_task, frozen
+from .parcels import Parcels, frozen
 from .places import Future, FuturesPlace, LotPlace, of_package
 from .work import Answer, Group, Task, failed
 from .workers import DIED, run_sent
@@ -127,28 +127,19 @@ def run_in_place(groups: Sequence[Group], task: Task, add: Callable[[Answer], No
     WorkerError
         Where the other processes cannot carry runs out.
     """
-    data = dumped_task(task)
-    sent = [SentGroup.of(group) for group in groups]
-    with Parcels(groups) as parcels:
-        left = Submitted(place, data, parcels, add).all(lots_of(sent, parcels.folder, place.workers, place.share))
-        finish(left, data, parcels, add, place.workers, task.timeout)
+    with Parcels(groups, task) as parcels:
+        left = Submitted(place, parcels, add).all(lots_of(parcels, place.workers, place.share))
+        finish(left, parcels, place.workers, add)
 
 
-def finish(
-    lots: Sequence[Lot],
-    data: bytes,
-    parcels: Parcels,
-    add: Callable[[Answer], None],
-    workers: int,
-    timeout: float | None,
-) -> None:
+def finish(lots: Sequence[Lot], parcels: Parcels, workers: int, add: Callable[[Answer], None]) -> None:
     """Answers what an executor left undone when it broke: in processes of our own, where one may die for itself."""
     if lots and frozen():
         for lot in lots:
             for place in lot.places:
                 add(failed(place, DIED, "the executor broke before it was done", settled=False))
     elif lots:
-        run_sent([lot.group for lot in lots], data, workers, parcels, timeout, add)
+        run_sent([lot.group for lot in lots], parcels, workers, add)
 
 
 def cannot_carry_out(error: BaseException) -> WorkerError:
@@ -177,15 +168,13 @@ class Submitted:
     Parameters
     ----------
     place : LotPlace
-    data : bytes
-        The task.
     parcels : Parcels
     add : callable
         Gets the answers.
     """
 
-    def __init__(self, place: LotPlace, data: bytes, parcels: Parcels, add: Callable[[Answer], None]):
-        self.place, self.data, self.parcels, self.add = place, data, parcels, add
+    def __init__(self, place: LotPlace, parcels: Parcels, add: Callable[[Answer], None]):
+        self.place, self.parcels, self.add = place, parcels, add
         self.lots: dict[int, tuple[Future, Lot]] = {}
         self.done: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self.alone: set[int] = set()
@@ -228,7 +217,7 @@ class Submitted:
         return True
 
     def _submit(self, lot: Lot) -> None:
-        future = self.place.submit(lot, self.data, self.parcels)
+        future = self.place.submit(lot, self.parcels)
         if id(future) in self.lots:
             raise ArgumentError("executor: expected a future of its own for each call, got one for two; give another")
         self.lots[id(future)] = future, lot

@@ -10,7 +10,7 @@ from ...errors import WorkerError
 from ...text.checked import has_all
 from .executors import answers_in, cannot_carry_out, finish
 from .lots import Lacking, Lot, carry_out, lots_of
-from .parcels import Parcels, SentGroup, dumped_task
+from .parcels import Parcels
 from .places import of_package
 from .work import Answer, Group, Task
 
@@ -32,8 +32,6 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
     """
     from joblib import effective_n_jobs
 
-    data = dumped_task(task)
-    sent = [SentGroup.of(group) for group in groups]
     workers = max(1, effective_n_jobs(parallel.n_jobs))
     done: set[int] = set()
 
@@ -41,19 +39,19 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
         done.add(answer.place)
         add(answer)
 
-    with Parcels(groups) as parcels:
+    with Parcels(groups, task) as parcels:
         for group in groups:
             parcels.file(group.view.scene.content_hash)
-        lots = lots_of(sent, parcels.folder, workers)
+        lots = lots_of(parcels, workers)
         lacking: list[Lot] = []
         try:
-            for i, found in calls(parallel, lots, data):
+            for i, found in calls(parallel, lots, parcels.task):
                 if isinstance(found, Lacking):
                     lacking.append(lots[i].with_scene(parcels.data(found.scene)))
                 else:
                     for answer in answers_in(found, lots[i]):
                         take(answer)
-            for i, found in calls(parallel, lacking, data):
+            for i, found in calls(parallel, lacking, parcels.task):
                 for answer in answers_in(found, lacking[i]):
                     take(answer)
         except (KeyboardInterrupt, SystemExit, WorkerError):
@@ -62,7 +60,7 @@ def run_in_joblib(groups: Sequence[Group], task: Task, add: Callable[[Answer], N
             if not any("Broken" in kind.__name__ for kind in type(error).__mro__):
                 raise cannot_carry_out(error) from None
         left = [one for lot in lots if (one := lot.without(done)).places]
-        finish(left, data, parcels, add, workers, task.timeout)
+        finish(left, parcels, workers, add)
 
 
 def calls(parallel: Any, lots: Sequence[Lot], data: bytes) -> Any:

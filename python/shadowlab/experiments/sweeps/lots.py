@@ -15,7 +15,7 @@ import os
 import threading
 import uuid
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from typing import cast
 from ... import _core
 from ...scene.kept import Kept
 from ...scene.view import View
-from .parcels import SentGroup, answer_to_sent, file_of, held_scene, loaded
+from .parcels import Parcels, SentGroup, answer_to_sent, file_of, held_scene, loaded
 from .work import Answer, Task
 
 # The last tasks that this process was sent, by their bytes.
@@ -87,9 +87,9 @@ class Lacking:
     scene: str
 
 
-def lots_of(groups: Sequence[SentGroup], folder: Path, workers: int, share: bool = True) -> list[Lot]:
-    """The lots of groups, the largest first."""
-    here = (PROCESS, os.getpid())
+def lots_of(parcels: Parcels, workers: int, share: bool = True) -> list[Lot]:
+    """The lots of all groups, the largest first."""
+    here, groups = (PROCESS, os.getpid()), parcels.groups
     found: list[Lot] = []
     for group in groups:
         runs = len(group.requests)
@@ -98,7 +98,7 @@ def lots_of(groups: Sequence[SentGroup], folder: Path, workers: int, share: bool
         for k in range(count):
             part = group.requests[k * runs // count : (k + 1) * runs // count]
             own = replace(group, requests=part, cost=group.cost * len(part) / runs)
-            found.append(Lot(own, str(folder), workers if share else None, process=here))
+            found.append(Lot(own, str(parcels.folder), workers if share else None, process=here))
     return sorted(found, key=lambda lot: -lot.group.cost)
 
 

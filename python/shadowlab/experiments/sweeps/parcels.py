@@ -1,7 +1,7 @@
 """What travels to other processes: views without their scenes, tasks, runs; and scenes once per process, by content.
 
 ```
-    Parcels     a folder with one file per scene, named by `Scene.content_hash`; gone when the sweep ends
+    Parcels     task and groups; and a folder with one file per scene, named by `Scene.content_hash`, gone at the end
     dumped      bytes of anything, or an error that says what cannot be sent before the work starts
 ```
 Functions of `__main__`, of notebooks and lambdas travel by value where cloudpickle is installed (alone, or with Dask or
@@ -15,7 +15,7 @@ import shutil
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -139,14 +139,22 @@ def file_of(folder: Path, scene: str) -> Path:
 
 
 class Parcels:
-    """The scenes of a sweep as files in a folder of their own, which goes at the end.
+    """What a sweep sends: its task and groups, and its scenes as files in a folder of their own, which goes at the end.
 
     Parameters
     ----------
-    groups : iterable of Group
+    groups : sequence of Group
+    task : Task
+
+    Raises
+    ------
+    ArgumentError
+        For what cannot be sent.
     """
 
-    def __init__(self, groups: Iterable[Group]):
+    def __init__(self, groups: Sequence[Group], task: Task):
+        self.task, self.timeout = dumped_task(task), task.timeout
+        self.groups = [SentGroup.of(group) for group in groups]
         self._scenes = {group.view.scene.content_hash: group.view.scene for group in groups}
         self.folder = Path(tempfile.mkdtemp(prefix="shadowlab-sweep-"))
 

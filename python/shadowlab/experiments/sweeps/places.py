@@ -34,7 +34,7 @@ class LotPlace(Protocol):
     window: int
     share: bool
 
-    def submit(self, lot: Lot, data: bytes, parcels: Parcels) -> Future:
+    def submit(self, lot: Lot, parcels: Parcels) -> Future:
         """Begins with a lot."""
 
     def cancel(self, futures: Sequence[Future]) -> None:
@@ -61,10 +61,10 @@ class FuturesPlace:
         # One is carried out, one waits for it.
         self.window = 2 * self.workers
 
-    def submit(self, lot: Lot, data: bytes, parcels: Parcels) -> Future:
+    def submit(self, lot: Lot, parcels: Parcels) -> Future:
         """As of `LotPlace`."""
         parcels.file(lot.group.view.scene)
-        return cast("Future", self.executor.submit(carry_out, lot, data))
+        return cast("Future", self.executor.submit(carry_out, lot, parcels.task))
 
     def cancel(self, futures: Sequence[Future]) -> None:
         """As of `LotPlace`."""

@@ -31,7 +31,7 @@ from typing import Any, BinaryIO, cast
 from ... import _core
 from ...errors import WorkerError
 from .messages import receive, send
-from .parcels import Parcels, SentGroup, dumped_task, frozen
+from .parcels import Parcels, SentGroup, frozen
 from .work import Answer, Group, Task, failed
 
 # Between two looks for runs that are late; a message ends the wait at once.
@@ -129,20 +129,17 @@ class Crew:
     ----------
     groups : sequence of SentGroup
         The largest first.
-    data : bytes
-        The task.
+    parcels : Parcels
     count : int
         Workers.
-    parcels : Parcels
-    timeout : float or None
     """
 
-    def __init__(self, groups: Sequence[SentGroup], data: bytes, count: int, parcels: Parcels, timeout: float | None):
+    def __init__(self, groups: Sequence[SentGroup], parcels: Parcels, count: int):
         # Groups that nobody has, the largest first, and those with runs left that somebody has: what is done is in
         # neither, so that a run costs no look at thousands of views.
         self.free = deque(map(Left, groups))
         self.taken: list[Left] = []
-        self.data, self.parcels, self.timeout = data, parcels, timeout
+        self.parcels = parcels
         self.count = min(count, sum(len(group.requests) for group in groups))
         self.threads = max(1, _core.threads() // max(1, self.count))
         self.events: Events = queue.SimpleQueue()
@@ -202,7 +199,7 @@ class Crew:
         waiting = sum(len(left.runs) for left in (*self.taken, *itertools.islice(self.free, count)))
         starting = sum(not worker.ready for worker in self.workers)
         while len(self.workers) < count and starting < waiting:
-            self.workers.append(Worker(self.data, threads, self.events))
+            self.workers.append(Worker(self.parcels.task, threads, self.events))
             starting += 1
         if not waiting and all(worker.run is None for worker in self.workers):
             for worker in self.workers:
@@ -257,17 +254,18 @@ class Crew:
         if worker.run is None or worker.work is None:
             return
         if worker.late:
-            text = f"took longer than the timeout of {self.timeout:g} s; its process was killed"
+            text = f"took longer than the timeout of {self.parcels.timeout:g} s; its process was killed"
             add(failed(worker.run[0], TimeoutError.__name__, text, settled=False))
         else:
             self.died.append((worker.work.group, worker.run, status))
 
     def _kill_late(self) -> None:
-        if self.timeout is None:
+        limit = self.parcels.timeout
+        if limit is None:
             return
         now = time.monotonic()
         for worker in self.workers:
-            if worker.begun is not None and worker.run is not None and now > worker.begun + self.timeout + GRACE_S:
+            if worker.begun is not None and worker.run is not None and now > worker.begun + limit + GRACE_S:
                 worker.late = True
                 worker.process.kill()
 
@@ -287,22 +285,13 @@ def run_in_workers(groups: Sequence[Group], task: Task, add: Callable[[Answer], 
             "workers: expected a Python interpreter to start, this program has none beside it; leave workers out, "
             "since one process uses all cores, or give an executor that the program can start"
         )
-    data = dumped_task(task)
-    sent = [SentGroup.of(group) for group in groups]
-    with Parcels(groups) as parcels:
-        run_sent(sent, data, count, parcels, task.timeout, add)
+    with Parcels(groups, task) as parcels:
+        run_sent(parcels.groups, parcels, count, add)
 
 
-def run_sent(
-    groups: Sequence[SentGroup],
-    data: bytes,
-    count: int,
-    parcels: Parcels,
-    timeout: float | None,
-    add: Callable[[Answer], None],
-) -> None:
-    """The same of groups and a task that are bytes already."""
-    with Crew(groups, data, count, parcels, timeout) as crew:
+def run_sent(groups: Sequence[SentGroup], parcels: Parcels, count: int, add: Callable[[Answer], None]) -> None:
+    """The same of groups that are bytes already."""
+    with Crew(groups, parcels, count) as crew:
         crew.work(add)
 
 

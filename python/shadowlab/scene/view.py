@@ -102,14 +102,14 @@ class View(Value):
     @property
     def origin(self) -> SceneOrigin:
         """Where its scene came from, and what it was."""
-        known: SceneOrigin | None = self.__dict__.get("_origin")
-        return SceneOrigin.of_scene(self.scene) if known is None else known
+        known = self._known_scene
+        return known if isinstance(known, SceneOrigin) else SceneOrigin.of_scene(known)
 
     @property
     def scene_name(self) -> str:
         """What tables call its scene."""
-        known: SceneOrigin | None = self.__dict__.get("_origin")
-        return Source.of_scene(self.scene).name if known is None else known.name
+        known = self._known_scene
+        return known.name if isinstance(known, SceneOrigin) else Source.of_scene(known).name
 
     def __eq__(self, other: object) -> bool:
         # By the hash of the scene, so that one that is not there need not be made.
@@ -235,12 +235,14 @@ class View(Value):
     @property
     def light_angle(self) -> float | None:
         """Angle between the way that the light travels and the view, radians; None without a way, or several lights."""
-        return None if isinstance(self.light, tuple) else angle_to(light_way(self._box, self.light), self.camera)
+        return (
+            None if isinstance(self.light, tuple) else angle_to(light_way(self._known_scene, self.light), self.camera)
+        )
 
     @property
     def light_elevation(self) -> float | None:
         """How high the light stands above the horizon (y points up), radians; None as of `light_angle`."""
-        return None if isinstance(self.light, tuple) else elevation_of(light_way(self._box, self.light))
+        return None if isinstance(self.light, tuple) else elevation_of(light_way(self._known_scene, self.light))
 
     def clear(self) -> None:
         """Forgets what is kept of this picture, for all its lights."""
@@ -253,17 +255,15 @@ class View(Value):
 
     @property
     def _seen(self) -> tuple[Hashable, ...]:
-        known: SceneOrigin | None = self.__dict__.get("_origin")
-        content_hash = self.scene.content_hash if known is None else known.content_hash
-        return (content_hash, self.camera, self.size)
+        return (self._known_scene.content_hash, self.camera, self.size)
 
     @property
     def _content(self) -> tuple[Hashable, ...]:
         return (*self._seen, self.light, self.label)
 
     @property
-    def _box(self) -> _core.Scene | SceneOrigin:
-        """What knows the bounds of the scene."""
+    def _known_scene(self) -> _core.Scene | SceneOrigin:
+        """The scene, or what is known of one that is not there; both have its bounds and its content hash."""
         known: SceneOrigin | None = self.__dict__.get("_origin")
         return self.scene if known is None else known
 

@@ -10,12 +10,11 @@ import numpy as np
 from ..errors import ArgumentError, ShadowlabWarning
 from ..scene.source import Source
 from ..text.arrays import checked_items
-from ..text.checked import are_lights
+from ..text.checked import a_light
 from ..text.checks import (
     check_bias,
     check_camera,
     check_filter,
-    check_light,
     check_scene,
     pair,
     picture_size,
@@ -85,11 +84,9 @@ def check_types(scene: object, camera: object, light: object, bias: object, filt
     """
     check_scene(scene)
     check_camera(camera)
-    if are_lights(light):
-        raise ArgumentError(
-            "light: expected one light, got several; sl.evaluate(sl.View(scene, camera, lights), technique) adds up "
-            "their wrong pixels, and sl.advise(scene, camera, lights) ranks over all of them"
-        )
-    check_light(light)
+    a_light(
+        "light", light, "sl.evaluate(sl.View(scene, camera, lights), technique) adds up their wrong pixels, and "
+        "sl.advise(scene, camera, lights) ranks over all of them"
+    )  # fmt: skip
     check_bias(bias)
     check_filter(filter)

@@ -20,7 +20,7 @@ from ..errors import ArgumentError
 from ..scene.light_way import angle_to, elevation_of, light_way
 from ..scene.view import View, light_of
 from ..text.arrays import checked_items
-from ..text.checked import LIGHTS, a_text
+from ..text.checked import KINDS_OF_LIGHTS, LIGHT_HINT, LIGHTS, a_text
 
 T = TypeVar("T")
 
@@ -91,10 +91,7 @@ def views_of(
         For none of either, something else among them, or a label that comes twice.
     """
     of_cameras = named("cameras", cameras, _core.Camera, "a Camera", "sl.Camera.look_at makes one")
-    of_lights: list[tuple[str | None, Light]] = named(
-        "lights", lights, LIGHTS, "a DirectionalLight, a SpotLight or a PointLight",
-        "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector",
-    )  # fmt: skip
+    of_lights: list[tuple[str | None, Light]] = named("lights", lights, LIGHTS, KINDS_OF_LIGHTS, LIGHT_HINT)
     single = of_cameras[0][1] if len(of_cameras) == 1 else None
     ways = [light_way(scene, light) for _, light in of_lights]
     names = [text or light_label(way, light, single) for (text, light), way in zip(of_lights, ways, strict=True)]

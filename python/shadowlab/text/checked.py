@@ -72,31 +72,24 @@ def instance(kinds: type | tuple[type, ...], expected: str, fix: str) -> Check:
 A_CAMERA = instance(_core.Camera, "a Camera", "sl.Camera.look_at makes one")
 A_SCENE = instance(_core.Scene, "a Scene", "sl.load_scene, sl.Scene.from_trimesh and sl.Scene.from_arrays make one")
 LIGHTS = (_core.DirectionalLight, _core.SpotLight, _core.PointLight)
+KINDS_OF_LIGHTS = "a DirectionalLight, a SpotLight or a PointLight"
 LIGHT_HINT = "sl.DirectionalLight((0.3, -1, 0.1)) travels along that vector"
 
 
-def a_light(name: str, value: object) -> Light:
+def a_light(name: str, value: object, fix: str = "call it for each light") -> Light:
     """A light.
 
     Raises
     ------
     ArgumentError
-        For anything else, several lights among it.
+        For several lights, with `fix` as what to do with them, and for anything else.
     """
     if isinstance(value, LIGHTS):
         return value
-    if are_lights(value):
-        raise ArgumentError(
-            f"{name}: expected one light, got several in a {type(value).__name__}; call it for each light"
-        )
-    raise ArgumentError(
-        f"{name}: expected a DirectionalLight, a SpotLight or a PointLight, got {type(value).__name__}; {LIGHT_HINT}"
-    )
-
-
-def are_lights(value: object) -> bool:
-    """Whether it is a list or tuple with a light in it, where numbers would be a direction."""
-    return isinstance(value, (list, tuple)) and any(isinstance(one, LIGHTS) for one in value)
+    # Numbers would be a direction.
+    if isinstance(value, (list, tuple)) and any(isinstance(one, LIGHTS) for one in value):
+        raise ArgumentError(f"{name}: expected one light, got several in a {type(value).__name__}; {fix}")
+    raise ArgumentError(f"{name}: expected {KINDS_OF_LIGHTS}, got {type(value).__name__}; {LIGHT_HINT}")
 
 
 def one_or_more_lights(name: str, value: object) -> Light | tuple[Light, ...]:
@@ -111,9 +104,7 @@ def one_or_more_lights(name: str, value: object) -> Light | tuple[Light, ...]:
         return value
     several = tuple(a_light(name, one) for one in checked_items(name, value, "a light, or several", LIGHT_HINT))
     if not several:
-        raise ArgumentError(
-            f"{name}: expected at least one light, got none; sl.DirectionalLight((0.3, -1, 0.1)) makes one"
-        )
+        raise ArgumentError(f"{name}: expected at least one light, got none; {LIGHT_HINT}")
     return several
 
 

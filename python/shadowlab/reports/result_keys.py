@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-_VECTOR, _PER_LIGHT = "3 numbers", "those that this kind of light has"
+_VECTOR = "3 numbers"
 _CAMERA: Mapping[str, str] = {
     "eye": f"{_VECTOR}: position in the world", "right": f"{_VECTOR}: unit vector", "up": f"{_VECTOR}: unit vector",
     "forward": f"{_VECTOR}: unit vector along the view", "fov_y": "number: angle of the view, radians",
@@ -17,9 +17,10 @@ _CAMERA: Mapping[str, str] = {
     "shift": "2 numbers: of the picture, in parts of it, where it is shifted",
 }  # fmt: skip
 _LIGHT: Mapping[str, str] = {
-    "kind": "text: directional, spot or point", "position": f"{_VECTOR}; {_PER_LIGHT}",
-    "direction": f"{_VECTOR}: the way that the light travels; {_PER_LIGHT}",
-    "cone_angle": "number: full angle, radians", "range": "number: world units",
+    "kind": "text: directional, spot or point", "position": f"{_VECTOR}: of a spot or a point light",
+    "direction": f"{_VECTOR}: the way that a directional light or the middle of a spot travels",
+    "cone_angle": "number: full angle of a spot, radians",
+    "range": "number: how far a spot or a point light reaches, world units",
 }  # fmt: skip
 _HEAD: Mapping[str, str] = {
     "format": "integer: of this page; raised when a key goes or means something else",

@@ -12,7 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import ArgumentError, LoadError, ShadowlabError
+from ...errors import ShadowlabError
 from ...experiments.counts import WrongPixels
 from ...experiments.memory import memory_text
 from ...experiments.run import done
@@ -24,6 +24,7 @@ from ..saved import ADVICE_FILE, file_text
 from ..terminal import ADVICE_HEADS, advice_cells
 from ..words import wrong_text
 from .album import Album
+from .folder import report_folder
 from .page import SHOWN_PX
 from .parts import (
     BAR_HEAD,
@@ -67,19 +68,13 @@ def save_advice(advice: Advice, directory: Path) -> Path:
     """
     data = file_text(advice_data(advice), advice)
     path = directory / "report.html"
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
+    with report_folder(directory):
         for name, table in (("advice", advice.table), ("runs", advice.runs), ("switches", advice.switches)):
             table.to_csv(directory / f"{name}.csv", index=False)
         drawn = figure_png(advice)
         (directory / "advice.png").write_bytes(drawn)
         (directory / ADVICE_FILE).write_text(data, encoding="utf-8")
         path.write_text(advice_page(advice, drawn), encoding="utf-8")
-    except LoadError:
-        raise  # of a scene that is not there, to draw the pictures in
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
     return path
 
 

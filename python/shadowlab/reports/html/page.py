@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import pictures
-from ...errors import ArgumentError, LoadError
 from ...experiments.records import csv_text
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop, Once
@@ -28,6 +27,7 @@ from ..terminal import STUDY_HEADS, noise_text, study_cells
 from .album import Album
 from .chart import error_chart
 from .errors import error_figures, section_errors
+from .folder import report_folder
 from .maps import chosen_figure, map_figure, map_table
 from .parts import (
     BAR_HEAD,
@@ -74,8 +74,7 @@ def save_study(study: Study, directory: Path, progress: bool | None = None) -> P
     ArgumentError
         Where it cannot be made or written.
     """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
+    with report_folder(directory):
         page, files = build(study, progress)
         stale = own_pictures(directory / STUDY_FILE) - files.keys()
         for name, content in files.items():
@@ -86,11 +85,6 @@ def save_study(study: Study, directory: Path, progress: bool | None = None) -> P
         path.write_text(page, encoding="utf-8")
         for name in stale:
             (directory / name).unlink(missing_ok=True)
-    except LoadError:
-        raise  # of a scene that is not there, to draw the pictures in
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ArgumentError(f"directory: cannot write to {str(directory)!r} ({reason}); choose another") from error
     return path
 
 

@@ -113,3 +113,15 @@ def run(capfd):
         return status, out, err
 
     return call
+
+
+@pytest.fixture
+def run_config(run, tmp_path, monkeypatch):
+    """Runs a command on the text of a configuration, in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(command, file, text, *words):
+        Path(file).write_text(text, encoding="utf-8")
+        return run(command, file, *words)
+
+    return call

@@ -13,25 +13,13 @@ import sys
 import numpy as np
 import pytest
 import trimesh
+from cli_support import fails
 
 import shadowlab as sl
 from shadowlab import cli
 from shadowlab.text import BIAS, format_spec, parse_size, parse_spec, parse_value, parse_vector
 
 SMALL = ("--size", "32x24", "--resolution", "64", "--backend", "cpu")
-
-
-def fails(outcome, *parts):
-    """One line on standard error, exit status 2, nothing on standard output."""
-    status, out, err = outcome
-    assert status == 2
-    assert out == ""
-    assert err.count("\n") == 1, err
-    assert err.startswith("shadowlab: error: ")
-    assert "Traceback" not in err
-    for part in parts:
-        assert part in err
-    return err
 
 
 def test_compare_writes_the_report_and_says_where(run, mesh, tmp_path):

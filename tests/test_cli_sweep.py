@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from cli_support import fails, fails_in
 
 import shadowlab as sl
 from shadowlab.cli.config import read_config
@@ -20,15 +22,9 @@ GOOD = f'{HEAD}scene = "@robots"\ntechnique = ["uniform", "lispsm"]\n'
 
 
 @pytest.fixture
-def sweep(run, tmp_path, monkeypatch):
-    """Runs `shadowlab sweep` on a text, in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(text, *words):
-        Path("s.toml").write_text(text, encoding="utf-8")
-        return run("sweep", "s.toml", *words)
-
-    return call
+def sweep(run_config):
+    """Runs `shadowlab sweep` on a text."""
+    return functools.partial(run_config, "sweep", "s.toml")
 
 
 def test_the_table_is_that_of_sweep_in_csv_and_json(sweep):
@@ -115,10 +111,7 @@ def test_a_sweep_goes_on_where_it_was(sweep):
 def test_a_store_that_is_none_is_an_error(sweep):
     Path("runs.sqlite").write_bytes(b"no store at all, but long enough for a head" * 40)
     for words in ((), ("--dry-run",)):
-        status, out, err = sweep(GOOD, "--store", "runs.sqlite", *words)
-        assert (status, out) == (2, "")
-        assert "runs.sqlite" in err
-        assert err.count("\n") == 1
+        fails(sweep(GOOD, "--store", "runs.sqlite", *words), "runs.sqlite")
 
 
 def test_a_store_that_is_there_may_be_refused(sweep):
@@ -169,13 +162,7 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_a_mistake_is_one_line_with_file_line_and_key(sweep, name):
     text, *says = BAD[name]
-    status, out, err = sweep(text, "--dry-run")
-    assert (status, out) == (2, "")
-    assert err.startswith("shadowlab: error: ")
-    assert err.count("\n") == 1
-    assert "defect" not in err
-    for part in says:
-        assert (f"s.toml{part}" if part.startswith(":") else part) in err
+    fails_in("s.toml", sweep(text, "--dry-run"), *says)
 
 
 @pytest.mark.parametrize(
@@ -188,10 +175,7 @@ def test_a_mistake_is_one_line_with_file_line_and_key(sweep, name):
     ],
 )
 def test_a_wrong_option_is_one_line(sweep, words, says):
-    status, out, err = sweep(GOOD, *words)
-    assert (status, out) == (2, "")
-    assert err.count("\n") == 1
-    assert says in err
+    fails(sweep(GOOD, *words), says)
 
 
 def test_times_as_people_say_them():

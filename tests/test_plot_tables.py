@@ -168,7 +168,8 @@ def test_tables_of_sweeps_studies_and_advices_are_drawn():
         scene, scene.camera, scene.light, memory=["4 KiB", "16 KiB"], techniques=["uniform", "lispsm"], **how
     )
     assert len(legend(plot.lines(sweep, "resolution", "wrong", "spec", lone_axes()))) == 3
-    assert plot.heatmap(sweep, "lispsm.near_factor", "technique", "texel_p95", lone_axes()).get_xlabel()
+    cells = plot.heatmap(sweep, "lispsm.near_factor", "technique", "texel_p95", lone_axes())
+    assert cells.get_xlabel() == "lispsm.near_factor"
     for rows in (sweep, study.table, advice.table, advice.runs):
         assert "no other is better in both" in legend(plot.pareto(rows, ax=lone_axes()))
         assert plot.lines(rows, "resolution", "wrong", ax=lone_axes()).lines

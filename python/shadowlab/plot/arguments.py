@@ -65,8 +65,13 @@ def title_and_unit(column: object) -> tuple[str, str]:
         return COLUMN_LABELS[name]
     for suffix, unit in COLUMN_UNITS.items():
         if name.endswith(suffix) and len(name) > len(suffix):
-            return name[: -len(suffix)].replace("_", " "), unit
-    return name.replace("_", " "), ""
+            return column_words(name[: -len(suffix)]), unit
+    return column_words(name), ""
+
+
+def column_words(name: str) -> str:
+    """The name of a column as words; that of a technique's setting, lispsm.near_factor, as people write it."""
+    return name if "." in name else name.replace("_", " ")
 
 
 def column_label(column: object) -> str:

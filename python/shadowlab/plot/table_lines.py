@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..text.checked import a_text, checked
-from .arguments import numbers_of
+from .arguments import column_words, numbers_of
 from .axes import _axes, curve_look, legend_beside, say, series_style
 from .table_parts import axis_label, failed_rows, groups_of, meant, places_of, room_at_foot, scale, with_failures
 
@@ -97,5 +97,5 @@ def lines(
     curve_look(ax)
     ax.set(xlabel=axis_label(names["x"]), ylabel=axis_label(names["y"]), title=title)
     if ax.get_legend_handles_labels()[0]:
-        legend_beside(ax, title=None if hue is None else names["hue"].replace("_", " "))
+        legend_beside(ax, title=None if hue is None else column_words(names["hue"]))
     return ax

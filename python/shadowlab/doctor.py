@@ -20,7 +20,7 @@ EXTRAS = (
     ("dask", "distributed", "sweeps on a cluster"),
     ("xarray", "tables", "sweeps as arrays with named axes"),
 )
-NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "tqdm", "pillow")
+NEEDED = ("numpy", "pandas", "matplotlib", "trimesh", "click", "tqdm", "pillow")
 MARKS = {"ok": "ok", "missing": "missing", "optional": "optional", "failed": "FAILED"}
 
 

@@ -67,6 +67,7 @@ def test_rows_and_drawn_rows(sweep, tmp_path):
     )
     assert sweep(rows, "--out", "a.csv")[0] == 0
     assert list(pd.read_csv("a.csv")["resolution"]) == [16, 24, 32]
+    assert "\n1 run\n" in sweep(f'{HEAD}scene = "@robots"\ntechnique = "uniform"\nresolution = 16\n')[1]
     text = f"{GOOD}lispsm.near_factor = {{ min = 0.5, max = 4.0, log = true }}\n[random]\nn = 5\nseed = 3\n"
     (tmp_path / "r.toml").write_text(text)
     drawn = sweep_config(read_config("r.toml")).space

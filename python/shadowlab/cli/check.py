@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import ArgumentError
+from ..text import counted
 from .check_config import checks_of
 from .check_run import BoundOutcome, Scenes, bound_outcomes
 from .command import Argument, Command, Option, Options
@@ -43,7 +44,7 @@ def check_command(options: Options) -> int:
     broken = [one for one in outcomes if not one.holds]
     for one in broken:
         print(f"{one.check}, {one.technique} at {one.resolution}²: {one.complaint}")
-    bounds = f"{len(outcomes)} bound{'' if len(outcomes) == 1 else 's'}"
+    bounds = counted(len(outcomes), "bound")
     print(f"\n{len(broken)} of {bounds} broken" if broken else f"\nAll of {bounds} hold")
     if file is not None:
         write_junit(file, options.bounds, outcomes)

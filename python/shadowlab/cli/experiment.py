@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..text import parse_resolutions
+from ..text import counted, parse_resolutions
 from .command import Command, Commands, Option, Options
 from .options import backend_option, directory_option, technique_option, writable_directory
 
@@ -30,8 +30,7 @@ def scene_optimal_command(options: Options) -> int:
     result = experiment.scene_optimal_experiment(
         techniques, sizes=sizes, views=chosen, renderer=options.backend, out=directory
     )
-    many = "" if len(chosen) == 1 else "s"
-    print(f"{len(chosen)} configuration{many} on {result.backend} ({result.adapter})\n\n{result}\n")
+    print(f"{counted(len(chosen), 'configuration')} on {result.backend} ({result.adapter})\n\n{result}\n")
     print(f"Tables and figures: {result.save(directory)}")
     if options.configuration or options.sizes:
         return 0  # bounds are of all configurations and sizes

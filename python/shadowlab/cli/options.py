@@ -208,7 +208,7 @@ def writable_file(name: str, path: str) -> Path:
         Where it cannot be written; `name` is the option.
     """
     if not path:
-        raise ArgumentError(f"{name}: expected the name of a file, got nothing; try --{name} study.npz")
+        raise ArgumentError(f"{name}: expected the name of a file, got nothing; name one, or leave --{name} away")
     file = Path(path)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -233,7 +233,7 @@ def writable_directory(path: str) -> Path:
         Where it cannot be written.
     """
     if not path:
-        raise ArgumentError("out: expected the name of a directory, got nothing; leave --out away for ./report")
+        raise ArgumentError("out: expected the name of a directory, got nothing; name one, or leave --out away")
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)

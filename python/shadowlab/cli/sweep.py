@@ -12,7 +12,7 @@ import click
 
 from ..errors import ArgumentError
 from ..experiments.memory import memory_text
-from ..text import is_missing, plain, share_text
+from ..text import counted, is_missing, plain, share_text
 from .command import Argument, Command, Option, Options
 from .config import read_config
 from .options import writable_file
@@ -60,7 +60,7 @@ def sweep_command(options: Options) -> int:
         which = f"all {len(table):,} runs failed, the first" if len(table) > 1 else "the only run failed"
         raise ArgumentError(f"{which}: {table['failure'].iloc[0]}")
     print(shown_table(table))
-    print(f"\n{len(table):,} runs, {len(failed):,} of them failed" if len(failed) else f"\n{len(table):,} runs")
+    print(f"\n{counted(len(table), 'run')}" + (f", {len(failed):,} of them failed" if len(failed) else ""))
     for failure, count in failed["failure"].value_counts().items():
         print(f"  {count:,}: {failure}")
     if store is not None:
@@ -125,11 +125,6 @@ def missing_runs(plan: Plan, store: str | None) -> list[int]:
         return [place for place, row in enumerate(plan.rows) if row.request is not None]
     with opened(store) as kept:
         return Collected(plan, kept).missing()
-
-
-def counted(count: int, name: str, plural: str = "") -> str:
-    """A number of things."""
-    return f"{count:,} {name if count == 1 else plural or f'{name}s'}"
 
 
 def duration_text(seconds: float) -> str:

@@ -16,7 +16,7 @@ from .specs import (
     pieces,
     settings_text,
 )
-from .words import digits, is_missing, listed, one_line, plain, px_text, reason_of, share_text, shown
+from .words import counted, digits, is_missing, listed, one_line, plain, px_text, reason_of, share_text, shown
 
 __all__ = [
     "BIAS",
@@ -24,6 +24,7 @@ __all__ = [
     "bare",
     "bias_of",
     "bias_text",
+    "counted",
     "digits",
     "format_bias",
     "format_spec",

@@ -69,6 +69,11 @@ def px_text(value: float) -> str:
     return f"{digits(value)} px"
 
 
+def counted(count: int, name: str, plural: str = "") -> str:
+    """A number of things, with their name as English has it for one and for several."""
+    return f"{count:,} {name if count == 1 else plural or f'{name}s'}"
+
+
 def listed(names: Sequence[str]) -> str:
     """Names as English lists them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

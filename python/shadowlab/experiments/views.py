@@ -9,6 +9,7 @@ r"""The views of an advice: every camera with every light, with names that tell 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
@@ -138,7 +139,12 @@ def named(
 
 def apart(names: list[str]) -> list[str]:
     """The names, with a number where one comes twice."""
-    return [f"{name} ({names[: i + 1].count(name)})" if names.count(name) > 1 else name for i, name in enumerate(names)]
+    total, seen = Counter(names), Counter[str]()
+    found = []
+    for name in names:
+        seen[name] += 1
+        found.append(f"{name} ({seen[name]})" if total[name] > 1 else name)
+    return found
 
 
 def axis_of(views: Sequence[LabelledView]) -> str:

@@ -2,7 +2,8 @@
 
 ```
     lots, the largest first --submit--> futures --as they end--> answers
-                                           |  the process died     Dask: each run again, alone; twice is its failure
+                                           |  the process died     Dask: each of its runs again at the end, with no
+                                           |                       other beside it; dying again is its failure
                                            |                       others: what is left is done in processes of our own
 ```
 """
@@ -177,7 +178,9 @@ class Submitted:
         self.place, self.parcels, self.add = place, parcels, add
         self.lots: dict[int, tuple[Future, Lot]] = {}
         self.done: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self.alone: set[int] = set()
+        # Runs whose process died, which any of them may have caused: each waits until nothing else is carried out.
+        self.alone: deque[Lot] = deque()
+        self.alone_before: set[int] = set()
         self.answered = self.lacking = False
         self.unsent: list[Lot] = []
 
@@ -185,7 +188,9 @@ class Submitted:
         """Has all lots answered; what is given back has not been, for the executor is broken."""
         waiting = deque(lots)
         try:
-            while waiting or self.lots:
+            while waiting or self.lots or self.alone:
+                if not waiting and not self.lots:
+                    waiting.append(self.alone.popleft())
                 while waiting and len(self.lots) < self._window():
                     if not self._begun(waiting.popleft()):
                         return [*self._left(), *waiting]
@@ -226,7 +231,7 @@ class Submitted:
 
     def _left(self) -> list[Lot]:
         self.place.cancel([future for future, _ in self.lots.values()])
-        return [*(lot for _, lot in self.lots.values()), *self.unsent]
+        return [*(lot for _, lot in self.lots.values()), *self.unsent, *self.alone]
 
     def _take(self, future: Future) -> bool:
         """Takes up what became of a lot; False where the executor is broken."""
@@ -244,7 +249,8 @@ class Submitted:
             del self.lots[id(future)]
             if not self.place.died(error):
                 raise cannot_carry_out(error) from None
-            return self._again(lot)
+            self._again(lot)
+            return True
         del self.lots[id(future)]
         if isinstance(found, Lacking):
             self.lacking = True
@@ -255,16 +261,14 @@ class Submitted:
             self.add(answer)
         return True
 
-    def _again(self, lot: Lot) -> bool:
-        """Each run of a lot that took its process along, alone; one that was alone has failed. False as of `_take`."""
-        going = True
+    def _again(self, lot: Lot) -> None:
+        """Has each run of a lot that took its process along wait for its turn alone; one that had it has failed."""
         for single in lot.singles():
             place = single.places[0]
-            if place in self.alone:
+            if place in self.alone_before:
                 self.add(
                     failed(place, DIED, "its processes ended, alone, too, as where memory runs out", settled=False)
                 )
             else:
-                self.alone.add(place)
-                going = self._begun(single) and going
-        return going
+                self.alone_before.add(place)
+                self.alone.append(single)

@@ -65,7 +65,7 @@ pub(super) fn made(
 /// over ssh, it is while this runs: Mesa prints an error otherwise, though nothing here needs that folder.
 ///
 /// Drivers that a forked process inherits may never answer: that is an error after some seconds.
-pub fn looking_at_drivers<T: Send + 'static>(
+fn looking_at_drivers<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> crate::Result<T> + Send + 'static,
 ) -> PyResult<crate::Result<T>> {
@@ -134,25 +134,25 @@ fn leave_children_quietly(py: Python<'_>) -> PyResult<()> {
 
 /// A renderer on the adapter of that name, or on the best one.
 #[cfg(feature = "gpu")]
-pub fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
+fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
     Ok(Arc::new(crate::render::gpu::GpuRenderer::new(adapter)?))
 }
 
 /// Whether there is an adapter that is no software.
 #[cfg(feature = "gpu")]
-pub fn hardware_adapter() -> bool {
+fn hardware_adapter() -> bool {
     crate::render::gpu::adapters().iter().any(|a| a.device_type != "cpu")
 }
 
 /// The error that says that there is none.
 #[cfg(not(feature = "gpu"))]
-pub fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
+fn gpu(adapter: Option<&str>) -> crate::Result<Arc<dyn Renderer>> {
     let fix = "this build has no GPU renderer: build with the feature \"gpu\", or use backend \"cpu\"";
     Err(Error::NoAdapter { wanted: adapter.map(String::from), found: Vec::new(), fix: fix.into() })
 }
 
 /// None that this build could use.
 #[cfg(not(feature = "gpu"))]
-pub fn hardware_adapter() -> bool {
+fn hardware_adapter() -> bool {
     false
 }

@@ -80,15 +80,13 @@ impl PyRenderer {
         let Some(own) = own else {
             return Err(argument_error(py, "lights", "at least one light", "none", "give some"));
         };
-        let settings = MaskSettings { size, ..settings_of(py, own, None, size, reading)? };
+        let settings = settings_of(py, own, None, size, reading)?;
         let scene = &scene.get().scene;
         warn_of_open_meshes(py, scene, &settings.stored)?;
-        let with_maps = |(light, p): (&'_ Light, &'_ Bound<'py, PyParameterization>)| {
-            (*light, p.get().p.clone(), resolution.unwrap_or(p.get().p.resolution))
-        };
-        let owned: Vec<_> = lights.iter().zip(&maps).map(with_maps).collect();
-        let all: Vec<LightMaps> =
-            owned.iter().map(|(light, p, resolution)| LightMaps { light, p, resolution: *resolution }).collect();
+        let with_maps = lights.iter().zip(maps.iter().map(|p| &p.get().p));
+        let all: Vec<LightMaps> = with_maps
+            .map(|(light, p)| LightMaps { light, p, resolution: resolution.unwrap_or(p.resolution) })
+            .collect();
         let eye = &camera.get().camera;
         let states =
             self.run(py, |renderer, progress| renderer.shadow_states(scene, eye, &all, &settings, cull, progress))?;

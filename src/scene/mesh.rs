@@ -283,7 +283,7 @@ impl Mesh {
         &self.bounds_local
     }
     /// Boxes around runs of its triangles, found at the first call.
-    pub fn clusters(&self) -> &Clusters {
+    pub(crate) fn clusters(&self) -> &Clusters {
         // As in `content_hash`: nobody waits. Two threads that ask at once find the same.
         if let Some(known) = self.clusters.get() {
             return known;

@@ -1,6 +1,5 @@
 //! Many rays at once.
 
-use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
@@ -8,10 +7,11 @@ use rayon::prelude::*;
 
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
-use super::rays::{BUNDLE, Each, RayBits, WorldRays};
+use super::rays::{ALL, BUNDLE, Each, RayBits, WorldRays};
 use super::rows::{RUN, Runs, bundles, row_of};
 use super::walk::{Blocked, Closest, Stack, Stacks, Touched, first_of_ties, tie_reach, traverse_together};
 use crate::error::{Error, Result};
+use crate::memory::filled;
 use crate::progress::Progress;
 
 /// What a ray meets first.
@@ -166,13 +166,6 @@ fn run<'a, T: Copy + Send + Sync>(
     Ok(out)
 }
 
-/// Writes every element.
-fn filled<T: Copy>(out: &mut [MaybeUninit<T>], value: T) -> &mut [T] {
-    out.fill(MaybeUninit::new(value));
-    // SAFETY: just written, and the layout is the same.
-    unsafe { &mut *(std::ptr::from_mut(out) as *mut [T]) }
-}
-
 /// Whether all are finite, eight at a time and without branches: zero times a number is zero, and of infinities and NaN it is
 /// not a number.
 fn all_finite(x: &[f64]) -> bool {
@@ -217,7 +210,7 @@ fn bundle(rays: &Rays, runs: Runs, scene_origin: DVec3) -> (WorldRays<BUNDLE>, R
             }
         }
     }
-    (world, RayBits::MAX >> (RayBits::BITS - BUNDLE.min(count - runs.first) as u32))
+    (world, ALL >> BUNDLE.saturating_sub(count - runs.first))
 }
 
 #[inline(always)]

@@ -17,8 +17,9 @@ pub struct Kept<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Their numbers in the mesh; empty where that is the order of the mesh.
     pub numbers: &'a [u32],
+    /// None where all of the mesh is looked at.
     boxes: &'a [Cluster],
-    /// A bit for each cluster; empty where all of the mesh is looked at.
+    /// A bit for each cluster.
     clusters: Vec<u64>,
 }
 
@@ -51,7 +52,7 @@ impl<'a> Kept<'a> {
     /// What is left of a range of places in [`Kept::triangles`], cluster by cluster.
     #[inline]
     pub fn runs(&self, places: Range<u32>) -> impl Iterator<Item = Range<u32>> {
-        let whole = self.clusters.is_empty();
+        let whole = self.boxes.is_empty();
         let size = if whole { u32::MAX } else { CLUSTER as u32 };
         let clusters = places.start / size..places.end.div_ceil(size);
         clusters.filter(move |&i| whole || self.has(i as usize)).map(move |i| {
@@ -62,12 +63,10 @@ impl<'a> Kept<'a> {
 
     /// For each of some runs of so many vertices whether one of them may belong to a triangle that is left.
     pub fn vertices(&self, run: usize) -> Vec<bool> {
-        let mut needed = vec![self.clusters.is_empty(); self.positions.len().div_ceil(run)];
-        if !self.clusters.is_empty() {
-            for (_, cluster) in self.boxes.iter().enumerate().filter(|(i, _)| self.has(*i)) {
-                let vertices = cluster.vertices();
-                needed[vertices.start / run..vertices.end.div_ceil(run)].fill(true);
-            }
+        let mut needed = vec![self.boxes.is_empty(); self.positions.len().div_ceil(run)];
+        for (_, cluster) in self.boxes.iter().enumerate().filter(|(i, _)| self.has(*i)) {
+            let vertices = cluster.vertices();
+            needed[vertices.start / run..vertices.end.div_ceil(run)].fill(true);
         }
         needed
     }

@@ -7,6 +7,7 @@ use glam::{DMat4, DVec3};
 use super::casters::{asked_of, casters_of, keep_of};
 use super::faces::Faces;
 use super::gbuffer::gbuffer;
+use super::masks::Lighting;
 use super::passes::{Pass, pixel_count};
 use super::raster::Scratch;
 use super::stored::StoredMap;
@@ -162,7 +163,8 @@ impl Renderer for CpuRenderer {
         check_size("size", settings.size)?;
         check_maps(p, settings.resolution)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
-        self.mask_of_surfaces(scene, gbuffer.surfaces(), camera, light, p, settings, cull, progress)
+        let surfaces = gbuffer.surfaces();
+        Lighting { renderer: self, scene, surfaces, camera, cull, progress }.mask(light, p, settings)
     }
 
     fn shadow_states(
@@ -177,7 +179,8 @@ impl Renderer for CpuRenderer {
         let states = no_states(lights, settings.size)?;
         lights.iter().try_for_each(|one| check_maps(one.p, one.resolution))?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
-        self.states_of_surfaces(scene, gbuffer.surfaces(), camera, lights, settings, cull, states, progress)
+        let surfaces = gbuffer.surfaces();
+        Lighting { renderer: self, scene, surfaces, camera, cull, progress }.states(lights, settings, states)
     }
 }
 

@@ -4,14 +4,13 @@ use std::io::Write;
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::roughly::told;
 use super::{Avx2, Kernel, Portable, exact, has_avx2};
 use crate::progress::Progress;
 use crate::scene::Mesh;
 use crate::trace::hierarchy::{Box3, Item, LEAF, NO_ITEM, Packet, Tree, WIDTH};
-use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRay, WorldRays};
+use crate::trace::rays::{ALL, BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, WorldRay, WorldRays};
 
-/// Every ray of a bundle.
-const ALL: RayBits = RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
 /// The range of every ray.
 const EVERYWHERE: fn(usize) -> [f64; 2] = |_| [0.0, f64::INFINITY];
 
@@ -81,10 +80,6 @@ fn kernels_agree_to_the_bit() {
                 let expected = at(lane, b.near).then(|| b.of(lane));
                 let one = exact::triangle_band(&packet, lane, &line);
                 assert_eq!(one, at(lane, a.near).then(|| a.of(lane)));
-                let told = |pass: exact::Pass| {
-                    let t = if pass.is_hit { pass.t } else { 0.0 };
-                    (pass.is_hit, pass.is_inside, t.to_bits(), pass.t_low, pass.t_high)
-                };
                 assert_eq!(one.map(told), expected.map(told));
             }
             hits += a.hit.count_ones();

@@ -4,7 +4,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2_exact::{rays_meet, rays_pass, triangles, triangles_band};
-use super::interface::{BandMeet, Kernel, Meet, RaysPass};
+use super::interface::{BandMeet, Kernel, Meet};
 use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
 use crate::trace::rays::{
     BUNDLE, Bundle, DEPTH_OF_BOUND, DEPTH_OF_ERROR, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK,
@@ -182,7 +182,7 @@ impl Kernel for Avx2 {
         unsafe { rays_meet(packet, lane, rays, bits, t) }
     }
     #[inline(always)]
-    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass {
+    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> BandMeet<BUNDLE> {
         // SAFETY: see the type.
         unsafe { rays_pass(packet, lane, rays, bits) }
     }
@@ -192,7 +192,7 @@ impl Kernel for Avx2 {
         unsafe { triangles(packet, ray) }
     }
     #[inline(always)]
-    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet {
+    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet<LEAF> {
         // SAFETY: see the type.
         unsafe { triangles_band(packet, ray) }
     }

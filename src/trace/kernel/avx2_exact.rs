@@ -3,7 +3,7 @@
 
 use std::arch::x86_64::*;
 
-use super::interface::{BandMeet, Meet, RaysPass};
+use super::interface::{BandMeet, Meet};
 use crate::trace::hierarchy::{LEAF, Packet};
 use crate::trace::rays::{BUNDLE, Line, LocalRays, RayBits};
 
@@ -152,16 +152,13 @@ fn passes(vertices: &[Vertex; 3], band: __m256d, t_per_z: __m256d) -> Option<Pas
 
 #[inline]
 #[target_feature(enable = "avx2")]
-pub fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet {
+pub fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet<LEAF> {
     let vertices = [sheared(packet, ray, 0), sheared(packet, ray, 1), sheared(packet, ray, 2)];
     match passes(&vertices, _mm256_set1_pd(ray.band), _mm256_set1_pd(ray.t_per_z)) {
         Some(Passes { hit, inside, near, t, t_low, t_high }) => {
             BandMeet { hit, inside, near, t: store(t), t_low: store(t_low), t_high: store(t_high) }
         }
-        None => {
-            let none = [0.0; LEAF];
-            BandMeet { hit: 0, inside: 0, near: 0, t: none, t_low: none, t_high: none }
-        }
+        None => BandMeet::NONE,
     }
 }
 
@@ -214,10 +211,10 @@ pub fn rays_meet(
 
 #[inline]
 #[target_feature(enable = "avx2")]
-pub fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass {
+pub fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> BandMeet<BUNDLE> {
     let triangle = spread(packet, lane, rays);
     let band = _mm256_set1_pd(rays.band);
-    let mut found = RaysPass::NONE;
+    let mut found = BandMeet::NONE;
     for first in (0..BUNDLE).step_by(FOUR).filter(|first| (bits >> first) & 0b1111 != 0) {
         let vertices = sheared_by(&triangle, rays, first);
         if let Some(passes) = passes(&vertices, band, four(&rays.t_per_z, first)) {

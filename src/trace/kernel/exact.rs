@@ -18,6 +18,14 @@ pub struct Pass {
     pub t_high: f64,
 }
 
+impl Pass {
+    /// Of a ray that meets a triangle, where edges are not asked about.
+    #[inline(always)]
+    pub fn met(t: f64) -> Self {
+        Self { is_hit: true, is_inside: true, t, t_low: t, t_high: t }
+    }
+}
+
 /// A vertex in sheared coordinates: the ray is the z axis.
 #[inline(always)]
 fn sheared(packet: &Packet, ray: &Line, vertex: usize, lane: usize) -> [f64; 3] {

@@ -12,54 +12,33 @@ pub struct Meet {
     pub t: [f64; LEAF],
 }
 
-/// As [`Meet`], told apart by how near the edges the ray passes.
+/// What is met or nearly met, told apart by how near the edges that is: by a ray of the triangles of a packet, or of one triangle
+/// by the rays of a bundle. A bit and an element for each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BandMeet {
+#[repr(C, align(32))]
+pub struct BandMeet<const N: usize> {
     /// Edges included, as in [`Meet`].
     pub hit: u32,
-    /// Inside by more than the ray's band.
+    /// Inside by more than the rays' band.
     pub inside: u32,
     /// Inside, or outside by no more than the band.
     pub near: u32,
-    pub t: [f64; LEAF],
-    /// Bounds on t over the triangle, whatever the displacement.
-    pub t_low: [f64; LEAF],
-    pub t_high: [f64; LEAF],
-}
-
-impl BandMeet {
-    /// What is told of a lane that is near.
-    #[inline(always)]
-    pub fn of(&self, lane: usize) -> Pass {
-        let has = |bits: u32| (bits >> lane) & 1 != 0;
-        let [t, t_low, t_high] = [self.t, self.t_low, self.t_high].map(|t| t[lane]);
-        Pass { is_hit: has(self.hit), is_inside: has(self.inside), t, t_low, t_high }
-    }
-}
-
-/// How rays of a bundle meet or nearly meet one triangle: as [`BandMeet`], a bit and an element per ray.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
-pub struct RaysPass {
-    pub hit: RayBits,
-    pub inside: RayBits,
-    pub near: RayBits,
     /// Of use where the bit of `hit` is set, and the bounds where that of `near` is.
-    pub t: [f64; BUNDLE],
-    pub t_low: [f64; BUNDLE],
-    pub t_high: [f64; BUNDLE],
+    pub t: [f64; N],
+    /// Bounds on t over the triangle, whatever the displacement.
+    pub t_low: [f64; N],
+    pub t_high: [f64; N],
 }
 
-impl RaysPass {
-    /// Of no ray.
-    pub const NONE: Self =
-        Self { hit: 0, inside: 0, near: 0, t: [0.0; BUNDLE], t_low: [0.0; BUNDLE], t_high: [0.0; BUNDLE] };
+impl<const N: usize> BandMeet<N> {
+    /// Nothing is met.
+    pub const NONE: Self = Self { hit: 0, inside: 0, near: 0, t: [0.0; N], t_low: [0.0; N], t_high: [0.0; N] };
 
-    /// What is told of a ray that is near.
+    /// What is told of a lane or a ray that is near.
     #[inline(always)]
-    pub fn of(&self, ray: usize) -> Pass {
-        let has = |bits: RayBits| (bits >> ray) & 1 != 0;
-        let [t, t_low, t_high] = [self.t, self.t_low, self.t_high].map(|t| t[ray]);
+    pub fn of(&self, k: usize) -> Pass {
+        let has = |bits: u32| (bits >> k) & 1 != 0;
+        let [t, t_low, t_high] = [self.t, self.t_low, self.t_high].map(|t| t[k]);
         Pass { is_hit: has(self.hit), is_inside: has(self.inside), t, t_low, t_high }
     }
 }
@@ -102,9 +81,9 @@ pub trait Kernel: Copy {
         t: &mut [f64; BUNDLE],
     ) -> RayBits;
     /// Those of some rays that meet or nearly meet a triangle, at any t.
-    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass;
+    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> BandMeet<BUNDLE>;
     /// The triangles the ray meets, at any t.
     fn triangles(packet: &Packet, ray: &Line) -> Meet;
     /// The triangles the ray meets or nearly meets, at any t.
-    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet;
+    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet<LEAF>;
 }

@@ -1,7 +1,7 @@
 //! The inner tests in plain Rust.
 
-use super::exact;
-use super::interface::{BandMeet, Kernel, Meet, RaysPass};
+use super::exact::{self, Pass};
+use super::interface::{BandMeet, Kernel, Meet};
 use crate::trace::hierarchy::{LEAF, Node, Packet, WIDTH};
 use crate::trace::rays::{
     BUNDLE, Bundle, DEPTH_OF_BOUND, DEPTH_OF_ERROR, Each, Hull, Line, LocalRay, LocalRays, RayBits, SLAB_SLACK,
@@ -19,6 +19,17 @@ fn max32(a: f32, b: f32) -> f32 {
 #[inline(always)]
 fn min32(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
+}
+
+impl<const N: usize> BandMeet<N> {
+    /// Takes in what one that is near passes.
+    #[inline(always)]
+    fn note(&mut self, k: usize, pass: Pass) {
+        self.near |= 1 << k;
+        self.hit |= u32::from(pass.is_hit) << k;
+        self.inside |= u32::from(pass.is_inside) << k;
+        (self.t[k], self.t_low[k], self.t_high[k]) = (pass.t, pass.t_low, pass.t_high);
+    }
 }
 
 impl Kernel for Portable {
@@ -125,14 +136,11 @@ impl Kernel for Portable {
         hit
     }
     #[inline(always)]
-    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> RaysPass {
-        let mut found = RaysPass::NONE;
+    fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: RayBits) -> BandMeet<BUNDLE> {
+        let mut found = BandMeet::NONE;
         for r in Each(bits) {
             if let Some(pass) = exact::triangle_band(packet, lane, &rays.line(r)) {
-                found.near |= 1 << r;
-                found.hit |= u32::from(pass.is_hit) << r;
-                found.inside |= u32::from(pass.is_inside) << r;
-                (found.t[r], found.t_low[r], found.t_high[r]) = (pass.t, pass.t_low, pass.t_high);
+                found.note(r, pass);
             }
         }
         found
@@ -149,15 +157,11 @@ impl Kernel for Portable {
         meet
     }
     #[inline(always)]
-    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet {
-        let none = [0.0; LEAF];
-        let mut meet = BandMeet { hit: 0, inside: 0, near: 0, t: none, t_low: none, t_high: none };
+    fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet<LEAF> {
+        let mut meet = BandMeet::NONE;
         for lane in 0..LEAF {
             if let Some(pass) = exact::triangle_band(packet, lane, ray) {
-                meet.near |= 1 << lane;
-                meet.hit |= u32::from(pass.is_hit) << lane;
-                meet.inside |= u32::from(pass.is_inside) << lane;
-                (meet.t[lane], meet.t_low[lane], meet.t_high[lane]) = (pass.t, pass.t_low, pass.t_high);
+                meet.note(lane, pass);
             }
         }
         meet

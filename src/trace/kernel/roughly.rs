@@ -5,10 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Kernel, Portable, exact};
 use crate::trace::hierarchy::{Box3, LEAF, NO_ITEM, Packet};
-use crate::trace::rays::{BUNDLE, Each, LocalRays, RayBits, WorldRay};
-
-/// Every ray of a bundle.
-const ALL: RayBits = RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
+use crate::trace::rays::{ALL, BUNDLE, Each, LocalRays, RayBits, WorldRay};
 
 struct Random(u64);
 
@@ -53,6 +50,12 @@ fn ray(random: &mut Random, [a, b, c]: [DVec3; 3], aim: usize, origin: DVec3) ->
     // Along the plane, from a point in it.
     let origin = if aim == 6 { b + 2.0 * (b - a) } else { origin };
     WorldRay { origin, direction: target - origin }
+}
+
+/// What is told of a pass: where the triangle is met only where it is.
+pub fn told(pass: exact::Pass) -> (bool, bool, u64, f64, f64) {
+    let t = if pass.is_hit { pass.t } else { 0.0 };
+    (pass.is_hit, pass.is_inside, t.to_bits(), pass.t_low, pass.t_high)
 }
 
 /// Bits of the rays that the exact tests keep.
@@ -103,10 +106,6 @@ fn leaves_out_no_ray<K: Kernel>() {
                 let (line, is_in) = (rays.line(r), |bits: RayBits| (bits >> r) & 1 != 0);
                 let one = exact::triangle(&packet, lane, &line);
                 assert_eq!(one.map(f64::to_bits), is_in(hit).then(|| t[r].to_bits()));
-                let told = |pass: exact::Pass| {
-                    let t = if pass.is_hit { pass.t } else { 0.0 };
-                    (pass.is_hit, pass.is_inside, t.to_bits(), pass.t_low, pass.t_high)
-                };
                 let pass = exact::triangle_band(&packet, lane, &line);
                 assert_eq!(pass.map(told), is_in(passed.near).then(|| told(passed.of(r))));
                 let Some(t) = one else { continue };

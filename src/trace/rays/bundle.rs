@@ -12,6 +12,8 @@ use super::ray::LocalRays;
 pub const BUNDLE: usize = 16;
 /// Set of rays of a bundle, a bit each.
 pub type RayBits = u32;
+/// Every ray of a bundle.
+pub const ALL: RayBits = RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
 
 /// The indices in a set.
 #[derive(Debug, Clone, Copy)]
@@ -61,11 +63,10 @@ impl Hull {
             first_plane: rays.first_plane,
         };
         let leader = bits.trailing_zeros() as usize % BUNDLE;
-        let all = bits == RayBits::MAX >> (RayBits::BITS - BUNDLE as u32);
         for a in 0..3 {
             let backward = rays.first_plane[a] & 1 != 0;
             let [mut inverse, mut first, mut last] = [rays.inverse[a], rays.first_origin[a], rays.last_origin[a]];
-            if !all {
+            if bits != ALL {
                 (inverse, first, last) =
                     (inside(&inverse, bits, leader), inside(&first, bits, leader), inside(&last, bits, leader));
             }

@@ -4,6 +4,6 @@ mod bundle;
 mod ray;
 mod rough;
 
-pub use bundle::{BUNDLE, Bundle, Each, Hull, RayBits, largest};
-pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay, WorldRays};
+pub use bundle::{ALL, BUNDLE, Bundle, Each, Hull, RayBits, largest};
+pub use ray::{Line, LocalRay, LocalRays, SLAB_SLACK, WorldRay, WorldRays, largest_of};
 pub use rough::{DEPTH_OF_BOUND, DEPTH_OF_ERROR};

@@ -338,7 +338,7 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// Per ray the largest magnitude of three numbers.
 #[inline(always)]
-fn largest_of<const N: usize>(v: &[[f64; N]; 3]) -> [f64; N] {
+pub fn largest_of<const N: usize>(v: &[[f64; N]; 3]) -> [f64; N] {
     let mut out = [0.0; N];
     for r in 0..N {
         out[r] = larger(larger(v[0][r].abs(), v[1][r].abs()), v[2][r].abs());

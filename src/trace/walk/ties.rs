@@ -7,10 +7,10 @@
 use glam::DVec3;
 
 use super::one_ray::{Stack, traverse_one};
-use super::visitors::{Shown, Visitor};
+use super::visitors::Visitor;
 use crate::trace::hierarchy::{Face, Inner};
-use crate::trace::kernel::Kernel;
-use crate::trace::rays::{BUNDLE, Line, LocalRays, RayBits, WorldRay, WorldRays};
+use crate::trace::kernel::{Kernel, Pass};
+use crate::trace::rays::{WorldRay, WorldRays, largest_of};
 
 /// f64 roundings of a point on a ray relative to the distance of its origin: position, direction (4), t (8).
 const RAY_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
@@ -28,20 +28,14 @@ fn rounding(scene: &Inner, distance: f64) -> f64 {
     ERRORS * if scene.surface_error > of_ray { scene.surface_error } else { of_ray }
 }
 
-/// The largest magnitude of a ray's three numbers.
-#[inline(always)]
-fn largest_of<const N: usize>(v: &[[f64; N]; 3], ray: usize) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    larger(larger(v[0][ray].abs(), v[1][ray].abs()), v[2][ray].abs())
-}
-
 /// How much farther along each ray a triangle may be met that ties with the first, in units of t.
 #[inline(always)]
 pub fn tie_reach<const N: usize>(scene: &Inner, rays: &WorldRays<N>) -> [f64; N] {
+    // Not lengths, so that the square of a tiny direction does not underflow.
+    let (distance, speed) = (largest_of(&rays.origin), largest_of(&rays.direction));
     let mut reach = [0.0; N];
     for r in 0..N {
-        // Not the length, so that the square of a tiny direction does not underflow.
-        reach[r] = OBLIQUE * rounding(scene, largest_of(&rays.origin, r)) / largest_of(&rays.direction, r);
+        reach[r] = OBLIQUE * rounding(scene, distance[r]) / speed[r];
     }
     reach
 }
@@ -53,18 +47,10 @@ struct Gathered {
     hits: Vec<(f64, Face)>,
 }
 
-impl Gathered {
-    fn gather(&mut self, face: Face, t: f64) -> bool {
-        if (self.range[0]..=self.range[1]).contains(&t) {
-            self.hits.push((t, face));
-        }
-        false
-    }
-}
-
 impl Visitor for Gathered {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
+    const NEARLY: bool = false;
 
     fn range(&self) -> [f64; 2] {
         self.range
@@ -72,17 +58,11 @@ impl Visitor for Gathered {
     fn band(&self) -> f64 {
         0.0
     }
-    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
-        leaf.meet::<K>(ray, |face, t| self.gather(face, t))
-    }
-    fn visit_together<K: Kernel>(
-        visitors: &mut [Self; BUNDLE],
-        leaf: &Shown,
-        lane: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-    ) -> RayBits {
-        leaf.meet_together::<K>(lane, rays, bits, |r, face, t| visitors[r].gather(face, t))
+    fn see(&mut self, face: Face, Pass { t, .. }: Pass) -> bool {
+        if (self.range[0]..=self.range[1]).contains(&t) {
+            self.hits.push((t, face));
+        }
+        false
     }
 }
 

@@ -12,20 +12,37 @@ pub trait Visitor: Clone {
     const IN_ORDER: bool;
     /// Whether triangles that a ray meets at t <= 0 are nothing to it, and those that it nearly meets neither.
     const AHEAD: bool;
+    /// Whether it sees those that a ray nearly meets, too.
+    const NEARLY: bool;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
     fn band(&self) -> f64;
+    /// Looks at one triangle; true ends the walk.
+    fn see(&mut self, face: Face, pass: Pass) -> bool;
+
     /// Looks at four triangles of a mesh; true ends the walk.
-    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool;
+    #[inline(always)]
+    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
+        let see = |face, pass| self.see(face, pass);
+        if Self::NEARLY { leaf.pass::<K>(ray, see) } else { leaf.meet::<K>(ray, see) }
+    }
     /// Lets those of a bundle whose bits are set look at one of them; those whose walk ends.
+    #[inline(always)]
     fn visit_together<K: Kernel>(
         visitors: &mut [Self; BUNDLE],
         leaf: &Shown,
         lane: usize,
         rays: &LocalRays<BUNDLE>,
         bits: RayBits,
-    ) -> RayBits;
+    ) -> RayBits {
+        let see = |r: usize, face, pass| visitors[r].see(face, pass);
+        if Self::NEARLY {
+            leaf.pass_together::<K>(lane, rays, bits, see)
+        } else {
+            leaf.meet_together::<K>(lane, rays, bits, see)
+        }
+    }
 }
 
 /// Four triangles of a mesh, and the instance whose they are.
@@ -43,10 +60,10 @@ impl Shown<'_> {
     }
     /// Shows the triangles that a ray meets, and where, until one ends it.
     #[inline(always)]
-    pub fn meet<K: Kernel>(&self, ray: &Line, mut see: impl FnMut(Face, f64) -> bool) -> bool {
+    fn meet<K: Kernel>(&self, ray: &Line, mut see: impl FnMut(Face, Pass) -> bool) -> bool {
         let meet = K::triangles(self.packet, ray);
         for lane in Lanes(meet.hit) {
-            if self.is_there(lane, ray) && see(self.face(lane), meet.t[lane]) {
+            if self.is_there(lane, || *ray) && see(self.face(lane), Pass::met(meet.t[lane])) {
                 return true;
             }
         }
@@ -54,19 +71,19 @@ impl Shown<'_> {
     }
     /// Shows one of them to those of some rays that meet it; those that it ends.
     #[inline(always)]
-    pub fn meet_together<K: Kernel>(
+    fn meet_together<K: Kernel>(
         &self,
         lane: usize,
         rays: &LocalRays<BUNDLE>,
         bits: RayBits,
-        mut see: impl FnMut(usize, Face, f64) -> bool,
+        mut see: impl FnMut(usize, Face, Pass) -> bool,
     ) -> RayBits {
         let mut t = [0.0; BUNDLE];
         let (hit, face) = (K::rays_meet(self.packet, lane, rays, bits, &mut t), self.face(lane));
         let mut ended = 0;
         for r in Each(hit) {
-            let is_there = !self.mesh.is_tested || exists(self.mesh, self.packet, lane, &rays.line(r));
-            ended |= u32::from(is_there && see(r, face, t[r])) << r;
+            let is_seen = self.is_there(lane, || rays.line(r)) && see(r, face, Pass::met(t[r]));
+            ended |= u32::from(is_seen) << r;
         }
         ended
     }
@@ -78,7 +95,7 @@ impl Shown<'_> {
             return false;
         }
         for lane in Lanes(meet.near & self.packet.used()) {
-            if let Some(pass) = self.sifted(lane, meet.of(lane), ray)
+            if let Some(pass) = self.sifted(lane, meet.of(lane), || *ray)
                 && see(self.face(lane), pass)
             {
                 return true;
@@ -101,19 +118,20 @@ impl Shown<'_> {
         let (found, face) = (K::rays_pass(self.packet, lane, rays, bits), self.face(lane));
         let mut ended = 0;
         for r in Each(found.near) {
-            let pass = found.of(r);
-            let pass = if self.mesh.is_tested { self.sifted(lane, pass, &rays.line(r)) } else { Some(pass) };
+            let pass = self.sifted(lane, found.of(r), || rays.line(r));
             ended |= u32::from(pass.is_some_and(|pass| see(r, face, pass))) << r;
         }
         ended
     }
+    /// Whether a triangle that a ray meets exists there; the ray is asked for where that is in question.
     #[inline(always)]
-    fn is_there(&self, lane: usize, ray: &Line) -> bool {
-        !self.mesh.is_tested || exists(self.mesh, self.packet, lane, ray)
+    fn is_there(&self, lane: usize, ray: impl FnOnce() -> Line) -> bool {
+        !self.mesh.is_tested || exists(self.mesh, self.packet, lane, &ray())
     }
+    /// What is left of a triangle that a ray meets or nearly meets; the ray is asked for where that is in question.
     #[inline(always)]
-    fn sifted(&self, lane: usize, pass: Pass, ray: &Line) -> Option<Pass> {
-        if self.mesh.is_tested { sifted(self.mesh, self.packet, lane, pass, ray) } else { Some(pass) }
+    fn sifted(&self, lane: usize, pass: Pass, ray: impl FnOnce() -> Line) -> Option<Pass> {
+        if self.mesh.is_tested { sifted(self.mesh, self.packet, lane, pass, &ray()) } else { Some(pass) }
     }
 }
 
@@ -159,20 +177,12 @@ impl<const BAND: bool> Closest<BAND> {
             (self.t, self.face) = (t, Some(face));
         }
     }
-    #[inline(always)]
-    fn offer_pass(&mut self, face: Face, pass: Pass) {
-        if pass.is_hit {
-            self.offer(face, pass.t);
-        }
-        if !pass.is_inside && pass.t_high >= self.t_min {
-            self.t_near_edge = self.t_near_edge.min(pass.t_low.max(self.t_min));
-        }
-    }
 }
 
 impl<const BAND: bool> Visitor for Closest<BAND> {
     const IN_ORDER: bool = true;
     const AHEAD: bool = false;
+    const NEARLY: bool = BAND;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -183,38 +193,14 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
         if BAND { self.band } else { 0.0 }
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
-        if BAND {
-            leaf.pass::<K>(ray, |face, pass| {
-                self.offer_pass(face, pass);
-                false
-            })
-        } else {
-            leaf.meet::<K>(ray, |face, t| {
-                self.offer(face, t);
-                false
-            })
+    fn see(&mut self, face: Face, pass: Pass) -> bool {
+        if pass.is_hit {
+            self.offer(face, pass.t);
         }
-    }
-    #[inline(always)]
-    fn visit_together<K: Kernel>(
-        visitors: &mut [Self; BUNDLE],
-        leaf: &Shown,
-        lane: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-    ) -> RayBits {
-        if BAND {
-            leaf.pass_together::<K>(lane, rays, bits, |r, face, pass| {
-                visitors[r].offer_pass(face, pass);
-                false
-            })
-        } else {
-            leaf.meet_together::<K>(lane, rays, bits, |r, face, t| {
-                visitors[r].offer(face, t);
-                false
-            })
+        if !pass.is_inside && pass.t_high >= self.t_min {
+            self.t_near_edge = self.t_near_edge.min(pass.t_low.max(self.t_min));
         }
+        false
     }
 }
 
@@ -227,16 +213,10 @@ pub struct Blocked<'a> {
     pub touched: &'a Touched,
 }
 
-impl Blocked<'_> {
-    #[inline(always)]
-    fn is_blocked_by(&self, face: Face, t: f64) -> bool {
-        t > 0.0 && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
-    }
-}
-
 impl Visitor for Blocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = true;
+    const NEARLY: bool = false;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -247,18 +227,8 @@ impl Visitor for Blocked<'_> {
         0.0
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
-        leaf.meet::<K>(ray, |face, t| self.is_blocked_by(face, t))
-    }
-    #[inline(always)]
-    fn visit_together<K: Kernel>(
-        visitors: &mut [Self; BUNDLE],
-        leaf: &Shown,
-        lane: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-    ) -> RayBits {
-        leaf.meet_together::<K>(lane, rays, bits, |r, face, t| visitors[r].is_blocked_by(face, t))
+    fn see(&mut self, face: Face, Pass { t, .. }: Pass) -> bool {
+        t > 0.0 && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
     }
 }
 
@@ -278,23 +248,10 @@ pub struct SurelyBlocked<'a> {
     pub is_possible: bool,
 }
 
-impl SurelyBlocked<'_> {
-    #[inline(always)]
-    fn is_surely_blocked_by(&mut self, face: Face, pass: &Pass) -> bool {
-        if self.except == face || self.touched.has(face) {
-            return false;
-        }
-        if pass.is_inside && pass.t > self.sure[0] && pass.t < self.sure[1] {
-            return true;
-        }
-        self.is_possible |= pass.t_high > self.possible[0] && pass.t_low < self.possible[1];
-        false
-    }
-}
-
 impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
+    const NEARLY: bool = true;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -305,17 +262,14 @@ impl Visitor for SurelyBlocked<'_> {
         self.band
     }
     #[inline(always)]
-    fn visit<K: Kernel>(&mut self, leaf: &Shown, ray: &Line) -> bool {
-        leaf.pass::<K>(ray, |face, pass| self.is_surely_blocked_by(face, &pass))
-    }
-    #[inline(always)]
-    fn visit_together<K: Kernel>(
-        visitors: &mut [Self; BUNDLE],
-        leaf: &Shown,
-        lane: usize,
-        rays: &LocalRays<BUNDLE>,
-        bits: RayBits,
-    ) -> RayBits {
-        leaf.pass_together::<K>(lane, rays, bits, |r, face, pass| visitors[r].is_surely_blocked_by(face, &pass))
+    fn see(&mut self, face: Face, pass: Pass) -> bool {
+        if self.except == face || self.touched.has(face) {
+            return false;
+        }
+        if pass.is_inside && pass.t > self.sure[0] && pass.t < self.sure[1] {
+            return true;
+        }
+        self.is_possible |= pass.t_high > self.possible[0] && pass.t_low < self.possible[1];
+        false
     }
 }

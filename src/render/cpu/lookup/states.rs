@@ -6,25 +6,32 @@
 
 use rayon::prelude::*;
 
-use super::lookup::MapLookup;
+use super::lookup::Lookups;
 use super::runs::Compared;
 use crate::aliasing::receivers::{RUN, Receivers, Shown};
 use crate::error::{Error, Result};
-use crate::image::{ShadowMask, Surfaces};
+use crate::image::{ShadowMask, ShadowStates, Surfaces};
 use crate::progress::Progress;
 use crate::scene::Light;
 
 /// A light whose only map is there.
 pub struct OnlyMap<'a> {
+    /// Which of all lights it is.
+    pub number: usize,
     pub light: &'a Light,
-    pub lookup: &'a MapLookup,
-    /// As many texels as the lookup says.
-    pub map: &'a [f32],
-    /// Which bit of a pixel says whether the light arrives.
-    pub bit: u32,
+    pub lookups: Lookups<'a>,
+    /// As many texels as the lookups say.
+    pub map: Vec<f32>,
 }
 
-/// Sets the bits of some lights in a picture of the surfaces, where they arrive.
+impl OnlyMap<'_> {
+    /// The picture that says whether the light arrives.
+    pub fn picture(&self) -> usize {
+        self.number / ShadowStates::PER_PICTURE
+    }
+}
+
+/// Sets the bits of some lights in their picture of the surfaces, where they arrive.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
@@ -51,10 +58,11 @@ fn set_in_row(surfaces: &Surfaces, lights: &[OnlyMap], first: usize, row: &mut [
             if !shown.contains(&Shown::Facing) {
                 continue;
             }
-            one.lookup.light_of_facing(one.map, &run, &shown, &mut found, &mut lit);
+            one.lookups.map(0).light_of_facing(&one.map, &run, &shown, &mut found, &mut lit);
+            let bit = one.number % ShadowStates::PER_PICTURE;
             for (i, states) in states.iter_mut().enumerate() {
                 let arrives = !found.is_held[i] | (lit[i] >= ShadowMask::LIT_FROM);
-                *states |= u32::from((shown[i] == Shown::Facing) & arrives) << one.bit;
+                *states |= u32::from((shown[i] == Shown::Facing) & arrives) << bit;
             }
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DMat4;
 use rayon::prelude::*;
 
-use super::binning::{Binning, Draw};
+use super::binning::{Binning, Draw, fill};
 use super::bins::{Bands, Bins};
 use super::vertices::{Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
@@ -21,7 +21,7 @@ const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
 /// Chunks that are binned before the bands are drawn: enough for many threads. What they leave is bounded in bytes, chunk by
-/// chunk ([`Binning::fill`]), so a round takes some MB whatever the scene.
+/// chunk ([`fill`]), so a round takes some MB whatever the scene.
 const ROUND: usize = 64;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
@@ -238,7 +238,7 @@ fn bin(
     let work = Binning { draws, vertices: &scratch.vertices, viewport, bands, numbered };
     scratch.bins[..scratch.chunks].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
         progress.check()?;
-        chunk.start = work.fill(bins, chunk.clone());
+        chunk.start = fill(&work, bins, chunk.clone());
         Ok(())
     })?;
     pending.extend(round.into_iter().filter(|chunk| !chunk.is_empty()));

@@ -10,13 +10,10 @@
 
 use std::ops::Range;
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::Avx2;
 use super::bins::{Bands, Bins, Entry};
 use super::clip::{clip_triangle, exact_position};
 use super::lanes::Lanes;
-use super::plain::Plain;
-use super::simd::LANES;
+use super::simd::{LANES, with_lanes};
 use super::tiny::{TINY, Tiny};
 use super::triangle_setup::{Boxes, Corners, LargeSetup, SMALL, SmallSetup, box_of, pixels_in_box};
 use super::vertices::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
@@ -55,45 +52,32 @@ pub struct Binning<'a> {
     pub numbered: bool,
 }
 
-impl Binning<'_> {
+with_lanes! {
     /// Bins the triangles `range`, or the first of them where they write too much; the first that is not binned.
-    pub fn fill(&self, bins: &mut Bins, range: Range<u32>) -> u32 {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-            fn wide(lanes: Avx2, work: &Binning, bins: &mut Bins, range: Range<u32>) -> u32 {
-                bins.fill(lanes, work, range)
-            }
-            if let Some(lanes) = Avx2::detect() {
-                // SAFETY: `lanes` proves the features that `wide` is compiled for.
-                return unsafe { wide(lanes, self, bins, range) };
-            }
+    pub fn fill(work: &Binning, bins: &mut Bins, range: Range<u32>) -> u32 = fill_with
+}
+
+#[inline(always)]
+fn fill_with<L: Lanes>(lanes: L, work: &Binning, bins: &mut Bins, range: Range<u32>) -> u32 {
+    let Binning { draws, bands, .. } = *work;
+    bins.start(bands);
+    let mut d = draws.partition_point(|draw| draw.first_triangle <= range.start) - 1;
+    let mut start = range.start;
+    while start < range.end && (start == range.start || !bins.is_full()) {
+        let draw = &draws[d];
+        let draw_end = draw.first_triangle + draw.kept.triangles.len() as u32;
+        let end = range.end.min(draw_end).min(start + SLICE);
+        let own = start - draw.first_triangle..end - draw.first_triangle;
+        for run in draw.kept.runs(own) {
+            bins.bin_draw(lanes, work, draw, run);
         }
-        bins.fill(Plain, self, range)
+        start = end;
+        d += usize::from(end == draw_end);
     }
+    start
 }
 
 impl Bins {
-    #[inline(always)]
-    fn fill<L: Lanes>(&mut self, lanes: L, work: &Binning, range: Range<u32>) -> u32 {
-        let Binning { draws, bands, .. } = *work;
-        self.start(bands);
-        let mut d = draws.partition_point(|draw| draw.first_triangle <= range.start) - 1;
-        let mut start = range.start;
-        while start < range.end && (start == range.start || !self.is_full()) {
-            let draw = &draws[d];
-            let draw_end = draw.first_triangle + draw.kept.triangles.len() as u32;
-            let end = range.end.min(draw_end).min(start + SLICE);
-            let own = start - draw.first_triangle..end - draw.first_triangle;
-            for run in draw.kept.runs(own) {
-                self.bin_draw(lanes, work, draw, run);
-            }
-            start = end;
-            d += usize::from(end == draw_end);
-        }
-        start
-    }
-
     /// Bins the triangles at some places of a draw's order.
     #[inline(always)]
     fn bin_draw<L: Lanes>(&mut self, lanes: L, work: &Binning, draw: &Draw, places: Range<u32>) {
@@ -241,6 +225,7 @@ mod tests {
     use glam::{DMat4, DVec3};
 
     use super::super::bins::Bin;
+    use super::super::plain::Plain;
     use super::*;
     use crate::render::Volume;
     use crate::render::cpu::faces::Faces;
@@ -278,7 +263,7 @@ mod tests {
         for numbered in [false, true] {
             let work = Binning { draws, vertices: &vertices, viewport: &viewport, bands, numbered };
             let (mut best, mut plain) = (Bins::default(), Bins::default());
-            assert_eq!(work.fill(&mut best, 3..count), plain.fill(Plain, &work, 3..count));
+            assert_eq!(fill(&work, &mut best, 3..count), fill_with(Plain, &work, &mut plain, 3..count));
             let told = |bins: &Bins| (0..7).map(|band| format!("{:?}", bins.band(band))).collect::<Vec<_>>();
             assert_eq!(told(&best), told(&plain));
             assert_eq!(format!("{:?}", best.large), format!("{:?}", plain.large));

@@ -4,13 +4,10 @@
 //! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
 //! tested edge by edge.
 
-#[cfg(target_arch = "x86_64")]
-use super::avx2::Avx2;
 use super::bins::Entry;
 use super::lanes::Lanes;
 use super::pixels::Pixels;
-use super::plain::Plain;
-use super::simd::LANES;
+use super::simd::{LANES, with_lanes};
 use super::triangle_setup::{Boxes, Corners, LargeSetup, SetupRows, SmallSetup};
 use super::vertices::ScreenVertex;
 
@@ -39,20 +36,9 @@ pub struct Entries<'a> {
     pub large: &'a [LargeSetup],
 }
 
-/// Draws a band's entries of one chunk with the best instruction set found at run time.
-pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-        fn wide<P: Pixels>(lanes: Avx2, entries: Entries, area: BandArea, pixels: &mut P) {
-            draw_entries(lanes, entries, area, pixels);
-        }
-        if let Some(lanes) = Avx2::detect() {
-            // SAFETY: `lanes` proves the features that `wide` is compiled for.
-            return unsafe { wide(lanes, entries, area, pixels) };
-        }
-    }
-    draw_entries(Plain, entries, area, pixels);
+with_lanes! {
+    /// Draws a band's entries of one chunk.
+    pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) = draw_entries
 }
 
 #[inline(always)]
@@ -102,7 +88,7 @@ impl<L: Lanes> Run<L> {
             lanes,
             edges: steps_x.map(|step| steps(lanes, step)),
             z: lanes.floats(std::array::from_fn(|i| z_per_x * i as f32)),
-            z_range: z_range.map(|z| lanes.floats([z; LANES])),
+            z_range: z_range.map(|z| lanes.float(z)),
         }
     }
 
@@ -110,12 +96,12 @@ impl<L: Lanes> Run<L> {
     #[inline(always)]
     fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, drawn: i32, id: u32, pixels: &mut P) {
         let lanes = self.lanes;
-        let edge = |k: usize| lanes.add(lanes.ints([edge[k]; LANES]), self.edges[k]);
+        let edge = |k: usize| lanes.add(lanes.int(edge[k]), self.edges[k]);
         let mut outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
         if P::ONCE && drawn > 0 {
             outside = lanes.or(outside, lanes.ints(std::array::from_fn(|l| (l as i32).wrapping_sub(drawn))));
         }
-        let z = lanes.clamp(lanes.add_floats(lanes.floats([z; LANES]), self.z), self.z_range[0], self.z_range[1]);
+        let z = lanes.clamp(lanes.add_floats(lanes.float(z), self.z), self.z_range[0], self.z_range[1]);
         pixels.draw(lanes, at, z, outside, id);
     }
 }
@@ -275,6 +261,7 @@ fn fill_block<L: Lanes, P: Pixels>(
 #[cfg(test)]
 mod tests {
     use super::super::pixels::{DepthPixels, IdPixels, LayerPixels};
+    use super::super::plain::Plain;
     use super::super::triangle_setup::{SMALL, box_of};
     use super::super::vertices::{Viewport, project_all};
     use super::*;

@@ -137,10 +137,8 @@ impl Lanes for Plain {
     }
     #[inline(always)]
     fn order(self, bits: u32) -> Self::Int {
-        {
-            let order = ORDERS[bits as usize % ORDERS.len()].to_le_bytes();
-            from_fn(|l| order[l].into())
-        }
+        let order = ORDERS[bits as usize % ORDERS.len()].to_le_bytes();
+        from_fn(|l| order[l].into())
     }
     #[inline(always)]
     fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int {

@@ -6,7 +6,7 @@ use super::casters::keep_of;
 use super::lookup::{Lookups, MaskInput, OnlyMap, set_states};
 use super::passes::pixel_count;
 use super::raster::Scratch;
-use super::renderer::CpuRenderer;
+use super::scratches::Scratches;
 use super::stored::StoredMap;
 use crate::error::Result;
 use crate::image::{ShadowMask, ShadowStates, Surfaces};
@@ -22,7 +22,7 @@ const MOST_TEXELS: usize = 1 << 26;
 
 /// Surfaces that light falls on, through maps that are drawn for it.
 pub(super) struct Lighting<'a> {
-    pub renderer: &'a CpuRenderer,
+    pub scratches: &'a Scratches,
     pub scene: &'a Scene,
     pub surfaces: Surfaces<'a>,
     pub camera: &'a Camera,
@@ -68,7 +68,7 @@ impl Lighting<'_> {
         let lookups = &Lookups::new(p, camera, light, surfaces.origin, settings)?;
         let input = MaskInput { surfaces, camera, light, lookups, progress };
         let maps = self.maps(&input, p, settings)?;
-        self.renderer.with_scratch(|scratch| input.mask(|k, depth| maps.draw(k, depth, scratch, progress)))
+        self.scratches.lend(|scratch| input.mask(|k, depth| maps.draw(k, depth, scratch, progress)))
     }
 
     /// The states of lights, in pictures where none arrives yet. Lights with one map each look at a receiver together, as many as
@@ -112,7 +112,7 @@ impl Lighting<'_> {
         let maps = self.maps(&input, p, settings)?;
         check_images("resolution", 1, resolution, size_of::<f32>())?;
         let mut map = unwritten::<f32>(pixel_count(resolution))?;
-        self.renderer.with_scratch(|scratch| maps.draw(0, &mut map, scratch, progress))?;
+        self.scratches.lend(|scratch| maps.draw(0, &mut map, scratch, progress))?;
         // SAFETY: the map has been drawn.
         Ok(OnlyMap { number: i, light, lookups, map: unsafe { written(map) } })
     }

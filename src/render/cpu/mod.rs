@@ -12,6 +12,7 @@ mod masks;
 mod passes;
 mod raster;
 mod renderer;
+mod scratches;
 mod stored;
 mod tested_triangle;
 mod uneven_lattice;

@@ -1,7 +1,5 @@
 //! The renderer itself: the trait over the passes.
 
-use std::sync::Mutex;
-
 use glam::{DMat4, DVec3};
 
 use super::casters::{asked_of, casters_of, keep_of};
@@ -9,7 +7,7 @@ use super::faces::Faces;
 use super::gbuffer::gbuffer;
 use super::masks::Lighting;
 use super::passes::{Pass, pixel_count};
-use super::raster::Scratch;
+use super::scratches::Scratches;
 use super::stored::StoredMap;
 use crate::aliasing::footprint::footprint;
 use crate::error::{Error, Result};
@@ -41,26 +39,13 @@ const GBUFFER_BYTES: usize = GBuffer::BYTES + 2 * size_of::<f32>();
 /// ```
 #[derive(Debug, Default)]
 pub struct CpuRenderer {
-    /// Memory of finished calls for the next ones.
-    scratch: Mutex<Vec<Scratch>>,
+    scratches: Scratches,
 }
 
 impl CpuRenderer {
     /// A renderer. It needs no device and always works.
     pub fn new() -> Self {
         Self::default()
-    }
-
-    /// Runs with scratch memory that no other call uses.
-    pub(super) fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> Result<T>) -> Result<T> {
-        // Nobody waits for it: after a fork the lock may be held by a thread that does not exist.
-        let mut scratch = self.scratch.try_lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
-        let result = work(&mut scratch);
-        scratch.shrink();
-        if let Ok(mut free) = self.scratch.try_lock() {
-            free.push(scratch);
-        }
-        result
     }
 }
 
@@ -75,9 +60,7 @@ impl Renderer for CpuRenderer {
     }
 
     fn release(&self) -> Result<()> {
-        if let Ok(mut free) = self.scratch.try_lock() {
-            *free = Vec::new();
-        }
+        self.scratches.release();
         Ok(())
     }
 
@@ -128,7 +111,7 @@ impl Renderer for CpuRenderer {
         check_images("size", 1, size, GBUFFER_BYTES)?;
         // Nearer is less.
         let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
-        self.with_scratch(|scratch| {
+        self.scratches.lend(|scratch| {
             let (faces, keep) = (Faces::All, Keep::InVolume);
             gbuffer(&mut Pass { scene, clip_from_world, size, faces, keep, scratch, progress }, camera)
         })
@@ -164,7 +147,7 @@ impl Renderer for CpuRenderer {
         check_maps(p, settings.resolution)?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let surfaces = gbuffer.surfaces();
-        Lighting { renderer: self, scene, surfaces, camera, cull, progress }.mask(light, p, settings)
+        Lighting { scratches: &self.scratches, scene, surfaces, camera, cull, progress }.mask(light, p, settings)
     }
 
     fn shadow_states(
@@ -180,7 +163,8 @@ impl Renderer for CpuRenderer {
         lights.iter().try_for_each(|one| check_maps(one.p, one.resolution))?;
         let gbuffer = &self.gbuffer(scene, camera, settings.size, progress)?;
         let surfaces = gbuffer.surfaces();
-        Lighting { renderer: self, scene, surfaces, camera, cull, progress }.states(lights, settings, states)
+        Lighting { scratches: &self.scratches, scene, surfaces, camera, cull, progress }
+            .states(lights, settings, states)
     }
 }
 
@@ -200,7 +184,7 @@ impl CpuRenderer {
         let layer = pixel_count(size);
         check_images("resolution", p.partitions.len(), size, size_of::<f32>())?;
         let mut data = unwritten::<f32>(layer * p.partitions.len())?;
-        self.with_scratch(|scratch| {
+        self.scratches.lend(|scratch| {
             for (k, (partition, depth)) in p.partitions.iter().zip(data.chunks_exact_mut(layer)).enumerate() {
                 progress.begin_part(k, p.partitions.len());
                 match keep(k) {

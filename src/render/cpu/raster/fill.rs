@@ -7,9 +7,10 @@
 use super::bins::Entry;
 use super::lanes::Lanes;
 use super::pixels::Pixels;
-use super::simd::{LANES, with_lanes};
+use super::simd::LANES;
 use super::triangle_setup::{Boxes, Corners, LargeSetup, SetupRows, SmallSetup};
 use super::vertices::ScreenVertex;
+use super::with_lanes::with_lanes;
 
 /// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
 /// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.

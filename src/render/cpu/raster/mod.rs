@@ -17,6 +17,7 @@ mod tested;
 mod tiny;
 mod triangle_setup;
 mod vertices;
+mod with_lanes;
 
 pub use batch::{Batches, Round, Scratch, batches, by_test};
 pub use binning::Draw;

@@ -34,6 +34,12 @@ LEAST_ROOM_SHARE = 0.1
 TRUSTED_SHARE = 0.9
 
 
+def median(values: Coordinates) -> float:
+    """The median of some numbers; `np.median` loads masked arrays, which takes a quarter of the time of all numpy."""
+    ordered = np.sort(values, axis=None)
+    return float(0.5 * (ordered[(ordered.size - 1) // 2] + ordered[ordered.size // 2]))
+
+
 class Surfaces:
     """What rays meet in a scene: how far away, and which way it faces."""
 
@@ -54,17 +60,21 @@ class Surfaces:
         t, triangle, instance = _core.first_hit(self.scene, origins, directions)
         met = instance >= 0
         normals = np.zeros((len(t), 3))
-        for mesh in np.unique(self._index[instance[met]]):
-            rows = np.flatnonzero(met)[self._index[instance[met]] == mesh]
+        rays = np.flatnonzero(met)
+        meshes = self._index[instance[rays]]
+        order = np.argsort(meshes, kind="stable")
+        rays, corners = rays[order], np.zeros((len(rays), 3, 3))
+        found, begins = np.unique(meshes[order], return_index=True)
+        for mesh, begin, end in zip(found, begins, [*begins[1:], len(rays)], strict=False):
             if self._meshes[mesh].dropped_faces:
-                normals[rows] = -directions[rows]
-                continue
-            corners = self._corners_of(int(mesh), triangle[rows])
-            placed = self._transforms[instance[rows], :3, :3]
-            a, b = (np.einsum("nij,nj->ni", placed, corners[:, i] - corners[:, 0]) for i in (1, 2))
-            # Scaled before the product, which would underflow for tiny triangles.
-            a, b = (v / np.maximum(np.abs(v).max(axis=1, keepdims=True), np.finfo(np.float64).tiny) for v in (a, b))
-            normals[rows] = np.cross(a, b) * np.where(np.linalg.det(placed) < 0, -1.0, 1.0)[:, None]
+                normals[rays[begin:end]] = -directions[rays[begin:end]]
+            else:
+                corners[begin:end] = self._corners_of(int(mesh), triangle[rays[begin:end]])
+        placed = self._transforms[instance[rays], :3, :3]
+        a, b = (np.einsum("nij,nj->ni", placed, corners[:, i] - corners[:, 0]) for i in (1, 2))
+        # Scaled before the product, which would underflow for tiny triangles.
+        a, b = (v / np.maximum(np.abs(v).max(axis=1, keepdims=True), np.finfo(np.float64).tiny) for v in (a, b))
+        normals[rays] += np.cross(a, b) * np.where(np.linalg.det(placed) < 0, -1.0, 1.0)[:, None]
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         return t, normals / np.where(length > 0, length, 1.0), met
 

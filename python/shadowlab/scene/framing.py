@@ -154,7 +154,8 @@ def outermost_vertices(
     furthest = np.empty((0, 3))
     for points in world_points(scene, above):
         candidates = np.concatenate([furthest, points])
-        furthest = candidates[np.unique((outward @ (candidates - center).T).argmax(axis=1))]
+        # In order, each once; `np.unique` loads masked arrays.
+        furthest = candidates[sorted(set((outward @ (candidates - center).T).argmax(axis=1).tolist()))]
     return furthest
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .columns import Columns, Coordinates, Surfaces, floors_of
+from .columns import Columns, Coordinates, Surfaces, floors_of, median
 from .framing import bounds_above, padded_bounds
 
 # Height by width up to which a scene is a place wherever it has surfaces at all (towns, terrains), and up to which it
@@ -70,7 +70,8 @@ class Place:
     @property
     def room(self) -> float:
         """The usual free height over the floor, world units; infinite where most of the place is under the open sky."""
-        return float(np.median(self.columns.room[self.columns.known]))
+        rooms = self.columns.room[self.columns.known]
+        return median(rooms) if rooms.size else math.inf
 
     @property
     def eye_height(self) -> float:
@@ -122,7 +123,7 @@ def level_of(columns: Columns, height: float) -> float | None:
     ends = np.searchsorted(floors, floors + LEVEL_SPREAD * height, side="right")
     start = int((ends - np.arange(len(floors))).argmax())
     within = floors[start : ends[start]]
-    return float(np.median(within)) if len(within) >= LEVEL_SHARE * len(floors) else None
+    return median(within) if len(within) >= LEVEL_SHARE * len(floors) else None
 
 
 def principal_sides(columns: Columns) -> tuple[Coordinates, tuple[tuple[Coordinates, float], ...]]:

@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from .columns import LEAST_FLOOR_COSINE, Coordinates, Surfaces
+from .columns import LEAST_FLOOR_COSINE, Coordinates, Surfaces, median
 from .framing import DEPTH_MARGIN, FOV_Y_RAD, corners_of_box, padded_bounds
 from .place import Place
 from .sunlight import (
@@ -53,6 +54,8 @@ BORDER_SHARE = 1e-3
 SCORE_DIGITS = 2
 # Pixels of the pictures by which views are chosen: a post or a tree at some distance is still one wide.
 LOOK = (48, 27)
+# Candidates whose rays are traced together: 83,000 rays, some megabytes.
+TOGETHER = 64
 # Pixels of the picture in which the nearest surface is found.
 CLOSE_LOOK = (192, 108)
 # What is nearer than this many heights of the eye and no floor is right before it.
@@ -125,8 +128,8 @@ def way(place: Place, spot: Coordinates, end: Coordinates) -> Coordinates:
         i, j = nearest_column(place, spot)
         before = place.columns.known & (ahead > 0.1 * np.linalg.norm(end - spot))
         if before.any():
-            rise = float(np.median(place.columns.floor[before])) - float(place.columns.floor[i, j])
-            pitch += float(np.clip(math.atan2(rise, float(np.median(ahead[before]))), -STEEPEST_RAD, STEEPEST_RAD))
+            rise = median(place.columns.floor[before]) - float(place.columns.floor[i, j])
+            pitch += float(np.clip(math.atan2(rise, median(ahead[before])), -STEEPEST_RAD, STEEPEST_RAD))
     x, z = math.cos(pitch) * level
     return np.array([x, math.sin(pitch), z])
 
@@ -166,13 +169,23 @@ def sight_score(place: Place, stand: Stand, ways: Coordinates, distances: Coordi
     return float((1 - before) ** 4 * depth * (0.25 + 0.75 * things) * (0.25 + 0.75 * sky))
 
 
+def batches(candidates: Iterator[Stand]) -> Iterator[list[Stand]]:
+    """The candidates in groups of at most `TOGETHER`."""
+    while some := list(itertools.islice(candidates, TOGETHER)):
+        yield some
+
+
 def best_stand(place: Place, surfaces: Surfaces, aspect: float) -> Stand | None:
     """The candidate whose picture shows most under light from the side; None where nobody can stand."""
     found = []
-    for stand in stands(place):
-        ways = rays_of(stand, aspect, LOOK)
-        distances, normals, _ = surfaces.hit(np.tile(stand.eye, (len(ways), 1)), ways)
-        found.append((round(sight_score(place, stand, ways, distances, normals), SCORE_DIGITS), stand))
+    for some in batches(stands(place)):
+        # Rays of many candidates at once: a call for each took half of the time of the choice.
+        ways = np.concatenate([rays_of(stand, aspect, LOOK) for stand in some])
+        eyes = np.repeat([stand.eye for stand in some], len(ways) // len(some), axis=0)
+        distances, normals, _ = surfaces.hit(eyes, ways)
+        looks = (np.split(of, len(some)) for of in (ways, distances, normals))
+        for stand, *look in zip(some, *looks, strict=True):
+            found.append((round(sight_score(place, stand, *look), SCORE_DIGITS), stand))
     best, most = None, -1.0
     for sight, stand in sorted(found, key=lambda scored: -scored[0])[:FINALISTS]:
         sun = sun_of(stand, surfaces, aspect, SIDE_ANGLES)

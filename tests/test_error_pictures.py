@@ -11,6 +11,7 @@ from plot_support import SUN, footprint, view
 from shadowlab import pictures
 from shadowlab.aliasing.causes import CAUSES
 from shadowlab.errors import ArgumentError
+from shadowlab.pictures import bands
 from shadowlab.pictures import causes as cause_pictures
 from shadowlab.pictures import errors as error_pictures
 
@@ -207,3 +208,45 @@ def test_wrong_causes_say_what_was_expected(given, says):
     usual = {"truth": np.ones((6, 8), np.int8), "cause_image": np.zeros((6, 8), np.int8)}
     with pytest.raises(ArgumentError, match=says):
         cause_pictures.cause_picture(view(), SUN, **{**usual, **given})
+
+
+def test_bands_leave_no_seam(monkeypatch):
+    rng = np.random.default_rng(3)
+    shape = (37, 23)
+    g = view(*shape)
+    g.normal[...] = rng.normal(size=(*shape, 3))
+    g.normal /= np.linalg.norm(g.normal, axis=-1, keepdims=True)
+    codes, truth = rng.integers(-3, 2, shape), rng.integers(-2, 2, shape).astype(np.int8)
+    shown = footprint(rng.uniform(0.05, 20.0, shape), codes)
+    wrong, causes = rng.integers(-1, 3, shape).astype(np.int8), rng.integers(-1, 6, shape)
+    depth = np.where(rng.uniform(size=shape) < 0.3, 1.0, rng.uniform(size=shape)).astype(np.float32)
+
+    def drawn():
+        yield pictures.shade(g, SUN, rng_mask)
+        yield error_pictures.error_picture(shown, gbuffer=g, light=SUN)
+        yield pictures.difference(g, SUN, truth, wrong, width=3)
+        yield cause_pictures.cause_picture(g, SUN, truth, causes, width=2)
+        yield pictures.relief(depth)
+
+    rng_mask = rng.uniform(size=shape).astype(np.float32)
+    whole = list(drawn())
+    for pixels in (1, 5 * shape[1]):
+        monkeypatch.setattr(bands, "BAND_PIXELS", pixels)
+        for one, other in zip(whole, drawn(), strict=True):
+            np.testing.assert_array_equal(one, other)
+    # A band that were drawn with the rows of another would be seen.
+    assert not np.array_equal(whole[1], np.roll(whole[1], 5, axis=0))
+
+
+def test_a_wide_mark_leaves_the_pixels_beside_it_their_own_colours():
+    codes = np.zeros((9, 9), np.int64)
+    codes[3, 3], codes[4, 4], codes[4, 3] = 5, 1, 2
+    g = view(9, 9)
+    picture = cause_pictures.cause_picture(g, SUN, np.ones((9, 9), np.int8), codes, width=3)
+    for place in ((3, 3), (4, 4), (4, 3)):
+        assert tuple(picture[place]) == cause_pictures.CAUSE_RGB[codes[place]]
+    # To the right and down, the later cause over the earlier one.
+    assert tuple(picture[5, 5]) == cause_pictures.CAUSE_RGB[5]
+    assert tuple(picture[6, 6]) == cause_pictures.CAUSE_RGB[1]
+    assert tuple(picture[2, 2]) != cause_pictures.CAUSE_RGB[5]
+    assert np.ptp(picture[7, 7].astype(int)) == 0

@@ -10,7 +10,7 @@ import numpy as np
 
 from .causes import causes_over
 from .errors import errors_over, image_codes, tones
-from .eye import difference_over, shade, truth_mask
+from .eye import difference_over, luminance, shade, truth_mask
 
 if TYPE_CHECKING:
     from .._core import GBuffer
@@ -47,6 +47,7 @@ class Backdrop:
     def __init__(self, gbuffer: GBuffer, light: Light, truth: np.ndarray | None = None):
         self._gbuffer, self._light = gbuffer, light
         self._lit = Once(lambda: shade(gbuffer, light, truth_mask(cast("np.ndarray", truth))))
+        self._grey = Once(lambda: luminance(self._lit()))
         self._tone = Once(lambda: tones(np.shape(gbuffer.triangle), gbuffer, light))
 
     @property
@@ -54,17 +55,22 @@ class Backdrop:
         """The eye view with its true shadows (H, W, 3) uint8."""
         return self._lit()
 
+    @property
+    def grey(self) -> np.ndarray:
+        """The luminance (H, W) float32 of `lit`, 0 to 255."""
+        return self._grey()
+
     def shaded(self, mask: np.ndarray) -> np.ndarray:
         """The eye view with the shadows of a mask; see `shade`."""
         return shade(self._gbuffer, self._light, mask)
 
     def difference(self, image: np.ndarray, width: int = 1) -> np.ndarray:
         """The wrong pixels; see `difference`."""
-        return difference_over(self.lit, image, width)
+        return difference_over(self.grey, image, width)
 
     def causes(self, image: np.ndarray, width: int = 1) -> np.ndarray:
         """The causes of wrong pixels; see `cause_picture`."""
-        return causes_over(self.lit, image, width)
+        return causes_over(self.grey, image, width)
 
     def texels(self, footprint: Footprint) -> np.ndarray:
         """The size of texels; see `error_picture`."""

@@ -18,6 +18,7 @@ from ..errors import ArgumentError
 from ..text import shown
 from ..text.checked import a_count, a_gbuffer, a_light, checked, numbers_in
 from ..types import RGB
+from .bands import row_bands
 from .eye import FALSE_LIGHT_RGB, FALSE_SHADOW_RGB, WIDEST_MARK_PX, luminance, marked, same_size, shade, truth_mask
 
 if TYPE_CHECKING:
@@ -74,12 +75,15 @@ def cause_picture(
     if codes.min() < NOT_COMPARED or codes.max() > max(CAUSE_RGB):
         unknown = np.setdiff1d(codes, [NOT_COMPARED, 0, *CAUSE_RGB])
         raise ArgumentError(f"cause_image: expected codes -1 to 5, got {shown(unknown[:4].tolist())}")
-    return causes_over(shade(gbuffer, light, truth_mask(np.asarray(truth))), codes, width)
+    return causes_over(luminance(shade(gbuffer, light, truth_mask(np.asarray(truth)))), codes, width)
 
 
-def causes_over(lit: np.ndarray, codes: np.ndarray, width: int = 1) -> NDArray[np.uint8]:
-    """The causes over an eye view (H, W, 3) uint8 that is made pale here; see `cause_picture`."""
-    grey = np.rint(DARKEST + (LIGHTEST - DARKEST) * luminance(lit) / 255.0)
-    rows, columns = np.ogrid[: codes.shape[0], : codes.shape[1]]
-    grey = np.where(codes == NOT_COMPARED, np.where((rows + columns) % STRIPE_PX < 1, HATCH, 255), grey)
-    return marked(grey.astype(np.uint8), codes, CAUSE_RGB, width)
+def causes_over(grey: np.ndarray, codes: np.ndarray, width: int = 1) -> NDArray[np.uint8]:
+    """The causes over an eye view in grey (H, W), 0 to 255, that is made pale here; see `cause_picture`."""
+    pale, columns = np.empty(codes.shape, np.uint8), np.arange(codes.shape[1])
+    for rows in row_bands(codes.shape):
+        lines = np.arange(rows.start, rows.stop)[:, None]
+        stripes = np.where((lines + columns) % STRIPE_PX < 1, HATCH, 255)
+        light = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey[rows] / 255.0)
+        pale[rows] = np.where(codes[rows] == NOT_COMPARED, stripes, light)
+    return marked(pale, codes, CAUSE_RGB, width)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,11 @@ from ..errors import ArgumentError
 from ..text import shown
 from ..text.arrays import checked_array
 from ..text.checked import a_gbuffer, a_light, checked, optional
+from .bands import packed, put_colours, row_bands
 from .eye import luminance, shade
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     import numpy.typing as npt
 
@@ -66,6 +67,8 @@ def _table() -> NDArray[np.uint8]:
 
 
 SCALE = _table()
+# The scale, and after it all greys.
+SCALE_AND_GREYS = packed(np.concatenate([SCALE, np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, axis=1)]))
 
 
 def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
@@ -81,17 +84,21 @@ def error_colours(values: npt.ArrayLike) -> NDArray[np.uint8]:
     ArgumentError
         For NaN and negative numbers.
     """
-    v = np.asarray(values)
+    colours: NDArray[np.uint8] = SCALE[scale_places(np.asarray(values))]
+    return colours
+
+
+def scale_places(v: NDArray[Any]) -> NDArray[np.intp]:
+    """The places of errors in the scale; errors as of `error_colours`."""
     if not (v >= 0).all():
         raise ArgumentError(
             "values: expected errors of 0 or more pixels wherever a texel is looked up, got NaN or a negative one; "
             "mark such pixels in the footprint's map"
         )
-    place = np.floor(STEPS * np.log10(np.clip(v, BEST_PX, WORST_PX))).astype(np.int32) + STEPS
+    place = np.floor(STEPS * np.log10(np.clip(v, BEST_PX, WORST_PX))).astype(np.intp) + STEPS
     # 1 itself begins the upper half, whatever the rounding of its neighbours.
-    index = np.where(v < 1, np.clip(place, 0, STEPS - 1), np.clip(place, STEPS, 2 * STEPS - 1))
-    colours: NDArray[np.uint8] = SCALE[index]
-    return colours
+    found: NDArray[np.intp] = np.where(v < 1, np.clip(place, 0, STEPS - 1), np.clip(place, STEPS, 2 * STEPS - 1))
+    return found
 
 
 @checked(gbuffer=optional(a_gbuffer), light=optional(a_light))
@@ -131,9 +138,13 @@ def error_picture(
 
 def errors_over(tone: Floats, codes: NDArray[np.int16], errors: Floats) -> NDArray[np.uint8]:
     """The errors over a grey eye view (H, W) in [0, 1]; see `error_picture`."""
-    picture = greys(codes, tone)
-    measured = codes >= 0
-    picture[measured] = error_colours(errors[measured])
+    picture, lines = np.empty((*codes.shape, 3), np.uint8), hatching(codes.shape[1])
+    for rows in row_bands(codes.shape):
+        measured = codes[rows] >= 0
+        places = scale_places(np.where(measured, errors[rows], 1.0))
+        turn = np.arange(rows.start, rows.stop) % HATCH_PX
+        grey = greys(codes[rows], tone[rows], {code: of[turn] for code, of in lines.items()})
+        put_colours(picture[rows], SCALE_AND_GREYS, np.where(measured, places, len(SCALE) + grey))
     return picture
 
 
@@ -176,18 +187,20 @@ def tones(shape: tuple[int, ...], gbuffer: GBuffer | None, light: Light | None) 
     return tone
 
 
-def greys(codes: NDArray[np.int16], tone: Floats) -> NDArray[np.uint8]:
-    """The picture (H, W, 3) of what the codes below 0 say, over an eye view in grey."""
-    grey = np.full(codes.shape, 255, np.uint8)
-    for code, (darkest, lightest, hatch) in GREYS.items():
-        rows, columns = np.nonzero(codes == code)
-        drawn = darkest + (lightest - darkest) * tone[rows, columns]
-        if code == NO_MAP:
-            drawn -= hatch * ((columns - rows) % HATCH_PX < 1)
-        elif code == AVERTED:
-            drawn -= hatch * ((columns + rows) % HATCH_PX < 2)
-        grey[rows, columns] = np.rint(drawn).astype(np.uint8)
-    return np.repeat(grey[..., None], 3, axis=-1)
+def hatching(width: int) -> dict[int, NDArray[np.float32]]:
+    """How much darker the lines of each hatching make `HATCH_PX` rows (HATCH_PX, W), which come again and again."""
+    rows, columns = np.ogrid[:HATCH_PX, :width]
+    on = {NO_MAP: (columns - rows) % HATCH_PX < 1, AVERTED: (columns + rows) % HATCH_PX < 2}
+    return {code: (GREYS[code][2] * lines).astype(np.float32) for code, lines in on.items()}
+
+
+def greys(codes: NDArray[np.int16], tone: Floats, lines: Mapping[int, Floats]) -> NDArray[np.intp]:
+    """The grey (H, W) of what the codes below 0 say, over an eye view in grey, less the lines of the hatching."""
+    grey = np.full(codes.shape, 255, np.float32)
+    for code, dark in lines.items():
+        darkest, lightest, _ = GREYS[code]
+        np.copyto(grey, darkest + (lightest - darkest) * tone - dark, where=codes == code)
+    return np.rint(grey).astype(np.intp)
 
 
 def middle_grey(code: int) -> int:

@@ -11,6 +11,7 @@ from ..aliasing.codes import Difference
 from ..errors import ArgumentError
 from ..text.checked import a_count, a_gbuffer, a_light, checked, items_of, numbers_in
 from ..trace import Truth
+from .bands import row_bands
 
 if TYPE_CHECKING:
     from .._core import GBuffer
@@ -48,16 +49,20 @@ def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
         Share of the light that arrives. Not read where nothing is seen.
     """
     same_size(gbuffer, mask=mask)
-    normal = np.asarray(gbuffer.normal, dtype=np.float32)
-    seen = np.asarray(gbuffer.triangle) >= 0
-    cosine = np.clip(-np.einsum("hwc,hwc->hw", normal, light_directions(gbuffer, light)), 0.0, 1.0)
-    arrives = cosine * np.nan_to_num(np.asarray(mask, dtype=np.float32), nan=0.0)
-    upward = 0.5 + 0.5 * normal[..., 1]
+    normal, seen = np.asarray(gbuffer.normal, dtype=np.float32), np.asarray(gbuffer.triangle) >= 0
+    mask, travels = np.asarray(mask, dtype=np.float32), light_directions(gbuffer, light)
     picture = np.empty((*seen.shape, 3), np.uint8)
-    # One channel at a time, in single precision: bytes come of it, and single planes are several times faster.
-    for i, (flat, rise, sun) in enumerate((ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).T.astype(np.float32)):
-        picture[..., i] = srgb_bytes(flat + rise * upward + sun * arrives)
-    np.copyto(picture, background(seen.shape), where=~seen[..., None])
+    sky = background(seen.shape)[:, :1]
+    for rows in row_bands(seen.shape):
+        way = travels[rows] if len(travels) > 1 else travels
+        along = sum(normal[rows, :, axis] * way[..., axis] for axis in range(3))
+        cosine = np.clip(-along, 0.0, 1.0)
+        arrives = cosine * np.nan_to_num(mask[rows], nan=0.0)
+        upward = 0.5 + 0.5 * normal[rows, :, 1]
+        # One channel at a time, in single precision: bytes come of it, and single planes are several times faster.
+        for i, (flat, rise, sun) in enumerate((ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).T.astype(np.float32)):
+            shades = srgb_bytes(flat + rise * upward + sun * arrives)
+            picture[rows, :, i] = np.where(seen[rows], shades, sky[rows, :, i])
     return picture
 
 
@@ -80,7 +85,7 @@ def background(shape: tuple[int, int]) -> np.ndarray:
 def srgb_bytes(linear: np.ndarray) -> np.ndarray:
     """Linear light in [0, 1] (clipped) as sRGB bytes, IEC 61966-2-1."""
     steps = SRGB.size - 1
-    coded: np.ndarray = SRGB[(np.clip(linear, 0.0, 1.0) * steps + 0.5).astype(np.uint16)]
+    coded: np.ndarray = SRGB.take((np.clip(linear, 0.0, 1.0) * steps + 0.5).astype(np.intp))
     return coded
 
 
@@ -147,42 +152,59 @@ def difference(gbuffer: GBuffer, light: Light, truth: np.ndarray, image: np.ndar
         Pixels that each wrong pixel is drawn wide, so that a picture shown smaller than it is still shows them.
     """
     same_size(gbuffer, truth=truth, image=image)
-    return difference_over(shade(gbuffer, light, truth_mask(truth)), np.asarray(image), width)
+    return difference_over(luminance(shade(gbuffer, light, truth_mask(truth))), np.asarray(image), width)
 
 
-def difference_over(lit: np.ndarray, image: np.ndarray, width: int = 1) -> np.ndarray:
-    """The wrong pixels over an eye view (H, W, 3) uint8 that is made pale here; see `difference`."""
+def difference_over(grey: np.ndarray, image: np.ndarray, width: int = 1) -> np.ndarray:
+    """The wrong pixels over an eye view in grey (H, W), 0 to 255, that is made pale here; see `difference`."""
     # Lifted into the upper third, so that both colours are darker than anything beside them.
-    pale = np.rint(158.0 + 0.36 * luminance(lit)).astype(np.uint8)
-    return marked(
-        pale, image, {Difference.FALSE_SHADOW: FALSE_SHADOW_RGB, Difference.FALSE_LIGHT: FALSE_LIGHT_RGB}, width
-    )
+    pale = np.empty(grey.shape, np.uint8)
+    for rows in row_bands(grey.shape):
+        pale[rows] = np.rint(158.0 + 0.36 * grey[rows])
+    colours: dict[int, RGB] = {Difference.FALSE_SHADOW: FALSE_SHADOW_RGB, Difference.FALSE_LIGHT: FALSE_LIGHT_RGB}
+    return marked(pale, image, colours, width)
 
 
 def luminance(picture: np.ndarray) -> np.ndarray:
     """The luminance (H, W) float32, 0 to 255, of the bytes of a picture."""
-    grey: np.ndarray = picture.astype(np.float32) @ LUMINANCE
+    grey = np.empty(picture.shape[:2], np.float32)
+    for rows in row_bands(grey.shape):
+        np.matmul(picture[rows].astype(np.float32), LUMINANCE, out=grey[rows])
     return grey
 
 
 def marked(grey: np.ndarray, image: np.ndarray, colours: Mapping[int, RGB], width: int) -> np.ndarray:
     """A grey picture (H, W) uint8 in RGB, where the image (H, W) has one of these codes in its colour."""
-    picture = np.repeat(grey[..., None], 3, axis=-1)
-    for code, colour in colours.items() if width > 1 else ():
-        picture[widened(image == code, width)] = colour
-    for code, colour in colours.items():  # the pixels themselves last, so that none is hidden by its neighbour
-        picture[image == code] = colour
+    picture = in_channels(grey)
+    # From 1 on, in the order of the colours; 0 is none of them.
+    marks = np.zeros(grey.shape, np.uint8)
+    for place, code in enumerate(colours, start=1):
+        marks[image == code] = place
+    if width > 1:
+        # The pixels themselves stay, so that none is hidden by its neighbour.
+        marks = np.where(marks > 0, marks, widened(marks, width))
+    wrong = np.flatnonzero(marks)
+    table = np.array([(0, 0, 0), *colours.values()], np.uint8)
+    picture.reshape(-1, 3)[wrong] = table[marks.reshape(-1)[wrong]]
     return picture
 
 
-def widened(marked: np.ndarray, width: int) -> np.ndarray:
-    """The marks (H, W), each grown to a square of `width` pixels to the right and down."""
-    grown = marked.copy()
+def in_channels(grey: np.ndarray) -> np.ndarray:
+    """A grey picture (H, W) uint8 as one of three channels."""
+    picture = np.empty((*grey.shape, 3), np.uint8)
+    for channel in range(3):
+        picture[..., channel] = grey
+    return picture
+
+
+def widened(marks: np.ndarray, width: int) -> np.ndarray:
+    """The marks (H, W), each grown to a square of `width` pixels to the right and down; larger numbers hide smaller."""
+    grown = marks.copy()
     for shift in range(1, width):
-        grown[:, shift:] |= marked[:, : marked.shape[1] - shift]
+        np.maximum(grown[:, shift:], marks[:, : marks.shape[1] - shift], out=grown[:, shift:])
     rows = grown.copy()
     for shift in range(1, width):
-        grown[shift:] |= rows[: rows.shape[0] - shift]
+        np.maximum(grown[shift:], rows[: rows.shape[0] - shift], out=grown[shift:])
     return grown
 
 

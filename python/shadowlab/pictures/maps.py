@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..text.checked import a_count, checked, numbers_in
+from .bands import packed, put_colours, row_bands
 from .eye import same_size, shade
 from .frustum import frustum_edges, frustum_segments, with_frustum
 
@@ -25,6 +26,15 @@ MAP_RGB = (
     (86, 180, 233), (230, 159, 0), (0, 158, 115), (204, 121, 167), (240, 228, 66), (0, 114, 178), (213, 94, 0),
     (120, 120, 120),
 )  # fmt: skip
+# A texel without a caster.
+EMPTY_RGB = (30, 33, 38)
+# The colours of tones from 0 to 1, a little bluish, in steps of a sixteenth of a byte; the last is that of no caster.
+RELIEF = packed(np.rint(
+    np.vstack([np.linspace(0.0, 255.0, 1 << 12)[:, None] * (0.97, 0.985, 1.0), EMPTY_RGB])
+).astype(np.uint8))  # fmt: skip
+# Covered texels, evenly spaced, whose depths and slopes say what is common: percentiles of so many move by less than a
+# byte of tone.
+SAMPLED_TEXELS = 200_000
 # Share of a picture's side that is the frame around it, in the map's colour.
 FRAME = 0.015
 # Pieces of an edge that a post-warp bends: short enough to look smooth, and longer than the line is wide.
@@ -40,26 +50,46 @@ def map_colour(index: int) -> tuple[int, int, int]:
 def relief(depth: np.ndarray) -> np.ndarray:
     """A shadow map (H, W) as the light sees it: near is light, slopes are modelled, empty is flat and dark."""
     depth = np.asarray(depth, dtype=np.float32)
-    covered = depth < 1.0
     picture = np.empty((*depth.shape, 3), np.uint8)
-    picture[...] = (30, 33, 38)
-    if not covered.any():
+    places = np.flatnonzero(depth < 1.0)
+    if not len(places):
+        picture[...] = EMPTY_RGB
         return picture
-    values = depth[covered]
-    low, high = np.percentile(values[:: max(1, values.size // 200_000)], (0.5, 99.5))
-    span = float(high - low) or 1.0
+    places = places[:: max(1, len(places) // SAMPLED_TEXELS)]
+    values = depth.reshape(-1)[places]
+    low, high = values_at(values, 0.005, 0.995)
+    span = high - low or 1.0
     # A lamp from the upper left over the height field. The commonest slope, mostly the ground's, is taken as level, and
     # the slopes that stand out from it say how steep is steep, so no unit is assumed.
-    gy, gx = np.gradient(np.where(covered, depth, high)) if min(depth.shape) > 1 else (np.zeros_like(depth),) * 2
-    slope = (gx + gy)[covered]
-    slope -= np.median(slope)
+    slope = slopes(np.where(depth < 1.0, depth, np.float32(high)))
+    some = slope.reshape(-1)[places]
+    (level,) = values_at(some, 0.5)
     # Where all is one plane only rounding stands out; a slope through a fourth of the depths over the map is not less.
-    steep = max(float(np.percentile(np.abs(slope), 85.0)), 0.25 * span / max(depth.shape))
-    tone = 0.86 - 0.52 * np.clip((values - low) / span, 0.0, 1.0)
-    tone = np.clip(tone + 0.16 * np.tanh(slope / (2.0 * steep)), 0.0, 1.0)
-    for i, share in enumerate((0.97, 0.985, 1.0)):
-        picture[..., i][covered] = np.rint(255.0 * tone * share).astype(np.uint8)
+    steep = max(*values_at(np.abs(some - level), 0.85), 0.25 * span / max(depth.shape))
+    for rows in row_bands(depth.shape):
+        tone = 0.86 - 0.52 * np.clip((depth[rows] - low) / span, 0.0, 1.0)
+        tone = np.clip(tone + 0.16 * np.tanh((slope[rows] - level) / (2.0 * steep)), 0.0, 1.0)
+        place = np.where(depth[rows] < 1.0, tone * (len(RELIEF) - 2) + 0.5, len(RELIEF) - 1)
+        put_colours(picture[rows], RELIEF, place.astype(np.int32))
     return picture
+
+
+def values_at(values: np.ndarray, *shares: float) -> list[float]:
+    """The values (N,) that so many of all do not exceed. `np.percentile` loads masked arrays, which takes longer."""
+    ordered = np.sort(values)
+    return [float(ordered[round(share * (len(ordered) - 1))]) for share in shares]
+
+
+def slopes(height: np.ndarray) -> np.ndarray:
+    """The slope (H, W) towards the lower right, per texel: central differences, one-sided ones at the edges."""
+    slope = np.empty_like(height)
+    for rows in row_bands(height.shape):
+        # With the rows beside the band.
+        first, last = max(0, rows.start - 1), min(height.shape[0], rows.stop + 1)
+        inner = slice(rows.start - first, rows.stop - first)
+        gy, gx = np.gradient(height[first:last]) if min(height.shape) > 1 else (np.zeros_like(height[first:last]),) * 2
+        slope[rows] = (gx + gy)[inner]
+    return slope
 
 
 @checked(depth=numbers_in(np.float32, None, None), side=a_count(1, 1 << 30))

@@ -215,7 +215,7 @@ def _part(whole: Once, window: tuple[slice, slice]) -> np.ndarray:
 
 def _difference_in(backdrop: Backdrop, inside: np.ndarray, window: tuple[slice, slice]) -> np.ndarray:
     """The wrong pixels of a window."""
-    return difference_over(backdrop.lit[window], inside)
+    return difference_over(backdrop.grey[window], inside)
 
 
 def section_run(study: Study, run: Run, shaded: Mapping[int, Once], backdrop: Backdrop, album: Album) -> str:

@@ -12,7 +12,9 @@ from shadowlab.scene.formats.readers import BESIDE_MESHES, kinds
 from shadowlab.scene.formats.through_trimesh import trimesh_formats
 
 # Libraries that take longer to import than a small scene to draw, and that none of what is tested here needs.
-HEAVY = ("trimesh", "matplotlib", "scipy", "pandas.plotting._matplotlib", "PIL", "IPython", "networkx")
+HEAVY = (
+    "trimesh", "matplotlib", "scipy", "pandas.plotting._matplotlib", "PIL", "IPython", "networkx", "numpy.ma", "email",
+)  # fmt: skip
 BALL = trimesh.creation.icosphere(2)
 OWN_FORMATS = ("obj", "ply", "stl", "off", "glb", "dae", "3mf")
 SMALL = ("--size", "96x54", "--resolution", "64", "--backend", "cpu")

@@ -6,13 +6,16 @@ import base64
 import io
 import json
 import re
+import sys
 from html.parser import HTMLParser
+from importlib import metadata
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import shadowlab as sl
+from shadowlab.reports import study_record
 from shadowlab.reports.html import page as report_html
 from shadowlab.reports.html.chart import decades, error_chart
 
@@ -256,3 +259,14 @@ def test_a_results_file_of_somebody_else_removes_nothing(tmp_path, results):
     (folder / "results.json").write_text(results, encoding="utf-8")
     assert own_pictures(folder / "results.json") == set()
     assert own_pictures(folder / "none.json") == set()
+
+
+def test_versions_are_those_of_the_installer(tmp_path, monkeypatch):
+    for package in study_record.PACKAGES:
+        assert study_record.versions()[package] == metadata.version(package)
+    assert study_record.recorded_version("no_such_package") is None
+    # Where folders cannot be read, or are not there, by what Python knows of packages.
+    monkeypatch.setattr(sys, "path", [str(tmp_path), str(tmp_path / "none")])
+    assert study_record.recorded_version("numpy") is None
+    (tmp_path / "numpy-0.5.dist-info").mkdir()
+    assert study_record.recorded_version("numpy") == "0.5"

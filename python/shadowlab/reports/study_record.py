@@ -6,9 +6,10 @@ import contextlib
 import datetime
 import math
 import platform
+import sys
 from collections.abc import Sequence
 from functools import cache
-from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +40,27 @@ def versions() -> dict[str, str]:
 
 @cache
 def _versions() -> tuple[tuple[str, str], ...]:
-    """The same; each is read from a file."""
-    found = []
-    for name in PACKAGES:
-        with contextlib.suppress(metadata.PackageNotFoundError):
-            found.append((name, metadata.version(name)))
-    return (*found, ("Python", platform.python_version()))
+    """The same; found once."""
+    known = [(name, version) for name in PACKAGES if (version := recorded_version(name)) is not None]
+    return (*known, ("Python", platform.python_version()))
+
+
+def recorded_version(package: str) -> str | None:
+    """The version of an installed package; None of one that is not there.
+
+    By the name of the folder that installers leave where they can be read; `importlib.metadata` reads the file in it,
+    and loads a parser of mails for that.
+    """
+    for place in sys.path:
+        with contextlib.suppress(OSError):
+            for folder in Path(place or ".").glob(f"{package}-*.dist-info"):
+                return folder.stem.removeprefix(f"{package}-")
+    from importlib import metadata
+
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
 
 
 def camera_record(camera: Camera) -> dict[str, Any]:

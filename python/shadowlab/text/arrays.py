@@ -8,6 +8,7 @@ because of what a sequence says of its own length.
 from __future__ import annotations
 
 import itertools
+import sys
 from collections.abc import Iterable
 from typing import Any, cast
 
@@ -130,7 +131,8 @@ def _scalar(value: object) -> float | None:
 
 def _converted(value: object, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     raw = _read_at_once(value) if type(value) not in _LISTS else _read_in_parts(cast("list[object]", value))
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    masked = sys.modules.get("numpy.ma")  # only there where somebody made such an array: loading it takes a while
+    if masked is not None and isinstance(value, masked.MaskedArray) and masked.is_masked(value):
         raise TypeError("values are masked; value.filled(...) says what stands there")
     if raw.size == 0:
         # An empty list has the type float64, whatever it is meant to hold.

@@ -63,6 +63,32 @@ def test_counts_are_those_of_evaluate(views, result):
         assert list(row["compared_by_map"]) == [int(seen.sum())]
 
 
+def test_views_of_one_camera_are_traced_together_with_the_same_counts(monkeypatch):
+    scene = sl.library.scene("statues", facets=12, leaves=20)
+    walk = scene_optimal_views.configurations(64, scene)[:7]
+    alone = pd.concat([counted([view], ["lispsm"]).table for view in walk], ignore_index=True)
+    walk[0].view.clear()
+    traced, shadow_masks = [], sl._core.trace_shadow_masks
+
+    def counting(scene, camera, lights, **how):
+        traced.append(len(lights))
+        return shadow_masks(scene, camera, lights, **how)
+
+    monkeypatch.setattr(sl._core, "trace_shadow_masks", counting)
+    monkeypatch.setattr(sl._core, "trace_shadow_mask", None)
+    together = counted(walk, ["lispsm"]).table
+    assert traced == [7]
+    columns = ["view", "technique", "misclassified", "compared", "misclassified_by_map"]
+    pd.testing.assert_frame_equal(together[columns], alone[columns])
+    # No more of them at once than there is room for.
+    walk[0].view.clear()
+    monkeypatch.setattr(scene_optimal, "TRACED_BYTES", 3 * 64 * 64)
+    traced.clear()
+    monkeypatch.setattr(sl._core, "trace_shadow_mask", lambda s, c, light, **how: counting(s, c, [light], **how)[0])
+    pd.testing.assert_frame_equal(counted(walk, ["lispsm"]).table[columns], alone[columns])
+    assert traced == [3, 3, 1]
+
+
 def test_techniques_with_several_maps_take_no_more_memory(result):
     rows = result.table[result.table["failure"] == ""]
     assert (rows["bytes"] <= 4 * rows["single_side"] ** 2).all()

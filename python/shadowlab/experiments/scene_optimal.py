@@ -14,8 +14,8 @@ stands beside it; more techniques are counted, and techniques with K maps have m
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -45,6 +45,7 @@ from .views import LabelledView
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..scene.view import View
     from ..types import Item, RendererArgument, RendererLike, Techniques
 
 #: Texels along each side of a single map, as in the paper.
@@ -60,6 +61,8 @@ QUICK_TECHNIQUES = (
 )  # fmt: skip
 #: Texels along each side of the map that the paper takes for the truth.
 REFERENCE_SIDE = 3700
+# Bytes of truths that are made at once, one a pixel: 32 pictures of 1024 x 1024, a small part of what views keep.
+TRACED_BYTES = 1 << 25
 ROWS_FILE = "runs.sqlite"
 
 
@@ -148,17 +151,35 @@ def scene_optimal_experiment(
         store = None if out is None else stack.enter_context(Store(out / ROWS_FILE))
         rows = _done_rows(store, [one.key for one in wanted])
         step = stack.enter_context(steps_of_call(len(wanted), progress))
-        counting = None
+        counting, traced = None, list[LabelledView]()
         for one in wanted:
             step(f"{one.view.label}, {one.label} {one.side}²")
             if counting is None or counting.view is not one.view:
                 counting = _Counting(how, one.view)
             if one.key not in rows:
+                if one.view not in traced:
+                    traced += _traced_together(one.view, [other.view for other in wanted if other.key not in rows])
                 rows[one.key] = counting.row(one.label, one.item, one.side)
                 if store is not None:
                     store.put(one.key, rows[one.key])
         found = table("scene_optimal", [rows[one.key] | one.names for one in wanted])
     return SceneOptimalTable(found, how.reference, how.renderer.backend, how.renderer.adapter)
+
+
+def _traced_together(first: LabelledView, others: Iterable[LabelledView]) -> list[LabelledView]:
+    """The views whose truths are traced now: the first, and others of its picture, which share the rays of its eye."""
+    view = first.view
+    of = [other for other in dict.fromkeys(others) if _picture_of(other.view) == _picture_of(view)]
+    together = of[: max(1, TRACED_BYTES // (view.size[0] * view.size[1]))]
+    # Where they fail together, the row of each says why.
+    with suppress(ShadowlabError):
+        replace(view, light=tuple(light for one in together for light in one.view.lights)).truth()
+    return together
+
+
+def _picture_of(view: View) -> tuple[object, ...]:
+    """What the rays from the eye depend on."""
+    return view.scene.content_hash, view.camera, view.size
 
 
 def _done_rows(store: Store | None, keys: Sequence[str]) -> dict[str, dict[str, Any]]:

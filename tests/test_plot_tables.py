@@ -204,3 +204,31 @@ def test_what_cannot_be_drawn_names_the_argument():
     ):
         with pytest.raises(ArgumentError, match=said):
             call()
+
+
+# Texts that axes take for something else, or cannot draw, by what they show of them.
+ODD_NAMES = {
+    "_left out by legends": " _left out by legends", r"a $\frac$ b": r"a \$\frac\$ b", "5$ of 6": "5$ of 6",
+    "bell\x07": "bell\N{REPLACEMENT CHARACTER}", "half \ud800": "half \N{REPLACEMENT CHARACTER}",
+    r"$\alpha$": r"$\alpha$",
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("draw", ["lines", "heatmap", "pareto"])
+def test_texts_of_tables_are_drawn_as_they_are_written(draw):
+    names = list(ODD_NAMES)
+    rows = pd.DataFrame({
+        "scene": "a", "technique": names * 2, "memory": [1000.0] * len(names) + [2000.0] * len(names),
+        "misclassified": np.arange(1.0, 2 * len(names) + 1), "failure": "",
+    })  # fmt: skip
+    ax = lone_axes()
+    if draw == "lines":
+        plot.lines(rows, "memory", "misclassified", "technique", ax)
+        assert legend(ax) == list(ODD_NAMES.values())
+    elif draw == "heatmap":
+        plot.heatmap(rows, "memory", "technique", "misclassified", ax)
+        assert [label.get_text() for label in ax.get_yticklabels()] == list(ODD_NAMES.values())
+    else:
+        plot.pareto(rows, "memory", "misclassified", ax=ax)
+    ax.figure.canvas.draw()

@@ -72,9 +72,26 @@ def series_style(index: int) -> dict[str, Any]:
 
 
 def short_label(label: object) -> str:
-    """The label, its middle left out where it is too long for a legend."""
+    """The label as axes can draw it, its middle left out where it is too long for a legend."""
     text = str(label)
-    return text if len(text) <= WIDEST_LABEL else f"{text[: WIDEST_LABEL - 13]}…{text[-12:]}"
+    return drawable(text if len(text) <= WIDEST_LABEL else f"{text[: WIDEST_LABEL - 13]}…{text[-12:]}")
+
+
+def drawable(text: str) -> str:
+    """A text from a table as axes can draw it.
+
+    What no font has, such as control characters, is drawn as �. Dollars that are no mathematics are drawn as dollars.
+    Legends leave out what begins with an underscore, so a space goes before it.
+    """
+    plain = "".join(one if one.isprintable() or one == "\n" else "\N{REPLACEMENT CHARACTER}" for one in text)
+    if plain.count("$") > 1:
+        from matplotlib.mathtext import MathTextParser
+
+        try:
+            MathTextParser("path").parse(plain)
+        except ValueError:
+            plain = plain.replace("$", r"\$")
+    return f" {plain}" if plain.startswith("_") else plain
 
 
 def curve_look(ax: Axes) -> None:
@@ -156,7 +173,7 @@ def _clearest(ax: Axes, height: float) -> tuple[float, str, int]:
 def wrapped(label: str) -> str:
     """The label of an upright axis in lines that fit beside axes of 300 pixels."""
     lines = math.ceil(len(label) / 44)
-    return "\n".join(textwrap.wrap(label, 44 if lines < 2 else math.ceil(len(label) / lines) + 6))
+    return drawable("\n".join(textwrap.wrap(label, 44 if lines < 2 else math.ceil(len(label) / lines) + 6)))
 
 
 def legend_below(ax: Axes, handles: Sequence[Artist] | None = None, *, gap_pt: float = 4.0, **options: Any) -> Legend:

@@ -9,7 +9,7 @@ import numpy as np
 from ..text import digits
 from ..text.checked import a_text, checked
 from .arguments import numbers_of
-from .axes import SOFT, _axes, log_axis, say
+from .axes import SOFT, _axes, drawable, log_axis, say
 from .table_parts import WIDE_SPAN, Places, axis_label, failed_rows, meant, number_text, places_of
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def heatmap(table: pd.DataFrame, x: str, y: str, value: str, ax: Axes | None = N
 def _cells(name: str, places: Places) -> tuple[NDArray[np.int64], list[str]]:
     """The cell of each row along an axis, -1 for none, and what the cells are called."""
     if places.names:
-        return places.position.astype(np.int64), list(places.names)
+        return places.position.astype(np.int64), [drawable(name) for name in places.names]
     known = np.unique(places.position[np.isfinite(places.position)])
     cell = np.searchsorted(known, np.where(np.isfinite(places.position), places.position, np.inf))
     return np.where(np.isfinite(places.position), cell, -1).astype(np.int64), [number_text(v, name) for v in known]

@@ -82,7 +82,8 @@ def sweep(
     progress : bool, optional
         Whether to show a progress bar; on terminals and in notebooks where nothing is given, True anywhere.
     timeout : float, optional
-        Seconds after which a run is a failure.
+        Seconds after which a run is a failure. Calls of the core end then; Python of a metric ends on the main thread
+        and in worker processes, and is waited for in threads of an executor.
     renderer : Renderer or str, optional
         As of `sl.evaluate`.
 

@@ -4,7 +4,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo setup test test-rust test-python lint docs bench bench-peers bench-rust clean
+.PHONY: help demo setup test test-rust test-python lint lint-rust lint-python docs bench bench-peers bench-rust clean
 
 # The interpreter that the environments are made with: 3.10 or newer.
 PYTHON ?= python3
@@ -75,13 +75,17 @@ test-python: setup
 	@mkdir -p $(LOGS)
 	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist worksteal --durations=10 2>&1 | tee $(LOGS)/python.log
 
+lint: lint-rust lint-python ## format, clippy, rustdoc, ruff, mypy
+
 # Two feature sets, the smallest and the largest; clippy and rustdoc share what they compile of the dependencies.
-lint: export PYO3_PYTHON = $(abspath $(BIN)/python)
-lint: setup ## format, clippy, rustdoc, ruff, mypy
+lint-rust: export PYO3_PYTHON = $(abspath $(BIN)/python)
+lint-rust: setup
 	cargo fmt --check
 	cargo clippy --all-targets --no-default-features -- -D warnings
 	cargo clippy --all-targets --all-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items --all-features
+
+lint-python: setup
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

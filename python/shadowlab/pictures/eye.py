@@ -169,7 +169,8 @@ def luminance(picture: np.ndarray) -> np.ndarray:
     """The luminance (H, W) float32, 0 to 255, of the bytes of a picture."""
     grey = np.empty(picture.shape[:2], np.float32)
     for rows in row_bands(grey.shape):
-        np.matmul(picture[rows].astype(np.float32), LUMINANCE, out=grey[rows])
+        # No product of matrices, whose threads would run against those that draw other pictures.
+        grey[rows] = sum(picture[rows, :, channel] * LUMINANCE[channel] for channel in range(3))
     return grey
 
 

@@ -155,6 +155,15 @@ def test_any_map_has_a_picture(shape, fill):
     assert picture.shape == (*shape, 3)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_depths_that_no_map_has_are_drawn_all_the_same():
+    for odd in (np.nan, np.inf, -np.inf, 3e38, -3e38):
+        depth = RNG.uniform(0, 0.9, (9, 14)).astype(np.float32)
+        whole = pictures.relief(depth)
+        depth[3, 4], depth[6, 6:9] = odd, odd
+        assert pictures.relief(depth).shape == whole.shape == (9, 14, 3)
+
+
 def test_reduced_maps_keep_the_nearest_depth():
     depth = np.ones((100, 70), np.float32)
     depth[37, 41] = 0.125

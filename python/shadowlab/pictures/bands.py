@@ -34,6 +34,6 @@ def put_colours(picture: NDArray[np.uint8], table: NDArray[np.uint32], places: N
 
     All channels are looked up at once and copied one after the other: pixels of three bytes take five times as long.
     """
-    channels = table.take(places)[..., None].view(np.uint8)
+    channels = table.take(places, mode="clip")[..., None].view(np.uint8)
     for channel in range(3):
         picture[..., channel] = channels[..., channel]

@@ -67,7 +67,7 @@ def relief(depth: np.ndarray) -> np.ndarray:
     # Where all is one plane only rounding stands out; a slope through a fourth of the depths over the map is not less.
     steep = max(*values_at(np.abs(some - level), 0.85), 0.25 * span / max(depth.shape))
     for rows in row_bands(depth.shape):
-        tone = 0.86 - 0.52 * np.clip((depth[rows] - low) / span, 0.0, 1.0)
+        tone = 0.86 - 0.52 * ((np.clip(depth[rows], low, low + span) - low) / span)
         tone = np.clip(tone + 0.16 * np.tanh((slope[rows] - level) / (2.0 * steep)), 0.0, 1.0)
         place = np.where(depth[rows] < 1.0, tone * (len(RELIEF) - 2) + 0.5, len(RELIEF) - 1)
         put_colours(picture[rows], RELIEF, place.astype(np.int32))

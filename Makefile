@@ -20,6 +20,8 @@ PIP := -m pip --disable-pip-version-check
 LOGS := target/logs
 # Processes that run the Python tests, each with pictures of its own in memory: up to a GiB.
 TEST_WORKERS ?= logical --maxprocesses=4
+# Cargo takes the jobs that make has for its own, and would compile on one core while another target runs.
+CARGO := env -u MAKEFLAGS -u MFLAGS cargo
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find src -type f)
 PYTHON_SOURCES := $(shell find python -type f -name '*.py*' -not -path '*/__pycache__/*')
 
@@ -52,22 +54,23 @@ $(VENV)/.installed: pyproject.toml
 	$(NEEDS)
 	"$(PYTHON)" -m venv $(VENV)
 	$(BIN)/python $(PIP) install --quiet 'maturin>=1.9,<2'
-	source $(BIN)/activate && maturin develop --release --extras $(EXTRAS)
+	source $(BIN)/activate && env -u MAKEFLAGS -u MFLAGS maturin develop --release --extras $(EXTRAS)
 	@touch $@
 
 # Python files are used where they stand, so only the extension is built anew.
 $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES)
-	source $(BIN)/activate && maturin develop --release --skip-install
+	source $(BIN)/activate && env -u MAKEFLAGS -u MFLAGS maturin develop --release --skip-install
 	@touch $@
 
-test: setup ## everything it needs, then the Rust tests, then the Python tests
-	@$(MAKE) --no-print-directory test-rust test-python
+# With several jobs the Rust tests wait for cargo's lock while lint has it, the Python tests need not.
+test: setup ## everything it needs, then the Python tests, then the Rust tests
+	@$(MAKE) --no-print-directory test-python test-rust
 	@.ci/counts $(LOGS)/rust.log $(LOGS)/python.log
 
 # The tests say "skipped: why" on standard error where an adapter is missing; SHADOWLAB_REQUIRE_ALL=1 makes that a failure.
 test-rust:
 	@mkdir -p $(LOGS)
-	cargo test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
+	$(CARGO) test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
 
 # Each worker begins with a run of neighbouring tests, so that what a file shares is mostly made once, and takes from the others
 # when it is done.
@@ -80,10 +83,10 @@ lint: lint-rust lint-python ## format, clippy, rustdoc, ruff, mypy
 # Two feature sets, the smallest and the largest; clippy and rustdoc share what they compile of the dependencies.
 lint-rust: export PYO3_PYTHON = $(abspath $(BIN)/python)
 lint-rust: setup
-	cargo fmt --check
-	cargo clippy --all-targets --no-default-features -- -D warnings
-	cargo clippy --all-targets --all-features -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items --all-features
+	$(CARGO) fmt --check
+	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
+	$(CARGO) clippy --all-targets --all-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --document-private-items --all-features
 
 lint-python: setup
 	$(BIN)/ruff check

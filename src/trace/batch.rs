@@ -94,20 +94,12 @@ impl<'a> Rays<'a> {
             row: self.row,
         }
     }
-    /// The first ray that has no answer.
-    fn first_bad(&self) -> Option<usize> {
-        let t_max = self.t_max.unwrap_or_default();
-        let rays = if all_finite(self.origins.as_flattened()) && all_finite(self.directions.as_flattened()) {
-            self.directions.iter().position(|d| (d[0] == 0.0) & (d[1] == 0.0) & (d[2] == 0.0))
-        } else {
-            let is_finite = |row: &[f64; 3]| row.iter().all(|x| x.is_finite());
-            let is_good = |i: usize| {
-                is_finite(&self.origins[i]) && is_finite(&self.directions[i]) && self.directions[i] != [0.0; 3]
-            };
-            (0..self.origins.len()).find(|&i| !is_good(i))
-        };
-        let limits = t_max.iter().position(|t| t.is_nan());
-        rays.into_iter().chain(limits).min()
+    /// Whether a ray has an answer.
+    fn is_good(&self, ray: usize) -> bool {
+        let is_finite = |row: &[f64; 3]| row.iter().all(|x| x.is_finite());
+        let direction = &self.directions[ray];
+        let has_limit = self.t_max.is_none_or(|t| !t[ray].is_nan());
+        is_finite(&self.origins[ray]) && is_finite(direction) && *direction != [0.0; 3] && has_limit
     }
     fn error_of(&self, row: usize) -> Error {
         let (origin, direction) = (self.origins[row], self.directions[row]);
@@ -127,13 +119,13 @@ fn run<'a, T: Copy + Send + Sync>(
     rays: Rays<'a>,
     progress: &Progress,
     nothing: T,
-    work: impl Fn(Rays<'a>, &mut [T]) + Sync,
+    work: impl Fn(Rays<'a>, &mut [T]) -> bool + Sync,
 ) -> Result<Vec<T>> {
     let count = rays.origins.len();
     let mut out = Vec::with_capacity(count);
     progress.set_total(count as u64);
-    // Rays are checked where they are traced, on all cores and while they are in the cache. The first bad row is told
-    // however the work is divided: only chunks behind a bad row are left out.
+    // Rays are checked where they are traced, bundle by bundle, on all cores. The first bad row is told however the work is
+    // divided: only chunks behind a bad row are left out.
     let bad = AtomicUsize::new(usize::MAX);
     // Whole rows of squares.
     let size = rays.row.map_or(CHUNK, |row| CHUNK.next_multiple_of(RUN * row));
@@ -144,13 +136,11 @@ fn run<'a, T: Copy + Send + Sync>(
         let rays = rays.part(first, out.len());
         // Memory is first touched here, on all cores.
         let out = filled(out, nothing);
-        if first < bad.load(Ordering::Relaxed) {
-            match rays.first_bad() {
-                Some(row) => {
-                    bad.fetch_min(first + row, Ordering::Relaxed);
-                }
-                None => work(rays, out),
-            }
+        if first < bad.load(Ordering::Relaxed)
+            && !work(rays, out)
+            && let Some(row) = (0..out.len()).find(|&i| !rays.is_good(i))
+        {
+            bad.fetch_min(first + row, Ordering::Relaxed);
         }
         progress.advance(out.len() as u64);
         Ok(())
@@ -166,19 +156,6 @@ fn run<'a, T: Copy + Send + Sync>(
     Ok(out)
 }
 
-/// Whether all are finite, eight at a time and without branches: zero times a number is zero, and of infinities and NaN it is
-/// not a number.
-fn all_finite(x: &[f64]) -> bool {
-    let (eights, rest) = x.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for eight in eights {
-        for (sum, x) in sums.iter_mut().zip(eight) {
-            *sum += x * 0.0;
-        }
-    }
-    sums.iter().chain(rest).all(|x| x * 0.0 == 0.0)
-}
-
 fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
     if origins.len() != directions.len() {
         let expected = format!("{} rows, one for each origin", origins.len());
@@ -187,11 +164,11 @@ fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<()> {
     Ok(())
 }
 
-/// A bundle of rays, and which of them are there; one that the rays do not fill is in a row, and repeats its last.
+/// Takes up a bundle of rays; one that the rays do not fill repeats the last. The rays that are there; none where not all of them
+/// have an answer.
 #[inline(always)]
-fn bundle(rays: &Rays, runs: Runs, scene_origin: DVec3) -> (WorldRays<BUNDLE>, RayBits) {
+fn fill(world: &mut WorldRays<BUNDLE>, rays: &Rays, runs: Runs, scene_origin: DVec3) -> Option<RayBits> {
     let (count, scene_origin) = (rays.origins.len(), scene_origin.to_array());
-    let mut world = WorldRays::UNSET;
     let mut set = |first: usize, origins: &[[f64; 3]; RUN], directions: &[[f64; 3]; RUN]| {
         for k in 0..RUN {
             for a in 0..3 {
@@ -210,15 +187,30 @@ fn bundle(rays: &Rays, runs: Runs, scene_origin: DVec3) -> (WorldRays<BUNDLE>, R
             }
         }
     }
-    (world, ALL >> BUNDLE.saturating_sub(count - runs.first))
+    // Zero times a number is zero, of either sign, and of infinities and NaN it is not a number; side by side, without branches.
+    let mut wrong = 0;
+    let ([u, v, w], [x, y, z]) = (&world.origin, &world.direction);
+    for r in 0..BUNDLE {
+        let sum = ((u[r] * 0.0 + v[r] * 0.0) + w[r] * 0.0) + ((x[r] * 0.0 + y[r] * 0.0) + z[r] * 0.0);
+        wrong |= (sum.to_bits() << 1) | u64::from((x[r] == 0.0) & (y[r] == 0.0) & (z[r] == 0.0));
+    }
+    let bits = ALL >> BUNDLE.saturating_sub(count - runs.first);
+    (wrong == 0 || are_good(rays, runs, bits)).then_some(bits)
+}
+
+/// Whether each of some rays has an answer. Those whose way from the scene's origin is longer than f64 tells have one, too.
+#[cold]
+#[inline(never)]
+fn are_good(rays: &Rays, runs: Runs, bits: RayBits) -> bool {
+    Each(bits).all(|r| rays.is_good(runs.index(r)))
 }
 
 #[inline(always)]
-fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
-    let (mut stacks, mut stack) = (Stacks::default(), Stack::new());
+fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) -> bool {
+    let (mut stacks, mut stack, mut world) = (Stacks::default(), Stack::new(), WorldRays::UNSET);
     let nothing = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
     for runs in bundles(out.len(), rays.row) {
-        let (world, bits) = bundle(&rays, runs, scene.scene.origin());
+        let Some(bits) = fill(&mut world, &rays, runs, scene.scene.origin()) else { return false };
         let mut closest = [nothing; BUNDLE];
         for (closest, tie) in closest.iter_mut().zip(tie_reach(scene, &world)) {
             *closest = nothing.with_ties(tie);
@@ -234,26 +226,31 @@ fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) {
             out[runs.index(r)] = Hit { t, triangle: triangle as i32, instance: instance as i32 };
         }
     }
+    true
 }
 
 #[inline(always)]
-fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) {
-    let mut stacks = Stacks::default();
-    for (i, out) in out.chunks_mut(BUNDLE).enumerate() {
-        let (world, bits) = bundle(&rays, Runs::in_a_row(i * BUNDLE), scene.scene.origin());
-        let free = Blocked { t_max: f64::INFINITY, except: None, touched: Touched::NONE };
-        let mut blocked = [free; BUNDLE];
-        for (blocked, t_max) in blocked.iter_mut().zip(rays.t_max.unwrap_or_default().iter().skip(i * BUNDLE)) {
-            blocked.t_max = *t_max;
+fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) -> bool {
+    let (mut stacks, mut world) = (Stacks::default(), WorldRays::UNSET);
+    let t_max = rays.t_max.unwrap_or_default();
+    if t_max.iter().any(|t| t.is_nan()) {
+        return false;
+    }
+    for runs in bundles(out.len(), None) {
+        let Some(bits) = fill(&mut world, &rays, runs, scene.scene.origin()) else { return false };
+        let mut blocked = [Blocked { t_max: f64::INFINITY, except: None, touched: Touched::NONE }; BUNDLE];
+        for r in Each(bits) {
+            blocked[r].t_max = t_max[runs.index(r)];
         }
         let ended = traverse_together::<K, _>(scene, &world, bits, &mut blocked, &mut stacks);
-        for (r, out) in out.iter_mut().enumerate() {
-            *out = (ended >> r) & 1 != 0;
+        for r in Each(bits) {
+            out[runs.index(r)] = (ended >> r) & 1 != 0;
         }
     }
+    true
 }
 
 super::kernel::dispatched! {
-    fn first_hits(scene: &Inner, rays: Rays<'_>, out: &mut [Hit]) = first_hits_with;
-    fn blocked(scene: &Inner, rays: Rays<'_>, out: &mut [bool]) = blocked_with;
+    fn first_hits(scene: &Inner, rays: Rays<'_>, out: &mut [Hit]) -> bool = first_hits_with;
+    fn blocked(scene: &Inner, rays: Rays<'_>, out: &mut [bool]) -> bool = blocked_with;
 }

@@ -68,11 +68,14 @@ mod tests {
     fn rays_one_by_one_meet_what_they_meet_together() {
         let one = leaves();
         let moved = one.transformed(&DAffine3::from_translation(DVec3::new(0.3, 0.5, -0.2))).unwrap();
-        for scene in [one.clone(), one.joined(&moved).unwrap()] {
-            let tracer = Tracer::new(&scene, &Progress::new()).unwrap();
+        // The last one's triangles are all met in pairs, and rays of a bundle differ in speed by more than is bounded together.
+        let scenes = [one.clone(), one.joined(&moved).unwrap(), one.joined(&one).unwrap()];
+        let speeds = [[1.0; 4], [1.0, 3.0, 0.2, 40.0], [1.0, 1e-9, 1e12, 0.5]];
+        for (scene, speeds) in scenes.iter().flat_map(|scene| speeds.map(|speeds| (scene, speeds))) {
+            let tracer = Tracer::new(scene, &Progress::new()).unwrap();
             let place = |k: usize| 0.15 * k as f64 - 1.5;
             let origins: Vec<[f64; 3]> = (0..400).map(|k| [place(k % 20), 4.0, place(k / 20)]).collect();
-            let directions = vec![[0.1, -1.0, 0.05]; origins.len()];
+            let directions: Vec<[f64; 3]> = (0..400).map(|k| [0.1, -1.0, 0.05].map(|x| x * speeds[k % 4])).collect();
             let together = tracer.first_hit(&origins, &directions, &Progress::new()).unwrap();
             let mut alone = tracer.one_by_one();
             for ((o, d), hit) in origins.iter().zip(&directions).zip(&together) {

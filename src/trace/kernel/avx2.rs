@@ -1,5 +1,8 @@
 //! The inner tests in AVX2: those in single precision, of boxes and rough ones of triangles; the exact ones are in
 //! [`avx2_exact`](super::avx2_exact).
+//!
+//! Arrays are written out and not mapped: a closure here has the target features, the library's loop that calls it has not, so
+//! it stays a call for every element.
 
 use std::arch::x86_64::*;
 
@@ -54,7 +57,8 @@ fn hull_boxes(node: &Node, hull: &Hull, limit: f32) -> (u32, [f32; WIDTH]) {
         // SAFETY: eight f32, aligned to 32 bytes by Node; a plane's index is below 6.
         let planes = unsafe { _mm256_load_ps(node.planes.get_unchecked(plane).as_ptr()) };
         let away = _mm256_sub_ps(planes, _mm256_set1_ps(origin));
-        hull.inverse[a].map(|inverse| _mm256_mul_ps(away, _mm256_set1_ps(inverse)))
+        let [least, most] = hull.inverse[a];
+        [_mm256_mul_ps(away, _mm256_set1_ps(least)), _mm256_mul_ps(away, _mm256_set1_ps(most))]
     };
     let first = |a: usize| {
         let [s, t] = both(hull.first_plane[a], hull.first_origin[a], a);
@@ -96,13 +100,17 @@ fn rays_in_box(node: &Node, child: usize, bundle: &Bundle, limits: &[f32; BUNDLE
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn rays_near<const AHEAD: bool>(packet: &Packet, rays: &LocalRays<BUNDLE>, bits: RayBits) -> [RayBits; LEAF] {
-    let (rough, axes) = (&rays.rough, rays.axes().map(|axis| axis % 3));
+    let (rough, [x, y, z]) = (&rays.rough, rays.axes());
+    let axes = [x % 3, y % 3, z % 3];
     let sign = _mm256_set1_ps(-0.0);
     let way = if rays.is_backward() { sign } else { _mm256_setzero_ps() };
     let size = |p: &[__m256; 3]| _mm256_add_ps(_mm256_andnot_ps(sign, p[0]), _mm256_andnot_ps(sign, p[1]));
     let edge = |a: &[__m256; 3], b: &[__m256; 3]| _mm256_fmsub_ps(b[0], a[1], _mm256_mul_ps(b[1], a[0]));
     let mut near = [0; LEAF];
-    for first in (0..BUNDLE).step_by(EIGHT).filter(|first| (bits >> first) & 0xff != 0) {
+    for first in (0..BUNDLE).step_by(EIGHT) {
+        if (bits >> first) & 0xff == 0 {
+            continue;
+        }
         let origin = [eight(&rough.origin[0], first), eight(&rough.origin[1], first), eight(&rough.origin[2], first)];
         let shear = [eight(&rough.shear[0], first), eight(&rough.shear[1], first)];
         let error = eight(&rough.error, first);
@@ -135,10 +143,10 @@ fn rays_near<const AHEAD: bool>(packet: &Packet, rays: &LocalRays<BUNDLE>, bits:
                 forward = _mm256_and_ps(forward, is_ahead);
                 backward = _mm256_and_ps(backward, _mm256_cmp_ps::<_CMP_LE_OQ>(weighted, slack));
             }
-            *near |= (_mm256_movemask_ps(_mm256_or_ps(forward, backward)) as u32) << first;
+            *near |= ((_mm256_movemask_ps(_mm256_or_ps(forward, backward)) as u32) << first) & bits;
         }
     }
-    near.map(|near| near & bits)
+    near
 }
 
 impl Kernel for Avx2 {

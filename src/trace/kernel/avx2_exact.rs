@@ -116,7 +116,8 @@ fn passes(vertices: &[Vertex; 3], band: __m256d, t_per_z: __m256d) -> Option<Pas
         _mm256_mul_pd(_mm256_add_pd(along(0), along(1)), band)
     };
     let margins = [margin(b, c), margin(c, a), margin(a, b)];
-    let minus = margins.map(|m| _mm256_xor_pd(m, sign));
+    let [of_a, of_b, of_c] = margins;
+    let minus = [_mm256_xor_pd(of_a, sign), _mm256_xor_pd(of_b, sign), _mm256_xor_pd(of_c, sign)];
     let near_forward = all3(
         _mm256_cmp_pd::<_CMP_GE_OQ>(edges[0], minus[0]),
         _mm256_cmp_pd::<_CMP_GE_OQ>(edges[1], minus[1]),
@@ -166,7 +167,8 @@ pub fn triangles_band(packet: &Packet, ray: &Line) -> BandMeet<LEAF> {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>) -> [Vertex; 3] {
-    let axes = rays.axes().map(|axis| axis % 3);
+    let [x, y, z] = rays.axes();
+    let axes = [x % 3, y % 3, z % 3];
     let at = |v: &[[f32; LEAF]; 3], k: usize| _mm256_cvtps_pd(_mm_set1_ps(v[axes[k]][lane % LEAF]));
     let [a, b, c] = &packet.vertices;
     [[at(a, 0), at(a, 1), at(a, 2)], [at(b, 0), at(b, 1), at(b, 2)], [at(c, 0), at(c, 1), at(c, 2)]]
@@ -198,7 +200,10 @@ pub fn rays_meet(
 ) -> RayBits {
     let triangle = spread(packet, lane, rays);
     let mut hit = 0;
-    for first in (0..BUNDLE).step_by(FOUR).filter(|first| (bits >> first) & 0b1111 != 0) {
+    for first in (0..BUNDLE).step_by(FOUR) {
+        if (bits >> first) & 0b1111 == 0 {
+            continue;
+        }
         let vertices = sheared_by(&triangle, rays, first);
         let [a, b, c] = &vertices;
         let (found, at) = meet(&vertices, &[edge(b, c), edge(c, a), edge(a, b)], four(&rays.t_per_z, first));
@@ -215,7 +220,10 @@ pub fn rays_pass(packet: &Packet, lane: usize, rays: &LocalRays<BUNDLE>, bits: R
     let triangle = spread(packet, lane, rays);
     let band = _mm256_set1_pd(rays.band);
     let mut found = BandMeet::NONE;
-    for first in (0..BUNDLE).step_by(FOUR).filter(|first| (bits >> first) & 0b1111 != 0) {
+    for first in (0..BUNDLE).step_by(FOUR) {
+        if (bits >> first) & 0b1111 == 0 {
+            continue;
+        }
         let vertices = sheared_by(&triangle, rays, first);
         if let Some(passes) = passes(&vertices, band, four(&rays.t_per_z, first)) {
             found.hit |= passes.hit << first;

@@ -63,13 +63,14 @@ impl Hull {
             first_plane: rays.first_plane,
         };
         let leader = bits.trailing_zeros() as usize % BUNDLE;
+        let mut is_in = [0; BUNDLE];
+        for r in 0..BUNDLE {
+            is_in[r] = if (bits >> r) & 1 != 0 { u32::MAX } else { 0 };
+        }
         for a in 0..3 {
             let backward = rays.first_plane[a] & 1 != 0;
-            let [mut inverse, mut first, mut last] = [rays.inverse[a], rays.first_origin[a], rays.last_origin[a]];
-            if bits != ALL {
-                (inverse, first, last) =
-                    (inside(&inverse, bits, leader), inside(&first, bits, leader), inside(&last, bits, leader));
-            }
+            let of = |x: &[f32; BUNDLE]| inside(x, &is_in, leader);
+            let (inverse, first, last) = (of(&rays.inverse[a]), of(&rays.first_origin[a]), of(&rays.last_origin[a]));
             hull.inverse[a] = bounds(&inverse);
             let least = |x: &[f32; BUNDLE]| most(x, |a, b| a < b);
             [hull.first_origin[a], hull.last_origin[a]] =
@@ -81,10 +82,10 @@ impl Hull {
 
 /// With the leader's value where there is no ray.
 #[inline(always)]
-fn inside(x: &[f32; BUNDLE], bits: RayBits, leader: usize) -> [f32; BUNDLE] {
-    let mut out = *x;
+fn inside(x: &[f32; BUNDLE], is_in: &[u32; BUNDLE], leader: usize) -> [f32; BUNDLE] {
+    let (mut out, leader) = ([0.0; BUNDLE], x[leader].to_bits());
     for r in 0..BUNDLE {
-        out[r] = if (bits >> r) & 1 != 0 { x[r] } else { x[leader] };
+        out[r] = f32::from_bits((x[r].to_bits() & is_in[r]) | (leader & !is_in[r]));
     }
     out
 }

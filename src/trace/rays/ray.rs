@@ -178,7 +178,8 @@ impl<const N: usize> LocalRays<N> {
         // Otherwise so far out of this frame's scale that nothing in it has any extent.
         let (mut without_scale, mut far) = ([0; N], [0; N]);
         for r in 0..N {
-            let has_scale = (size[r] > 0.0) & (size[r] < f64::INFINITY) & (reach[r] < f64::INFINITY);
+            // Zero times a number is zero: comparisons with infinity would become a look at the bits of each by itself.
+            let has_scale = (size[r] > 0.0) & (size[r] * 0.0 + reach[r] * 0.0 == 0.0);
             without_scale[r] = u64::from(!has_scale);
             far[r] = u64::from(reach[r] > NEAR_ORIGIN);
         }
@@ -327,6 +328,15 @@ impl<const N: usize> LocalRays<N> {
     pub fn slab_limit(&self, ray: usize, t: f64) -> f32 {
         // Negative only where t lies before the entry: nothing there, and the slab test's own floor of zero says so.
         (t * self.s_per_t[ray] - self.s_entry[ray]) as f32 * SLAB_SLACK
+    }
+    /// The same of each ray, for a `t` of its own.
+    #[inline(always)]
+    pub fn slab_limits(&self, t: &[f64; N]) -> [f32; N] {
+        let mut limits = [0.0; N];
+        for r in 0..N {
+            limits[r] = self.slab_limit(r, t[r]);
+        }
+        limits
     }
 }
 

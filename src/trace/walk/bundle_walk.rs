@@ -108,7 +108,8 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
 ) -> RayBits {
     // All visitors of a bundle ask for the same band.
     let band = visitors[0].band() * local_per_world;
-    let mut local = LocalRays::NONE;
+    // Not a new one, which costs about as much to clear as a box to enter.
+    let mut local = stacks.frames.pop().unwrap_or_else(|| Box::new(LocalRays::NONE));
     local.fill(local_from_world, &tree.bounds, rays, |r| visitors[r].range(), band, bits, L::TRIANGLES);
     let (mut together, apart) = (local.together, local.apart);
     let mut ended = 0;
@@ -133,6 +134,7 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     if apart != 0 {
         ended |= walk.apart::<K, V>(apart, visitors, stacks);
     }
+    stacks.frames.push(local);
     ended
 }
 
@@ -215,9 +217,13 @@ impl<L> Walk<'_, L> {
         L: Leaves<V>,
     {
         let floor = stacks.together.len();
-        let mut limits = [ENDED; BUNDLE];
-        for r in Each(bits) {
-            limits[r] = bundle.rays.slab_limit(r, visitors[r].range()[1]);
+        let mut ends = [0.0; BUNDLE];
+        for r in 0..BUNDLE {
+            ends[r] = visitors[r].range()[1];
+        }
+        let mut limits = bundle.rays.slab_limits(&ends);
+        for r in 0..BUNDLE {
+            limits[r] = if (bits >> r) & 1 != 0 { limits[r] } else { ENDED };
         }
         let mut limit = largest(&limits);
         let (mut code, mut met, mut ended) = (self.tree.root, bits, 0);

@@ -2,6 +2,7 @@
 
 use super::one_ray::Stack;
 use crate::trace::hierarchy::WIDTH;
+use crate::trace::rays::{BUNDLE, LocalRays};
 
 /// What is still to be entered, kept between walks for its memory.
 #[derive(Debug, Default)]
@@ -11,6 +12,9 @@ pub struct Stacks {
     /// Instance and leaf that last ended a ray of a bundle: neighbours are mostly blocked by the same, so that is looked at first,
     /// for as long as it ends any.
     pub blocker: Option<(u32, u32)>,
+    /// Places for rays in a frame. Boxed, since they are taken out while a walk uses them.
+    #[allow(clippy::vec_box)]
+    pub frames: Vec<Box<LocalRays<BUNDLE>>>,
 }
 
 /// A child still to be entered, and a lower bound of where any ray enters it, which is not negative: ordered by it.

@@ -28,14 +28,26 @@ fn rounding(scene: &Inner, distance: f64) -> f64 {
     ERRORS * if scene.surface_error > of_ray { scene.surface_error } else { of_ray }
 }
 
-/// How much farther along each ray a triangle may be met that ties with the first, in units of t.
+/// Rays whose speeds differ by more have each a tie of its own.
+const MOST_APART: f64 = 1024.0;
+
+/// How much farther along each ray a triangle may be met that ties with the first, in units of t: at least as far, of rays that are
+/// alike as far as for the slowest and farthest of them, which takes one division. [`first_of_ties`] then finds that there is none.
 #[inline(always)]
 pub fn tie_reach<const N: usize>(scene: &Inner, rays: &WorldRays<N>) -> [f64; N] {
     // Not lengths, so that the square of a tiny direction does not underflow.
     let (distance, speed) = (largest_of(&rays.origin), largest_of(&rays.direction));
-    let mut reach = [0.0; N];
-    for r in 0..N {
-        reach[r] = OBLIQUE * rounding(scene, distance[r]) / speed[r];
+    let (mut farthest, mut slowest, mut fastest) = (distance[0], speed[0], speed[0]);
+    for r in 1..N {
+        farthest = if distance[r] > farthest { distance[r] } else { farthest };
+        slowest = if speed[r] < slowest { speed[r] } else { slowest };
+        fastest = if speed[r] > fastest { speed[r] } else { fastest };
+    }
+    let mut reach = [OBLIQUE * rounding(scene, farthest) / slowest; N];
+    if fastest > MOST_APART * slowest {
+        for r in 0..N {
+            reach[r] = OBLIQUE * rounding(scene, distance[r]) / speed[r];
+        }
     }
     reach
 }

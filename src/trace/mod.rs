@@ -3,9 +3,9 @@
 //! Knows no parameterization and no shadow map; its answers are what those are held against.
 //!
 //! [`hierarchy`] is what rays walk through; [`rays`] takes them into its frames; [`kernel`] has the tests on the way,
-//! [`walk`] the way itself. [`shading`] puts rays together into the answer for a pixel. [`batch`], in the bundles of [`rows`],
-//! [`one_by_one`], [`surfaces`] and [`visibility`] answer the questions asked from outside. [`mod@moved_surfaces`] takes points along
-//! with what they lie on.
+//! [`walk`] the way itself. [`shading`] puts rays together into the answer for a pixel, from what is [`seen`] there. [`batch`], in
+//! the bundles of [`rows`], [`one_by_one`], [`surfaces`] and [`visibility`] answer the questions asked from outside.
+//! [`mod@moved_surfaces`] takes points along with what they lie on.
 
 mod batch;
 mod hierarchy;
@@ -14,6 +14,7 @@ mod moved_surfaces;
 mod one_by_one;
 mod rays;
 mod rows;
+mod seen;
 mod shading;
 mod surfaces;
 mod visibility;

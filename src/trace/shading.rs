@@ -18,13 +18,14 @@
 //! ([`Touched`]) are never its own occluders. Which side of a ceiling a lamp is on, with vertices in single precision, is
 //! no question that has an answer.
 //!
-//! The usual case costs one shadow ray; the others are settled by [`Shader::settle`].
+//! The usual case costs one shadow ray; the others are settled by [`settle`].
 
 use glam::{DVec3, DVec4};
 
-use super::hierarchy::{Face, Inner};
-use super::kernel::Kernel;
+use super::hierarchy::Inner;
+use super::kernel::{Kernel, dispatched};
 use super::rays::{BUNDLE, Each, RayBits, WorldRay, WorldRays};
+use super::seen::Seen;
 use super::walk::{Blocked, Closest, Stacks, SurelyBlocked, Touched, traverse_together};
 use crate::image::TruthMask;
 use crate::scene::{Camera, EDGE_ON, Light, PixelRay};
@@ -75,34 +76,13 @@ pub struct Shader<'a> {
     eye_band: f64,
 }
 
-/// What four rays meet that pass a ray from the eye on all sides.
-struct Moved {
-    rays: WorldRays<BUNDLE>,
-    closest: [Closest<false>; BUNDLE],
-}
-
-impl Moved {
-    /// The four.
-    const RAYS: RayBits = 0b1111;
-}
-
-/// The point of a surface that is asked about.
-#[derive(Clone, Copy)]
-struct Receiver {
-    face: Face,
-    point: DVec3,
-    /// Unit, towards the eye.
-    normal: DVec3,
-    /// Product of the normal with the vector to the light: positive.
-    facing: f64,
-    /// Length of the vector to the light.
-    distance: f64,
-}
-
-impl Receiver {
-    /// Stands where nothing is asked.
-    const NONE: Self = Self { face: (0, 0), point: DVec3::ZERO, normal: DVec3::ZERO, facing: 1.0, distance: 1.0 };
-}
+/// Rays that pass a ray from the eye on all sides.
+const BESIDE: RayBits = 0b1111;
+/// Rays about a receiver that is in doubt.
+const ABOUT: usize = 5;
+const ABOUT_BITS: RayBits = RayBits::MAX >> (RayBits::BITS - ABOUT as u32);
+/// Receivers whose rays travel together.
+const IN_DOUBT: usize = BUNDLE / ABOUT;
 
 impl<'a> Shader<'a> {
     pub fn new(scene: &'a Inner, camera: &Camera) -> Self {
@@ -148,169 +128,187 @@ impl<'a> Shader<'a> {
         let [near, far] = self.range;
         let mut closest = [Closest::<true>::new(near, far, self.eye_band); BUNDLE];
         traverse_together::<K, _>(self.scene, rays, bits, &mut closest, stacks);
+        let seen = Seen::new(self.scene, rays, &closest, bits);
+        let near_edges = Each(bits).filter(|&r| closest[r].is_near_edge()).fold(0, |bits, r| bits | 1 << r);
         // Of few rays, and of none at all in most bundles.
-        let mut moved: Vec<(usize, Moved)> = Vec::new();
+        let mut moved: Vec<(usize, Seen)> = Vec::new();
+        stacks.blockers.resize(lamps.len(), None);
         for (i, lamp) in lamps.iter().enumerate() {
-            let mut answers = self.shade::<K, true>(lamp, rays, &closest, bits, stacks);
-            for r in Each(bits) {
-                if closest[r].is_near_edge() && answers[r] != TruthMask::UNDECIDED {
+            // Neighbours are mostly blocked by the same triangles, on the way to the same light.
+            stacks.blocker = stacks.blockers[i];
+            let mut answers = self.shade::<K>(lamp, &seen, stacks);
+            for r in Each(near_edges) {
+                if answers[r] != TruthMask::UNDECIDED {
                     let at = moved.iter().position(|m| m.0 == r).unwrap_or_else(|| {
-                        moved.push((r, self.moved::<K>(&rays.get(r), stacks)));
+                        moved.push((r, beside(self, &rays.get(r), stacks)));
                         moved.len() - 1
                     });
-                    answers[r] = self.confirmed::<K>(lamp, &moved[at].1, answers[r], stacks);
+                    answers[r] = confirmed(self, lamp, &moved[at].1, answers[r], stacks);
                 }
             }
+            stacks.blockers[i] = stacks.blocker;
             put(i, &answers);
         }
     }
 
-    /// What a ray from the eye meets where it moves across the edge that it nearly meets: another triangle may be the one that
-    /// is seen.
-    #[cold]
-    #[inline(never)]
-    fn moved<K: Kernel>(&self, ray: &WorldRay, stacks: &mut Stacks) -> Moved {
-        let (u, v) = ray.direction.normalize().any_orthonormal_pair();
-        let mut rays = WorldRays::from([*ray; BUNDLE]);
-        for (r, shift) in [u, -u, v, -v].into_iter().enumerate() {
-            rays.set(r, &WorldRay { origin: ray.origin + shift * self.eye_band, ..*ray });
-        }
-        let [near, far] = self.range;
-        let mut closest = [Closest::<false>::new(near, far, 0.0); BUNDLE];
-        traverse_together::<K, _>(self.scene, &rays, Moved::RAYS, &mut closest, stacks);
-        Moved { rays, closest }
-    }
-
-    /// The answer, if it stays the same where the ray from the eye moves.
-    #[cold]
-    #[inline(never)]
-    fn confirmed<K: Kernel>(&self, lamp: &Lamp, moved: &Moved, answer: i8, stacks: &mut Stacks) -> i8 {
-        let answers = self.shade::<K, false>(lamp, &moved.rays, &moved.closest, Moved::RAYS, stacks);
-        if Each(Moved::RAYS).all(|r| answers[r] == answer) { answer } else { TruthMask::UNDECIDED }
-    }
-
     /// The answers for what rays from the eye meet.
     #[inline(always)]
-    pub fn shade<K: Kernel, const BAND: bool>(
-        &self,
-        lamp: &Lamp,
-        rays: &WorldRays<BUNDLE>,
-        closest: &[Closest<BAND>; BUNDLE],
-        bits: RayBits,
-        stacks: &mut Stacks,
-    ) -> [i8; BUNDLE] {
+    pub fn shade<K: Kernel>(&self, lamp: &Lamp, seen: &Seen, stacks: &mut Stacks) -> [i8; BUNDLE] {
         let mut answers = [TruthMask::NOTHING; BUNDLE];
-        let mut receivers = [Receiver::NONE; BUNDLE];
-        let mut shadow_rays = rays.clone();
+        if seen.bits == 0 {
+            return answers;
+        }
+        let mut shadow_rays = WorldRays { origin: seen.point, direction: [[0.0; BUNDLE]; 3] };
+        let [x, y, z, w] = lamp.point.to_array();
+        for (a, at) in [x, y, z].into_iter().enumerate() {
+            for r in 0..BUNDLE {
+                shadow_rays.direction[a][r] = at - w * seen.point[a][r];
+            }
+        }
+        // Product of the normal with the vector to the light, and that one's length.
+        let (mut facing, mut distance) = ([0.0; BUNDLE], [0.0; BUNDLE]);
+        let (mut is_unclear, mut is_dark) = ([false; BUNDLE], [false; BUNDLE]);
+        let placed_error = if w == 0.0 { 0.0 } else { self.scene.surface_error };
+        let (to_light, normal) = (&shadow_rays.direction, &seen.normal);
+        for r in 0..BUNDLE {
+            let [x, y, z] = [to_light[0][r], to_light[1][r], to_light[2][r]];
+            facing[r] = normal[0][r] * x + normal[1][r] * y + normal[2][r] * z;
+            distance[r] = (x * x + y * y + z * z).sqrt();
+            let error = FACING_ERROR * seen.sliver[r] * distance[r] + placed_error;
+            let edge_on = EDGE_ON * distance[r];
+            is_unclear[r] = (error > edge_on) & (facing[r] != 0.0) & (facing[r].abs() <= error);
+            is_dark[r] = facing[r] <= edge_on;
+        }
         let mut asked = 0;
-        for r in Each(bits) {
-            let Some(face) = closest[r].face else { continue };
-            match self.receiver(lamp, &rays.get(r), face, closest[r].t) {
-                Ok(receiver) => {
-                    receivers[r] = receiver;
-                    let direction = lamp.to_light(receiver.point);
-                    shadow_rays.set(r, &WorldRay { origin: receiver.point, direction });
-                    asked |= 1 << r;
-                }
-                Err(answer) => answers[r] = answer,
+        for r in Each(seen.bits) {
+            if is_unclear[r] || (seen.flat >> r) & 1 != 0 {
+                answers[r] = TruthMask::UNDECIDED;
+            } else if is_dark[r] || !lamp.light.reaches(seen.point(r) + self.scene.scene.origin()) {
+                answers[r] = TruthMask::SHADOW;
+            } else {
+                asked |= 1 << r;
             }
         }
         if asked == 0 {
             return answers;
         }
-        let mut blocked = receivers.map(|receiver| self.surely_blocked(lamp, &receiver));
+        let resolution = self.scene.resolution;
+        let at_light = lamp.at_light();
+        let mut blocked = [SurelyBlocked::nowhere(resolution, &lamp.touched); BUNDLE];
+        for r in 0..BUNDLE {
+            // In units of t: for a directional light the vector to the light has length 1.
+            let slack = resolution / distance[r];
+            blocked[r].sure = [resolution / facing[r], at_light - slack];
+            blocked[r].possible = [0.0, at_light + slack];
+            blocked[r].except = seen.faces[r];
+        }
         let ended = traverse_together::<K, _>(self.scene, &shadow_rays, asked, &mut blocked, stacks);
+        let mut in_doubt = 0;
         for r in Each(asked) {
-            answers[r] = if (ended >> r) & 1 != 0 {
-                TruthMask::SHADOW
-            } else if !blocked[r].is_possible {
-                TruthMask::LIT
-            } else {
-                self.settle::<K>(lamp, &receivers[r], stacks)
-            };
+            answers[r] = if (ended >> r) & 1 != 0 { TruthMask::SHADOW } else { TruthMask::LIT };
+            in_doubt |= u32::from(blocked[r].is_possible) << r;
+        }
+        in_doubt &= !ended;
+        if in_doubt != 0 {
+            settle(self, lamp, seen, in_doubt, &mut answers, stacks);
         }
         answers
     }
+}
 
-    /// The surface that a ray from the eye meets at `t`, or the answer where that needs no other ray.
-    #[inline(always)]
-    fn receiver(&self, lamp: &Lamp, ray: &WorldRay, face: Face, t: f64) -> Result<Receiver, i8> {
-        let [a, b, c] = self.scene.corners(face.0, face.1);
-        let (ab, ac) = (b - a, c - a);
-        // Scaled, so that the squares of tiny triangles do not underflow.
-        let scale = ab.abs().max(ac.abs()).max_element();
-        let (ab, ac) = (ab / scale, ac / scale);
-        let area = ab.cross(ac);
-        let Some(normal) = area.try_normalize() else {
-            // Met by the ray and yet without area in the world: thinner than f64 tells.
-            return Err(TruthMask::UNDECIDED);
-        };
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        let point = ray.origin + t * ray.direction;
-        // Onto the plane: the error that is left does not depend on how far away the eye is.
-        let point = point - normal * normal.dot(point - a);
-        let to_light = lamp.to_light(point);
-        let facing = normal.dot(to_light);
-        // The normal of a sliver errs more: by its edges over its height.
-        let sliver = ab.length() * ac.length() / area.length();
-        let distance = to_light.length();
-        let placed_error = if lamp.point.w == 0.0 { 0.0 } else { self.scene.surface_error };
-        let facing_error = FACING_ERROR * sliver * distance + placed_error;
-        let edge_on = EDGE_ON * distance;
-        if facing_error > edge_on && facing != 0.0 && facing.abs() <= facing_error {
-            return Err(TruthMask::UNDECIDED);
-        }
-        if facing <= edge_on || !lamp.light.reaches(point + self.scene.scene.origin()) {
-            return Err(TruthMask::SHADOW);
-        }
-        Ok(Receiver { face, point, normal, facing, distance })
+/// What is met by rays from the eye that are moved across the edge that one nearly meets: another triangle may be the one that is
+/// seen.
+#[inline(always)]
+fn beside_with<K: Kernel>(shader: &Shader, ray: &WorldRay, stacks: &mut Stacks) -> Seen {
+    let (u, v) = ray.direction.normalize().any_orthonormal_pair();
+    let mut rays = WorldRays::from([*ray; BUNDLE]);
+    for (r, shift) in [u, -u, v, -v].into_iter().enumerate() {
+        rays.set(r, &WorldRay { origin: ray.origin + shift * shader.eye_band, ..*ray });
     }
+    let [near, far] = shader.range;
+    let mut closest = [Closest::<false>::new(near, far, 0.0); BUNDLE];
+    traverse_together::<K, _>(shader.scene, &rays, BESIDE, &mut closest, stacks);
+    Seen::new(shader.scene, &rays, &closest, BESIDE)
+}
 
-    /// What the shadow ray of a receiver looks for.
-    #[inline(always)]
-    fn surely_blocked<'l>(&self, lamp: &'l Lamp, receiver: &Receiver) -> SurelyBlocked<'l> {
-        let resolution = self.scene.resolution;
-        // In units of t: for a directional light `to_light` is a unit vector.
-        let at_light = lamp.at_light();
-        let slack = resolution / receiver.distance;
-        SurelyBlocked {
-            sure: [resolution / receiver.facing, at_light - slack],
-            possible: [0.0, at_light + slack],
-            band: resolution,
-            except: receiver.face,
-            touched: &lamp.touched,
-            is_possible: false,
+/// The answer, if it stays the same where the ray from the eye moves.
+#[inline(always)]
+fn confirmed_with<K: Kernel>(shader: &Shader, lamp: &Lamp, beside: &Seen, answer: i8, stacks: &mut Stacks) -> i8 {
+    let answers = shader.shade::<K>(lamp, beside, stacks);
+    if Each(BESIDE).all(|r| answers[r] == answer) { answer } else { TruthMask::UNDECIDED }
+}
+
+/// The answers where one ray does not settle it: that of ten, if they agree.
+#[inline(always)]
+fn settle_with<K: Kernel>(
+    shader: &Shader,
+    lamp: &Lamp,
+    seen: &Seen,
+    in_doubt: RayBits,
+    answers: &mut [i8; BUNDLE],
+    stacks: &mut Stacks,
+) {
+    let (scene, resolution) = (shader.scene, shader.scene.resolution);
+    let mut left = in_doubt;
+    while left != 0 {
+        let (mut group, mut count) = ([0; IN_DOUBT], 0);
+        for r in Each(left).take(IN_DOUBT) {
+            group[count] = r;
+            count += 1;
+            left &= !(1 << r);
+        }
+        let mut agreed = [None; IN_DOUBT];
+        for (height, light_side) in [(scene.surface_error, 1.0), (resolution, -1.0)] {
+            let mut rays = WorldRays::UNSET;
+            let mut blocked = [Blocked { t_max: 0.0, except: None, touched: &lamp.touched }; BUNDLE];
+            let mut asked = 0;
+            for k in 0..count {
+                let (ray, first) = (group[k], k * ABOUT);
+                if agreed[k] == Some(TruthMask::UNDECIDED) {
+                    continue;
+                }
+                let (point, normal) = (seen.point(ray), seen.normal(ray));
+                let (u, v) = normal.any_orthonormal_pair();
+                for (r, shift) in (first..).zip([DVec3::ZERO, u, -u, v, -v]) {
+                    let origin = point + normal * height + shift * resolution;
+                    let direction = lamp.to_light(origin);
+                    rays.set(r, &WorldRay { origin, direction });
+                    blocked[r].t_max = lamp.at_light() + light_side * resolution / direction.length();
+                    blocked[r].except = Some(seen.faces[ray]);
+                }
+                asked |= ABOUT_BITS << first;
+            }
+            if asked == 0 {
+                break;
+            }
+            let ended = traverse_together::<K, _>(scene, &rays, asked, &mut blocked, stacks);
+            for k in (0..count).filter(|k| (asked >> (k * ABOUT)) & 1 != 0) {
+                let found = match (ended >> (k * ABOUT)) & ABOUT_BITS {
+                    0 => TruthMask::LIT,
+                    ABOUT_BITS => TruthMask::SHADOW,
+                    _ => TruthMask::UNDECIDED,
+                };
+                agreed[k] =
+                    Some(if agreed[k].is_none_or(|known| known == found) { found } else { TruthMask::UNDECIDED });
+            }
+        }
+        for k in 0..count {
+            answers[group[k]] = agreed[k].unwrap_or(TruthMask::UNDECIDED);
         }
     }
+}
 
-    /// The answer where one ray does not settle it: that of ten, if they agree.
+dispatched! {
     #[cold]
     #[inline(never)]
-    fn settle<K: Kernel>(&self, lamp: &Lamp, receiver: &Receiver, stacks: &mut Stacks) -> i8 {
-        let resolution = self.scene.resolution;
-        let (u, v) = receiver.normal.any_orthonormal_pair();
-        let shifts = [DVec3::ZERO, u, -u, v, -v];
-        let five = 0b11111;
-        let mut answer = None;
-        for (height, light_side) in [(self.scene.surface_error, 1.0), (resolution, -1.0)] {
-            let resting = WorldRay { origin: receiver.point, direction: receiver.normal };
-            let mut rays = WorldRays::from([resting; BUNDLE]);
-            let none = Blocked { t_max: 0.0, except: Some(receiver.face), touched: &lamp.touched };
-            let mut blocked = [none; BUNDLE];
-            for (r, shift) in shifts.into_iter().enumerate() {
-                let origin = receiver.point + receiver.normal * height + shift * resolution;
-                let direction = lamp.to_light(origin);
-                rays.set(r, &WorldRay { origin, direction });
-                blocked[r].t_max = lamp.at_light() + light_side * resolution / direction.length();
-            }
-            let ended = traverse_together::<K, _>(self.scene, &rays, five, &mut blocked, stacks);
-            for r in Each(five) {
-                let is_blocked = (ended >> r) & 1 != 0;
-                if *answer.get_or_insert(is_blocked) != is_blocked {
-                    return TruthMask::UNDECIDED;
-                }
-            }
-        }
-        if answer == Some(true) { TruthMask::SHADOW } else { TruthMask::LIT }
-    }
+    fn beside(shader: &Shader<'_>, ray: &WorldRay, stacks: &mut Stacks) -> Seen = beside_with;
+    #[cold]
+    #[inline(never)]
+    fn confirmed(shader: &Shader<'_>, lamp: &Lamp<'_>, beside: &Seen, answer: i8, stacks: &mut Stacks) -> i8 = confirmed_with;
+    #[cold]
+    #[inline(never)]
+    fn settle(
+        shader: &Shader<'_>, lamp: &Lamp<'_>, seen: &Seen, in_doubt: RayBits, answers: &mut [i8; BUNDLE],
+        stacks: &mut Stacks
+    ) = settle_with;
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::{Kernel, dispatched};
 use super::rays::{BUNDLE, WorldRay, WorldRays};
+use super::seen::Seen;
 use super::shading::{Lamp, Shader};
 use super::walk::{Closest, Stacks};
 use crate::error::{Error, Result};
@@ -86,7 +87,7 @@ fn run_with<K: Kernel>(
             found[r].face = Some((surfaces.instance[pixel] as u32, surfaces.triangle[pixel] as u32));
             bits |= 1 << r;
         }
-        let shaded = shader.shade::<K, false>(lamp, &rays, &found, bits, &mut stacks);
+        let shaded = shader.shade::<K>(lamp, &Seen::new(scene, &rays, &found, bits), &mut stacks);
         answers.copy_from_slice(&shaded[..answers.len()]);
     }
 }

@@ -75,10 +75,10 @@ impl Tracer {
             bands.iter_mut().zip(mask.chunks_mut(width * TILE)).for_each(|(band, rows)| band.push(rows));
         }
         bands.into_par_iter().enumerate().try_for_each(|(band, mut rows)| {
-            let top = band * TILE;
+            let (top, mut stacks) = (band * TILE, Stacks::default());
             for x in (0..width).step_by(TILE) {
                 progress.check()?;
-                tile(&shader, camera, &lamps, size, [x, top], &mut rows);
+                tile(&shader, camera, &lamps, size, [x, top], &mut rows, &mut stacks);
             }
             progress.advance(TILE.min(height - top) as u64);
             Ok(())
@@ -90,7 +90,7 @@ impl Tracer {
 dispatched! {
     fn tile(
         shader: &Shader<'_>, camera: &Camera, lamps: &[Lamp<'_>], size: [u32; 2], corner: [usize; 2],
-        rows: &mut [&mut [i8]]
+        rows: &mut [&mut [i8]], stacks: &mut Stacks
     ) = tile_with;
 }
 
@@ -102,11 +102,11 @@ fn tile_with<K: Kernel>(
     size: [u32; 2],
     [left, top]: [usize; 2],
     rows: &mut [&mut [i8]],
+    stacks: &mut Stacks,
 ) {
     let [width, height] = size.map(|n| n as usize);
     let (tile_width, height) = (TILE.min(width - left), TILE.min(height - top));
     let ray_of = camera.pixel_rays(size);
-    let mut stacks = Stacks::default();
     for y in (0..height).step_by(BLOCK[1]) {
         for x in (left..left + tile_width).step_by(BLOCK[0]) {
             let at = |r: usize| [x + r % BLOCK[0], y + r / BLOCK[0]];
@@ -117,7 +117,7 @@ fn tile_with<K: Kernel>(
                 rays.set(r, &shader.world_ray(&ray_of(x as f64 + 0.5, (top + y) as f64 + 0.5)));
                 bits |= u32::from(x < left + tile_width && y < height) << r;
             }
-            shader.pixels::<K>(&rays, bits, lamps, &mut stacks, |lamp, answers| {
+            shader.pixels::<K>(&rays, bits, lamps, stacks, |lamp, answers| {
                 for r in Each(bits) {
                     let [x, y] = at(r);
                     rows[lamp][y * width + x] = answers[r];

@@ -2,10 +2,12 @@
 
 /// Defines functions that run their generic body with the best kernel of this processor, the whole body compiled for it.
 macro_rules! dispatched {
-    ($(fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? = $body:ident;)*) => {$(
+    ($($(#[$meta:meta])* fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? = $body:ident;)*) => {$(
+        $(#[$meta])*
         fn $name($($arg: $type),*) $(-> $out)? {
             #[cfg(target_arch = "x86_64")]
             {
+                $(#[$meta])*
                 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
                 fn with_avx2($($arg: $type),*) $(-> $out)? {
                     $body::<$crate::trace::kernel::Avx2>($($arg),*)

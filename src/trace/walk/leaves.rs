@@ -85,7 +85,12 @@ impl<V: Visitor> Leaves<V> for Triangles<'_> {
         };
         let mut seen = 0;
         for (lane, near) in near.into_iter().enumerate() {
-            let near = near & !ended;
+            let mut near = near & !ended;
+            let face = leaf.face(lane);
+            // Shadow rays of a bundle mostly begin on one triangle, which is near all of them.
+            if near != 0 && visitors[near.trailing_zeros() as usize % BUNDLE].skips(face) {
+                near = Each(near).filter(|&r| !visitors[r].skips(face)).fold(0, |kept, r| kept | 1 << r);
+            }
             if near != 0 {
                 seen |= near;
                 ended |= V::visit_together::<K>(visitors, &leaf, lane, rays, near);

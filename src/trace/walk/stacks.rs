@@ -12,6 +12,8 @@ pub struct Stacks {
     /// Instance and leaf that last ended a ray of a bundle: neighbours are mostly blocked by the same, so that is looked at first,
     /// for as long as it ends any.
     pub blocker: Option<(u32, u32)>,
+    /// The same of each of several lights.
+    pub blockers: Vec<Option<(u32, u32)>>,
     /// Places for rays in a frame. Boxed, since they are taken out while a walk uses them.
     #[allow(clippy::vec_box)]
     pub frames: Vec<Box<LocalRays<BUNDLE>>>,

@@ -18,6 +18,11 @@ pub trait Visitor: Clone {
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
     fn band(&self) -> f64;
+    /// Whether a triangle is nothing to it wherever it is met: then it need not be tested.
+    #[inline(always)]
+    fn skips(&self, _: Face) -> bool {
+        false
+    }
     /// Looks at one triangle; true ends the walk.
     fn see(&mut self, face: Face, pass: Pass) -> bool;
 
@@ -54,8 +59,9 @@ pub struct Shown<'a> {
 }
 
 impl Shown<'_> {
+    /// One of them.
     #[inline(always)]
-    fn face(&self, lane: usize) -> Face {
+    pub fn face(&self, lane: usize) -> Face {
         (self.instance, self.packet.triangles[lane])
     }
     /// Shows the triangles that a ray meets, and where, until one ends it.
@@ -227,6 +233,10 @@ impl Visitor for Blocked<'_> {
         0.0
     }
     #[inline(always)]
+    fn skips(&self, face: Face) -> bool {
+        self.except == Some(face)
+    }
+    #[inline(always)]
     fn see(&mut self, face: Face, Pass { t, .. }: Pass) -> bool {
         t > 0.0 && t < self.t_max && self.except != Some(face) && !self.touched.has(face)
     }
@@ -248,6 +258,14 @@ pub struct SurelyBlocked<'a> {
     pub is_possible: bool,
 }
 
+impl<'a> SurelyBlocked<'a> {
+    /// Before it is said where.
+    #[inline(always)]
+    pub fn nowhere(band: f64, touched: &'a Touched) -> Self {
+        Self { sure: [0.0; 2], possible: [0.0; 2], band, except: (0, 0), touched, is_possible: false }
+    }
+}
+
 impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
@@ -260,6 +278,10 @@ impl Visitor for SurelyBlocked<'_> {
     #[inline(always)]
     fn band(&self) -> f64 {
         self.band
+    }
+    #[inline(always)]
+    fn skips(&self, face: Face) -> bool {
+        self.except == face
     }
     #[inline(always)]
     fn see(&mut self, face: Face, pass: Pass) -> bool {

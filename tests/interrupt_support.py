@@ -79,7 +79,8 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
             )
         ),
     )
-    yield "predict", lambda: lambda: _core.predict_wrong(samples, p)
+    gaps = np.zeros(shadows.shape, np.float32)
+    yield "predict", lambda: lambda: _core.predict_wrong(samples, p, gaps)
     yield "outside", lambda: lambda: samples.outside(p)
     yield "hash of samples", lambda: lambda: hash(samples)
     yield "hash of a G-buffer", lambda: lambda: hash(big)

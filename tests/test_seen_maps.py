@@ -30,9 +30,8 @@ def robots(views):
     return views[SCENES.index("robots")]
 
 
-# Predictions know no bias. From that by the slope alone to the default, false light of the courtyard's splits falls by
-# 35 %, of its other maps by 5 to 7 %: the map that is foretold to be best has 1.41 times the wrong pixels of the best.
-BIASES = {"slope": (sl.Bias(texels=0.1, slope=1.02, plane=0), 1.25), "default": (None, 1.45)}
+# Of six techniques, that which is foretold to be best has at most so many times the wrong pixels of the best.
+BIASES = {"slope": (sl.Bias(texels=0.1, slope=1.02, plane=0), 1.25), "default": (None, 1.3)}
 
 
 def wrong(view, technique, bias=None):
@@ -156,12 +155,65 @@ def test_foretold_counts_put_techniques_in_order(views, bias, room):
     names = ("uniform", "uniform:fit=shadow", BODY, "lispsm", "gmnpr", "z_partition:count=2")
     for view in views:
         drawn = [wrong(view, name, bias) for name in names]
-        foretold = [sl.predict(view, name, RESOLUTION, renderer="cpu") for name in names]
+        foretold = [sl.predict(view, name, RESOLUTION, bias=bias, renderer="cpu") for name in names]
         assert drawn[int(np.argmin(foretold))] <= room * min(drawn), view.label
         # Counts that are apart by more than predictions are off.
         for a, b in itertools.permutations(range(len(names)), 2):
             if drawn[a] > 1.6 * drawn[b]:
                 assert foretold[a] > foretold[b], (view.label, names[a], names[b])
+
+
+@pytest.mark.parametrize("shadows", ["mapped", "traced"])
+def test_light_that_leaks_through_the_bias_is_foretold(shadows):
+    """A board above a floor, seen from between: a bias below the gap leaves its shadow, one above takes all of it."""
+    gap, floor, board = 0.5, 8.0, 3.0
+    square = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
+    faces = [[0, 2, 1], [0, 3, 2]]
+    scene = sl.Scene.from_arrays(floor * square, faces) + sl.Scene.from_arrays(board * square + (0, gap, 0), faces)
+    camera = sl.Camera.look_at((0, 0.6 * gap, 2 * board), (0, 0, 0), aspect=1.0, near=0.1, far=40)
+    view = sl.View(scene, camera, sl.DirectionalLight((0.02, -1, 0.01)), size=SIZE)
+    dark = np.count_nonzero((view.truth() == 0) & (np.asarray(view.gbuffer("cpu").normal)[..., 1] > 0.5))
+    np.testing.assert_allclose(view.gaps(shadows, renderer="cpu").max(), gap / 0.9997, rtol=1e-3)
+    kept, lost = (
+        float(sl.predict(view, "lispsm", RESOLUTION, shadows=shadows, bias=sl.Bias(world=share * gap), renderer="cpu"))
+        for share in (0.5, 1.5)
+    )
+    assert dark > 1000
+    assert kept < 0.05 * dark
+    assert lost == pytest.approx(dark, rel=0.05)
+
+
+@pytest.mark.parametrize("technique", ["uniform", "lispsm", "log_psm"])
+def test_acne_without_bias_is_foretold(technique):
+    """Of a lit floor under a slanted light half is nearer to the light than its texel's centre, without a bias."""
+    floor = sl.Scene.from_arrays([[-9, 0, -9], [9, 0, -9], [9, 0, 9], [-9, 0, 9]], [[0, 2, 1], [0, 3, 2]])
+    camera = sl.Camera.look_at((0, 3, 8), (0, 0, 0), aspect=1.0, near=0.1, far=40)
+    view = sl.View(floor, camera, sl.DirectionalLight((0.5, -1, 0.3)), size=SIZE)
+    lit = np.count_nonzero(view.truth() == 1)
+    assert lit > 10_000
+    none = sl.Bias(texels=0.0, slope=0.0, plane=0.0)
+    assert wrong(view, technique, none) == pytest.approx(0.5 * lit, rel=0.05)
+    foretold = float(sl.predict(view, technique, RESOLUTION, bias=none, renderer="cpu"))
+    assert foretold == pytest.approx(0.5 * lit, rel=0.05)
+    assert float(sl.predict(view, technique, RESOLUTION, renderer="cpu")) == 0.0
+
+
+def test_gaps_by_a_map_are_those_by_rays(views):
+    for view in views:
+        mapped, traced = (view.gaps(shadows, renderer="cpu") for shadows in ("mapped", "traced"))
+        facing = np.asarray(view.gbuffer("cpu").normal) @ -np.asarray(view.light.direction) > 0
+        shaded = traced > 0
+        # A ray that touches an edge may miss it the other way.
+        assert np.count_nonzero(shaded != ((view.truth() == 0) & facing)) < 1e-4 * traced.size
+        assert not np.any(mapped[~facing])
+        # What a texel of the map of the whole holds is mostly what the pixel's own ray meets.
+        assert np.mean(np.abs(mapped[shaded] / traced[shaded] - 1) < 0.05) > 0.65, view.label
+    robots = views[SCENES.index("robots")]
+    several = sl.View(robots.scene, robots.camera, [robots.light, robots.light], size=robots.size)
+    for one in several.gaps(renderer="cpu"):
+        np.testing.assert_array_equal(one, robots.gaps(renderer="cpu"))
+    with pytest.raises(UnknownNameError, match=r"shadows.*mapped"):
+        robots.gaps("drawn")
 
 
 def test_samples_of_an_engine_give_the_same_map(robots):

@@ -204,6 +204,22 @@ def test_only_the_first_of_a_prediction_are_drawn_and_uniform(view):
     assert found.figure()
 
 
+def test_predictions_are_for_the_bias_of_the_advice(view):
+    scene, camera, lights = view
+    bias = sl.Bias(world=2.0)
+    found = advise(view, techniques=None, memory="16 KiB", bias=bias, drawn=1)
+    left = {one.technique: one.predicted for one in found.untried if one.cause == "predicted"}
+    views = [sl.View(scene, camera, light, size=found.views[0].view.size) for light in lights.values()]
+    # One map of 16 KiB has 64 x 64 texels. The board's shadow goes with a bias above its height.
+    for name in [name for name in ("gmnpr", "tsm", "psm") if name in left]:
+        with_it, without = (
+            sum(float(sl.predict(one, name, 64, bias=given, renderer="cpu")) for one in views) for given in (bias, None)
+        )
+        assert left[name] == pytest.approx(with_it)
+        assert with_it > 1.5 * without
+    assert {"gmnpr", "tsm", "psm"} & set(left)
+
+
 def test_what_cannot_be_predicted_is_drawn(view):
     def predict(view, technique, *, resolution):
         if technique.name == "lispsm":

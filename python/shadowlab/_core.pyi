@@ -92,6 +92,7 @@ __all__ = [
     "library_specs",
     "look_up",
     "looking_pays",
+    "mapped_gaps",
     "mapped_states",
     "misclassified",
     "moved_gbuffer",
@@ -232,13 +233,25 @@ def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> 
 def mapped_states(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
     """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""
 
+def mapped_gaps(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer) -> npt.NDArray[np.float32]:
+    """How far before what each pixel shows, towards the light, what shades it lies by that map: (H, W) float32, world units; 0 where
+    that is lit, faces away from the light, or is nothing.
+    """
+
 def drawn_samples(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer | None = None) -> Samples:
     """The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128
     pixels, or of one that is there.
     """
 
-def predict_wrong(samples: Samples, parameterization: Maps, *, resolution: Size | None = None) -> float:
-    """Wrong pixels foretold from samples for maps of a resolution (10.9)."""
+def predict_wrong(
+    samples: Samples,
+    parameterization: Maps,
+    gaps: npt.ArrayLike,
+    *,
+    resolution: Size | None = None,
+    bias: Bias | None = None,
+) -> float:
+    """Wrong pixels foretold from samples for maps of a resolution (10.9); `gaps` (H, W) float32 as of `mapped_gaps`, of their picture."""
 
 def renamed_words() -> list[tuple[str, str, str, str]]:
     """Words of parameters that have another name now: technique, parameter, the old word and the new one."""

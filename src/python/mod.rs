@@ -96,7 +96,7 @@ mod _core {
     #[pymodule_export]
     use super::surfaces::{moved_gbuffer, same_instances, shadows_at};
     #[pymodule_export]
-    use super::survey::{drawn_samples, mapped_states, predict_wrong};
+    use super::survey::{drawn_samples, mapped_gaps, mapped_states, predict_wrong};
     #[pymodule_export]
     use super::technique::{PyTechnique, renamed_words, technique_specs};
     #[pymodule_export]

@@ -3,13 +3,15 @@
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
+use super::bias::bias;
 use super::camera::{PyCamera, camera};
-use super::convert::{image, run_sized, run_watched, size2};
+use super::convert::{array, image, run_sized, run_watched, size2};
 use super::gbuffer::{PyGBuffer, gbuffer};
 use super::light::light;
 use super::parameterization::as_parameterization;
 use super::samples::{PySamples, SOON, samples};
 use super::scene::{PyScene, scene};
+use crate::render::Bias;
 use crate::survey;
 use crate::techniques::Needs;
 
@@ -30,6 +32,26 @@ pub fn mapped_states<'py>(
         run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
     })?;
     image(py, states, [h, w])
+}
+
+/// How far before what each pixel shows, towards the light, what shades it lies by that map: (H, W) float32, world units; 0 where
+/// that is lit, faces away from the light, or is nothing.
+#[pyfunction]
+#[pyo3(signature = (scene, camera, light, gbuffer))]
+pub fn mapped_gaps<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
+    #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let (scene, camera) = (&scene.get().scene, &camera.get().camera);
+    let [w, h] = gbuffer.get().picture().map(|n| n as usize);
+    gbuffer.get().check_samples(py)?;
+    let gaps = gbuffer.get().with_surfaces(py, |surfaces| {
+        run_watched(py, None, |progress| survey::mapped_gaps(scene, camera, &light, *surfaces, progress))
+    })?;
+    image(py, gaps, [h, w])
 }
 
 /// The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128
@@ -57,18 +79,26 @@ pub fn drawn_samples(
     Ok(PySamples { samples: samples.unwrap_or_default() })
 }
 
-/// Wrong pixels foretold from samples for maps of a resolution (10.9).
+/// Wrong pixels foretold from samples for maps of a resolution (10.9); `gaps` (H, W) float32 as of `mapped_gaps`, of their picture.
 #[pyfunction]
-#[pyo3(signature = (samples, parameterization, *, resolution=None))]
+#[pyo3(signature = (samples, parameterization, gaps, *, resolution=None, bias=None))]
 pub fn predict_wrong(
     #[pyo3(from_py_with = samples)] samples: Bound<'_, PySamples>,
     parameterization: &Bound<'_, PyAny>,
+    gaps: &Bound<'_, PyAny>,
     resolution: Option<&Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = bias)] bias: Option<Bias>,
 ) -> PyResult<f64> {
     let py = parameterization.py();
     let p = as_parameterization(parameterization)?;
     let p = &p.get().p;
     let resolution = resolution.map_or(Ok(p.resolution), |r| size2(r, "resolution"))?;
     let samples = &samples.get().samples;
-    run_sized(py, samples.len() > SOON, |progress| survey::predict(samples, p, resolution, progress))
+    let shape = samples
+        .picture
+        .as_ref()
+        .map_or([None; 2], |picture| [picture.size[1], picture.size[0]].map(|n| Some(n as usize)));
+    let gaps = array::<f32>(gaps, "gaps", &shape)?;
+    let (gaps, bias) = (gaps.as_slice()?, bias.unwrap_or_default());
+    run_sized(py, samples.len() > SOON, |progress| survey::predict(samples, p, resolution, gaps, bias, progress))
 }

@@ -36,12 +36,16 @@ impl<'a> AskedMaps<'a> {
     }
     /// d(pixel) / d(texel) at a sample; nothing where no map holds it.
     pub fn texel(&self, i: usize) -> Option<DMat2> {
+        self.asked_texel(i).map(|(_, texel)| texel)
+    }
+    /// The same, and which map holds it.
+    pub fn asked_texel(&self, i: usize) -> Option<(usize, DMat2)> {
         let k = self.asked(i)?;
         let (point, normal) = self.samples.sample(i);
         let at = point - self.samples.origin;
         let texel = warped_texel(&self.maps[k], &self.local.partitions[k].post_warp, &self.eye, at, normal);
         let [xx, xy, yx, yy] = texel.jacobian;
-        Some(DMat2::from_cols(DVec2::new(xx, yx), DVec2::new(xy, yy)))
+        Some((k, DMat2::from_cols(DVec2::new(xx, yx), DVec2::new(xy, yy))))
     }
     /// Whether a sample faces the light, within its reach and the camera's planes.
     pub fn counts(&self, i: usize) -> bool {

@@ -2,10 +2,14 @@
 //!
 //! Source: theory.md 10.5: the states of one uniform map, which every engine has, place a warp as well as traced ones do.
 
-use crate::error::Result;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
 use crate::focus::Samples;
-use crate::image::{Surfaces, TruthMask};
+use crate::image::{DepthMaps, Surfaces, TruthMask};
+use crate::parameterization::Parameterization;
 use crate::progress::Progress;
+use crate::render::cpu::lookup::Lookups;
 use crate::render::cpu::{CpuRenderer, look_up};
 use crate::render::{Bias, Filter, MAX_IMAGE_SIDE, MaskSettings, Renderer, Stored, looking_pays};
 use crate::scene::{Camera, Light, Scene};
@@ -77,16 +81,61 @@ pub fn mapped_states(
     surfaces: Surfaces,
     progress: &Progress,
 ) -> Result<Vec<i8>> {
+    let (p, maps) = survey_maps(scene, camera, light, surfaces, progress)?;
+    let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings_of(surfaces.size), progress)?;
+    Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
+}
+
+/// How far before what each pixel shows, towards the light, what shades it lies by the map of [`mapped_states`], world units; 0 where
+/// that is lit, faces away from the light, or is nothing.
+///
+/// # Errors
+/// As the renderer's.
+pub fn mapped_gaps(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    surfaces: Surfaces,
+    progress: &Progress,
+) -> Result<Vec<f32>> {
+    let (p, maps) = survey_maps(scene, camera, light, surfaces, progress)?;
+    let lookups = Lookups::new(&p, camera, light, surfaces.origin, &settings_of(surfaces.size))?;
+    let gap = |pixel: usize| {
+        let (at, normal) = surfaces.receiver(pixel)?;
+        let world = surfaces.origin + at;
+        let k = lookups.choose(at, camera.depth_of(world)).filter(|_| light.illuminates(world, normal))?;
+        let map = &maps.data[k * lookups.texels()..][..lookups.texels()];
+        let read = lookups.map(k).probe(map, at, normal, false).taps.into_iter().next()?;
+        read.is_dark.then_some(read.gap.max(0.0))
+    };
+    let mut found = vec![0.0; surfaces.triangle.len()];
+    let width = surfaces.size[0] as usize;
+    found.par_chunks_mut(width).enumerate().try_for_each(|(y, row): (usize, &mut [f32])| {
+        progress.check()?;
+        row.iter_mut().enumerate().for_each(|(x, to)| *to = gap(y * width + x).unwrap_or(0.0) as f32);
+        Ok::<_, Error>(())
+    })?;
+    Ok(found)
+}
+
+fn survey_maps(
+    scene: &Scene,
+    camera: &Camera,
+    light: &Light,
+    surfaces: Surfaces,
+    progress: &Progress,
+) -> Result<(Parameterization, DepthMaps)> {
     let p = technique_of("uniform:range=body,fit=exact")?.parameterize(scene, camera, light, SURVEY_MAP)?;
-    let (resolution, size) = ([SURVEY_MAP; 2], surfaces.size);
-    let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
-    let settings = MaskSettings { resolution, size, bias, filter, blend: 0.0, stored };
-    let renderer = CpuRenderer::new();
-    let maps = if looking_pays(scene, size) {
+    let (renderer, settings) = (CpuRenderer::new(), settings_of(surfaces.size));
+    let maps = if looking_pays(scene, surfaces.size) {
         renderer.seen_maps(scene, surfaces, camera, light, &p, &settings, progress)?
     } else {
-        renderer.depth_maps(scene, &p, resolution, stored, progress)?
+        renderer.depth_maps(scene, &p, settings.resolution, settings.stored, progress)?
     };
-    let mask = look_up(&maps.data, surfaces, camera, light, &p, &settings, progress)?;
-    Ok(mask.data.iter().map(|share| TruthMask::of_light(*share)).collect())
+    Ok((p, maps))
+}
+
+fn settings_of(size: [u32; 2]) -> MaskSettings {
+    let (bias, filter, stored) = (Bias::default(), Filter::Nearest, Stored::default());
+    MaskSettings { resolution: [SURVEY_MAP; 2], size, bias, filter, blend: 0.0, stored }
 }

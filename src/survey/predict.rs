@@ -1,51 +1,74 @@
 //! Wrong pixels of maps that are not drawn, and receivers that maps do not hold, from samples.
 //!
-//! Source: theory.md (10.9), and its measure: docs/predict.md: over 18 techniques in 43 views the rank correlation with drawn
-//! counts is 0.94 in the median; the level is off by 0.6 to 1.6 times, for bias and thin casters are not in it.
+//! Source: theory.md (10.9), and its measure: docs/predict.md.
 
 use super::asked_maps::{AskedMaps, no_shadows};
-use crate::error::Result;
+use super::reading::{Reading, Receiver};
+use crate::error::{Error, Result};
 use crate::focus::Samples;
 use crate::image::TruthMask;
 use crate::parameterization::{Parameterization, Region};
 use crate::progress::Progress;
+use crate::render::cpu::lookup::Lookups;
+use crate::render::{Bias, Filter, MaskSettings, Stored};
 
 /// Receivers near shadows' edges that are asked (theory.md 10.5).
 const RECEIVERS: usize = 8192;
+/// Of the other receivers in shadow, and of those in the light, as many are asked: bias and curved surfaces alone make them wrong,
+/// which neighbours have in common.
+const OTHERS: usize = 2048;
+/// Receivers between two looks at whether to go on: a millisecond of work.
+const AT_ONCE: usize = 256;
 
-/// The expected number of wrong pixels of the samples' picture through maps of `size` texels.
+/// The expected number of wrong pixels of the samples' picture through maps of `size` texels. `gaps` has, for each pixel of it, how
+/// far before what it shows what shades that lies, world units ([`mapped_gaps`](super::mapped_gaps)).
 ///
 /// # Errors
-/// [`Error::InvalidArgument`](crate::Error::InvalidArgument) for samples that do not say, pixel by pixel, what is in shadow; or a
-/// matrix that is not finite; [`Error::Interrupted`](crate::error::Error::Interrupted).
-pub fn predict(samples: &Samples, p: &Parameterization, size: [u32; 2], progress: &Progress) -> Result<f64> {
+/// [`Error::InvalidArgument`] for samples that do not say, pixel by pixel, what is in shadow, for gaps of another picture, an unusable
+/// bias or a matrix that is not finite; [`Error::Interrupted`].
+pub fn predict(
+    samples: &Samples,
+    p: &Parameterization,
+    size: [u32; 2],
+    gaps: &[f32],
+    bias: Bias,
+    progress: &Progress,
+) -> Result<f64> {
     let asked = AskedMaps::new(samples, p, size)?;
     let (picture, shadows) = (asked.picture, asked.shadows);
     if shadows.image.is_empty() {
         return Err(no_shadows());
     }
-    let eye = picture.camera.eye();
-    let (near, each) = samples.near_edges_watched(RECEIVERS, || progress.check())?;
-    let at_pixel = samples.at_pixels(picture, || progress.check())?;
-    progress.check()?;
-    let (mut flips, mut lost_near) = (0.0, 0);
-    for receiver in &near {
-        let i = receiver.sample as usize;
-        let Some(g) = asked.texel(i) else {
-            // Outside of all maps all is lit.
-            lost_near += usize::from(receiver.in_shadow);
-            continue;
-        };
-        let (point, normal) = samples.sample(i);
-        let is_same = |pixel: usize| {
-            at_pixel[pixel].is_some_and(|seen| picture.is_on_plane((point - eye, normal), samples.sample(seen).0 - eye))
-        };
-        flips += if g.is_finite() { shadows.flips_where(picture, receiver, &g, is_same) } else { 0.5 };
+    if gaps.len() != shadows.image.len() {
+        let fix = "take those of the samples' own picture";
+        return Err(Error::argument("gaps", format!("{} pixels", shadows.image.len()), gaps.len(), fix));
     }
-    // What lies far from every edge is wrong where it is in shadow outside of the maps.
+    if let Some(gap) = gaps.iter().find(|gap| !(gap.is_finite() && **gap >= 0.0)) {
+        let fix = "0 where nothing shades a pixel";
+        return Err(Error::argument("gaps", "finite distances, at least 0", gap, fix));
+    }
+    let (filter, stored) = (Filter::Nearest, Stored::default());
+    let settings = MaskSettings { resolution: size, size: picture.size, bias, filter, blend: 0.0, stored };
+    let lookups = Lookups::new(p, &picture.camera, &shadows.light, samples.origin, &settings)?;
+    let groups = samples.by_edges_watched([RECEIVERS, OTHERS, OTHERS], || progress.check())?;
+    let mut reading = Reading::new(&asked, gaps, samples.at_pixels(picture, || progress.check())?);
+    let mut wrong = 0.0;
+    for (receivers, each) in groups {
+        for (n, receiver) in receivers.iter().enumerate() {
+            if n.is_multiple_of(AT_ONCE) {
+                progress.check()?;
+            }
+            let i = receiver.sample as usize;
+            // Outside of all maps all is lit, which is counted below.
+            let Some((k, texel)) = asked.asked_texel(i) else { continue };
+            let (point, normal) = samples.sample(i);
+            let (p, map) = (point - samples.origin, lookups.map(k));
+            let (place, in_shadow) = (receiver.place, receiver.in_shadow);
+            wrong += each * reading.chance(&Receiver { p, normal, place, in_shadow, map, texel });
+        }
+    }
     let dark = (0..samples.len()).filter(|&i| shadows.states[i] == TruthMask::SHADOW);
-    let lost = asked.lost(dark, progress)?.len();
-    Ok((flips + lost_near as f64) * each + lost.saturating_sub(lost_near) as f64)
+    Ok(wrong + asked.lost(dark, progress)?.len() as f64)
 }
 
 /// Samples that face the light of their shadows and that no map holds, where all is lit: all of them, and those in shadow.

@@ -211,6 +211,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Run.over_phases": {"phases": lambda: 2},
     "Samples.from_gbuffer": {"shadows": _world("truth")},
     "Samples.missed": {"holds": lambda: "shadow"},
+    "View.gaps": {"shadows": lambda: "mapped"},
     "View.samples": {"shadows": lambda: "mapped"},
     "LightPlane.clip_from_world": {"x": lambda: (-1.0, 1.0), "y": lambda: (-1.0, 1.0), "reach": lambda: 10.0},
     "LightPlane.lattice": {"xs": lambda: [-0.5, 0.5], "ys": lambda: [-0.5, 0.5]},
@@ -261,6 +262,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "GBuffer.crop": {"x": lambda: 1, "y": lambda: 2, "width": lambda: 3, "height": lambda: 4},
     "_core.compared": {"pixels": lambda: [[8, 6]]},
     "_core.blended": {"pixels": lambda: [[8, 6]]},
+    "_core.predict_wrong": {"gaps": lambda: np.zeros(world().truth.shape, np.float32)},
     "_core.depth_rows": {"origin": lambda: (0.0, 1.0, 0.0)},
     "_core.face_corners": {"instance": lambda: 0, "face": lambda: 0},
     "_core.summarize": {

@@ -91,8 +91,9 @@ def advise(
         which the verdict has to decide; 1 for none. Their `error` is the mean. Texel lengths have no such noise.
     predict : callable, "auto" or None
         ``predict(view, technique, *, resolution)`` foretells wrong pixels without drawing. With each budget the
-        `drawn` candidates that it puts first are drawn, beside uniform. "auto" is `shadowlab.predict` where no
-        techniques are named and wrong pixels are ranked by; None draws all.
+        `drawn` candidates that it puts first are drawn, beside uniform. "auto" is `shadowlab.predict` with the
+        `bias` where no techniques are named and wrong pixels are ranked by; it does not know `filter`, `blend` and
+        `stored`. None draws all.
     drawn : int
         Candidates drawn with each budget where there is a prediction.
     progress : bool, optional
@@ -137,7 +138,7 @@ def advise(
     renderer = renderer_of(renderer)
     read = MapReading(Bias() if bias is None else bias, filter, checked_blend(blend), checked_stored(stored))
     draw = Draw(renderer, read, measure)
-    foretell = chosen_predict(predict, renderer, screens=not named and bool(measure.population))
+    foretell = chosen_predict(predict, renderer, read.bias, screens=not named and bool(measure.population))
     drawn = checked_predict(foretell, drawn)
     plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
     with steps_of_call(len(views) * (2 + len(plans)), progress) as step:

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 # Drawn counts of nine views in ten lie between these times the predicted ones, with so many pixels more. Chosen by
 # leaving scenes out (docs/predict.md).
-LEAST, MOST, PIXELS = 0.55, 1.6, 20.0
+LEAST, MOST, PIXELS = 0.75, 1.85, 20.0
 
 
 @dataclass(frozen=True, order=True, repr=False)
 class Prediction(Value):
     """Wrong pixels that are foretold, and how far off that may be; compared and sorted by `wrong`.
 
-    What most of the doubt is about, acne, leaks and casters thinner than a pixel, does the same to all maps of a view:
-    of two techniques in one view the order is far better known than either number.
+    What most of the doubt is about, such as casters thinner than a pixel, does the same to all maps of a view: of two
+    techniques in one view the order is far better known than either number.
 
     Attributes
     ----------
@@ -61,14 +61,16 @@ def predict(
     resolution: int = 1024,
     *,
     shadows: Literal["mapped", "traced"] = "mapped",
+    bias: _core.Bias | None = None,
     renderer: RendererArgument = None,
 ) -> Prediction:
     """Wrong pixels of a technique in a view, foretold without drawing a map.
 
-    At receivers near the edges of shadows, a pixel gets the state of some point of its texel: the share of the texel's
-    points in the picture whose state is another than the pixel's is the chance that it is wrong. Receivers in shadow
-    outside all maps are wrong. What the bias does, acne and leaks, and casters thinner than a pixel are not in it, so
-    the level can be off by a factor of two; the order of techniques mostly is right.
+    A pixel gets the state of some point of its texel. Pixels whose rays fall into the same texel know what the map has
+    there: their own surfaces, or what shades them. Where that lies above the receiver's plane by more than the bias,
+    the point is dark. The share of points whose state is not the pixel's own is the chance that the pixel is wrong.
+    Receivers in shadow outside all maps are wrong. Filters, what maps store and casters thinner than a pixel are not
+    in it, so the level can be off by a factor of two; the order of techniques mostly is right.
 
     Parameters
     ----------
@@ -78,7 +80,10 @@ def predict(
     resolution : int
         Texels along each side of each map.
     shadows : "mapped" or "traced"
-        Whence it is known what is in shadow: one uniform map of 1024 x 1024 texels, or rays.
+        Whence it is known what is in shadow, and how far before it what shades it lies: one uniform map of 1024 x 1024
+        texels, or rays.
+    bias : Bias, optional
+        With which the maps would be looked up; the default where none is given.
     renderer : Renderer or str, optional
         What draws the view's G-buffer.
 
@@ -114,5 +119,6 @@ def predict(
     for one in view.views:
         p = fitted(item, one, side, draw)
         samples = cast("_core.Samples", one.samples(shadows=shadows, renderer=draw))
-        wrong += _core.predict_wrong(samples, p, resolution=side)
+        gaps = one.gaps(shadows, renderer=draw)
+        wrong += _core.predict_wrong(samples, p, gaps, resolution=side, bias=bias)
     return Prediction.of(wrong)

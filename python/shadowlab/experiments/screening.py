@@ -26,6 +26,7 @@ from .tried import Untried
 from .views import LabelledView
 
 if TYPE_CHECKING:
+    from .._core import Bias
     from ..scene.view import View
     from ..types import Item, RendererLike
 
@@ -43,16 +44,16 @@ class Predict(Protocol):
 
 
 def chosen_predict(
-    predict: Predict | Literal["auto"] | None, renderer: RendererLike, *, screens: bool
+    predict: Predict | Literal["auto"] | None, renderer: RendererLike, bias: Bias, *, screens: bool
 ) -> Predict | None:
-    """The prediction that is asked; "auto" is ours where candidates are screened."""
+    """The prediction that is asked; "auto" is ours, with the bias of the maps, where candidates are screened."""
     if not isinstance(predict, str):
         return predict
     if predict != "auto":
         raise ArgumentError(f'predict: expected a function, "auto" or None, got {shown(predict)}')
 
     def foretold(view: View, technique: Item, *, resolution: int) -> float:
-        return float(ours(view, technique, resolution, renderer=renderer))
+        return float(ours(view, technique, resolution, bias=bias, renderer=renderer))
 
     return foretold if screens else None
 

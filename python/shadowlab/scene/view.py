@@ -15,6 +15,7 @@ from ..errors import ArgumentError
 from ..text.checked import a_text, a_word, one_or_more_lights
 from ..text.checks import check_camera, check_scene, picture_of, renderer_of, whole
 from ..travel import Value
+from .gaps import traced_gaps
 from .kept import Kept
 from .light_way import angle_to, elevation_of, light_way
 from .origin import SceneOrigin
@@ -288,6 +289,55 @@ class View(Value):
 
         key = ("samples", self.light, pixels, shadows, count, *identity_of(draw))
         return KEPT_VIEWS.get(self._seen, key, make, lambda made: SAMPLE_BYTES * made[0].receivers)
+
+    def gaps(
+        self, shadows: ShadowSource = "mapped", *, renderer: RendererArgument = None
+    ) -> PerLight[NDArray[np.float32]]:
+        """How far before what each pixel shows, towards the light, what shades it lies. Made once and kept.
+
+        Parameters
+        ----------
+        shadows : "mapped" or "traced"
+            As of `samples`.
+        renderer : Renderer or str, optional
+            As of `gbuffer`.
+
+        Returns
+        -------
+        (H, W) float32, or tuple of them
+            World units along the light's ray to what the light meets first; 0 where the pixel is lit, faces away from
+            the light or shows nothing. One per light where `light` is a sequence. Read-only, since it is shared.
+
+        Raises
+        ------
+        UnknownNameError
+            For another word for `shadows`.
+
+        Examples
+        --------
+        >>> import shadowlab as sl
+        >>> scene = sl.library.scene("robots")
+        >>> gaps = sl.View(scene, scene.camera, scene.light, size=(160, 90)).gaps()
+        >>> gaps.shape, bool(gaps.max() > 0)
+        ((90, 160), True)
+        """
+        a_word(SHADOW_SOURCES[:-1], "mapped is what an engine has")("shadows", shadows)
+        found = tuple(view._gaps(shadows, renderer) for view in self.views)
+        return found if isinstance(self.light, tuple) else found[0]
+
+    def _gaps(self, shadows: ShadowSource, renderer: RendererArgument) -> NDArray[np.float32]:
+        draw, light = renderer_of(renderer), light_of(self)
+
+        def make() -> NDArray[np.float32]:
+            if shadows == "traced":
+                made = traced_gaps(self.scene, light, self.gbuffer(draw), cast("TruthImage", self.truth()))
+            else:
+                made = _core.mapped_gaps(self.scene, self.camera, light, self.gbuffer(draw))
+            made.flags.writeable = False
+            return made
+
+        key = ("gaps", self.light, shadows, *identity_of(draw))
+        return KEPT_VIEWS.get(self._seen, key, make, lambda made: made.nbytes)
 
     def _traced(self) -> tuple[tuple[NDArray[np.int8], float], ...]:
         """The truth of each light, and the milliseconds that it took."""

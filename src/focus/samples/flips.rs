@@ -58,38 +58,44 @@ impl Samples {
     /// picture of the states.
     pub fn near_edges(&self, count: usize) -> (Vec<NearEdge>, f64) {
         // What never stops cannot fail.
-        self.near_edges_watched(count, || Ok(())).unwrap_or_default()
+        let [near, _, _] = self.by_edges_watched([count, 0, 0], || Ok(())).unwrap_or_default();
+        near
     }
-    /// The same, asking now and then whether to go on.
+    /// Receivers near the edges of shadows, others in shadow, and others in the light: up to a count of each, evenly chosen, and how
+    /// many pixels each stands for; none without a picture of the states.
     ///
     /// # Errors
-    /// Those of `check`.
-    pub fn near_edges_watched(&self, count: usize, check: impl Fn() -> Result<()>) -> Result<(Vec<NearEdge>, f64)> {
-        let (Some(shadows), Some(picture)) = (&self.shadows, &self.picture) else { return Ok((Vec::new(), 0.0)) };
+    /// Those of `check`, which is asked now and then.
+    pub fn by_edges_watched(
+        &self,
+        counts: [usize; 3],
+        check: impl Fn() -> Result<()>,
+    ) -> Result<[(Vec<NearEdge>, f64); 3]> {
+        let (Some(shadows), Some(picture)) = (&self.shadows, &self.picture) else { return Ok(Default::default()) };
         if shadows.image.is_empty() {
-            return Ok((Vec::new(), 0.0));
+            return Ok(Default::default());
         }
         let reach = (REACH_SHARE * f64::from(picture.size[0].max(picture.size[1]))).ceil() as u16;
         let distance = shadows.distance(picture.size, &check)?;
         let eye = picture.camera.eye();
         let width = picture.size[0] as usize;
-        let near_edge = |i: usize| {
+        let receiver = |i: usize| {
             let place = picture.place(self.sample(i).0 - eye);
             let pixel = picture.pixel(place)?;
             let state = shadows.image[pixel[1] * width + pixel[0]];
             let near = NearEdge { sample: i as u32, place, in_shadow: state == TruthMask::SHADOW };
-            let counts = TruthMask::is_decided(state) && distance[pixel[1] * width + pixel[0]] <= reach;
-            counts.then_some(near)
+            let is_near = distance[pixel[1] * width + pixel[0]] <= reach;
+            let group = if is_near { 0 } else { 2 - usize::from(near.in_shadow) };
+            (TruthMask::is_decided(state) && counts[group] > 0).then_some((group, near))
         };
-        let mut all: Vec<NearEdge> = Vec::new();
+        let mut all: [Vec<NearEdge>; 3] = Default::default();
         for first in (0..self.len()).step_by(AT_ONCE) {
             check()?;
-            all.extend((first..self.len().min(first + AT_ONCE)).filter_map(near_edge));
+            let found = (first..self.len().min(first + AT_ONCE)).filter_map(receiver);
+            found.for_each(|(group, near)| all[group].push(near));
         }
-        let kept = all.len().min(count);
-        let chosen: Vec<NearEdge> = (0..kept).map(|i| all[evenly(i, kept, all.len())]).collect();
-        let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
-        Ok((chosen, each))
+        let [near, dark, lit] = all;
+        Ok([thinned(near, counts[0]), thinned(dark, counts[1]), thinned(lit, counts[2])])
     }
     /// For each pixel of a picture, row by row, the index of a sample that it shows; nothing where none is there.
     ///
@@ -129,21 +135,19 @@ impl Samples {
     }
 }
 
+/// Up to `count` of receivers, evenly chosen, and how many each stands for.
+fn thinned(all: Vec<NearEdge>, count: usize) -> (Vec<NearEdge>, f64) {
+    let kept = all.len().min(count);
+    let chosen: Vec<NearEdge> = (0..kept).map(|i| all[evenly(i, kept, all.len())]).collect();
+    let each = if kept > 0 { all.len() as f64 / kept as f64 } else { 0.0 };
+    (chosen, each)
+}
+
 impl Shadows {
     /// The share of a texel's points whose state is known and not the receiver's own; `texel` is d(pixel) / d(texel). Between
     /// two pixels of different states lies an edge, anywhere with the same chance: a point between them has the other one's
     /// state with the chance of its way there.
     pub fn flips(&self, picture: &Picture, near: &NearEdge, texel: &DMat2) -> f64 {
-        self.flips_where(picture, near, texel, |_| true)
-    }
-    /// The same over the pixels, by their index, of which `counts` says that they show the receiver's surface.
-    pub fn flips_where(
-        &self,
-        picture: &Picture,
-        near: &NearEdge,
-        texel: &DMat2,
-        counts: impl Fn(usize) -> bool,
-    ) -> f64 {
         let [width, height] = picture.size.map(|n| n as i64);
         let own = if near.in_shadow { TruthMask::SHADOW } else { TruthMask::LIT };
         let (mut flips, mut points) = (0.0, 0.0);
@@ -159,9 +163,8 @@ impl Shadows {
                     if !((0..width).contains(&x) && (0..height).contains(&y)) {
                         continue;
                     }
-                    let pixel = (y * width + x) as usize;
-                    let state = self.image[pixel];
-                    if TruthMask::is_decided(state) && counts(pixel) {
+                    let state = self.image[(y * width + x) as usize];
+                    if TruthMask::is_decided(state) {
                         known += wx * wy;
                         other += if state == own { 0.0 } else { wx * wy };
                     }

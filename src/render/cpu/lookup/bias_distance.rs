@@ -2,10 +2,10 @@
 
 use std::mem::MaybeUninit;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::comparison::Comparison;
+use super::comparison::{Comparison, Reference};
 use super::lookup::{Lookups, MapLookup};
 use crate::error::Result;
 use crate::image::Surfaces;
@@ -67,5 +67,12 @@ impl MapLookup {
         let along = self.way_to_light(p);
         // Both by the same ray, so that the clamp at the far plane counts as no bias.
         Some(self.way_to_depth(p, along, depth) - self.way_to_depth(p, along, unbiased))
+    }
+    /// How far before the plane of a receiver, towards the light, that lies which the texel of a centre is compared with: a surface
+    /// farther before it shades the receiver. Nothing where the plane is seen edge on.
+    pub fn bias_at(&self, reference: &Reference, p: DVec3, normal: DVec3, centre: DVec2) -> Option<f64> {
+        let on_plane = self.on_plane_at(p, normal, centre)?;
+        let depth = self.depth_at(reference, centre);
+        Some(self.way_to_depth(on_plane, self.way_to_light(on_plane), depth))
     }
 }

@@ -37,7 +37,8 @@ each, and meshes of a folder that is not part of the project, with two lights ea
 
 Each candidate is drawn in each view. For each scene in turn, the candidate that is best in all other scenes (geometric
 mean of wrong pixels relative to `uniform`) is chosen and counted in the scene that was left out. A default is the
-candidate that is chosen most often. `uniform` keeps `range=body, fit=exact`, which is what an engine without samples
+candidate that is chosen most often; it stays where another one is better by no more than a per cent or two, by which
+counts change where the texels shift. `uniform` keeps `range=body, fit=exact`, which is what an engine without samples
 has and what the others are measured against; `uniform:fit=shadow` shows what cropping alone gains, so that the gain
 of a warp can be told from it. `margin` stays at 1 texel, which does as well as none: room for receivers
 that no sample shows.

@@ -37,6 +37,15 @@ pub(super) struct Receiver<'a> {
     pub texel: DMat2,
 }
 
+/// How high over the receiver's plane, along the ray towards the light, lies what the light meets first, world units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Height {
+    /// What a pixel shows.
+    Lit(f32),
+    /// What shades it.
+    Shaded(f32),
+}
+
 /// What is known of a picture's pixels.
 pub(super) struct Reading<'a> {
     asked: &'a AskedMaps<'a>,
@@ -44,7 +53,7 @@ pub(super) struct Reading<'a> {
     gaps: &'a [f32],
     at_pixel: Vec<Option<usize>>,
     /// Heights over the receiver's plane that were found for the receiver of this turn.
-    known: Vec<(u32, Option<f32>)>,
+    known: Vec<(u32, Option<Height>)>,
     turn: u32,
 }
 
@@ -70,14 +79,26 @@ impl<'a> Reading<'a> {
             let bias = r.map.bias_at(&reference, r.p, r.normal, reference.p_texel + offset).unwrap_or(f64::INFINITY);
             let at = r.place + r.texel * offset - 0.5;
             let first = at.floor();
-            let (mut other, mut known) = (0.0, 0.0);
+            let (mut other, mut known, mut lit) = (0.0, 0.0, [0.0; 2]);
             for (dx, wx) in [(0.0, 1.0 - (at.x - first.x)), (1.0, at.x - first.x)] {
                 for (dy, wy) in [(0.0, 1.0 - (at.y - first.y)), (1.0, at.y - first.y)] {
-                    if let Some(height) = self.height(r, own, &per_pixel, first + DVec2::new(dx, dy)) {
-                        known += wx * wy;
-                        other += if (f64::from(height) > bias) == r.in_shadow { 0.0 } else { wx * wy };
+                    match self.height(r, own, &per_pixel, first + DVec2::new(dx, dy)) {
+                        Some(Height::Lit(height)) => {
+                            lit[0] += wx * wy;
+                            lit[1] += wx * wy * f64::from(height);
+                        }
+                        Some(Height::Shaded(height)) => {
+                            known += wx * wy;
+                            other += if (f64::from(height) > bias) == r.in_shadow { 0.0 } else { wx * wy };
+                        }
+                        None => {}
                     }
                 }
+            }
+            // A lit surface goes on between pixels, so its height does; an edge lies anywhere.
+            if lit[0] > 0.0 {
+                known += lit[0];
+                other += if (lit[1] / lit[0] > bias) == r.in_shadow { 0.0 } else { lit[0] };
             }
             if known > 0.0 {
                 flips += other / known;
@@ -98,7 +119,7 @@ impl<'a> Reading<'a> {
     }
     /// How high over the receiver's plane, along the ray towards the light, lies what the light meets first on the ray of what a pixel
     /// shows; nothing where that ray falls into another texel, or what it shows has no state, as what faces away from the light.
-    fn height(&mut self, r: &Receiver, own: DVec2, per_pixel: &DMat2, pixel: DVec2) -> Option<f32> {
+    fn height(&mut self, r: &Receiver, own: DVec2, per_pixel: &DMat2, pixel: DVec2) -> Option<Height> {
         let [x, y] = self.asked.picture.pixel(pixel + 0.5)?;
         let index = y * self.asked.picture.size[0] as usize + x;
         let (turn, height) = self.known[index];
@@ -109,7 +130,7 @@ impl<'a> Reading<'a> {
         self.known[index] = (self.turn, found);
         found
     }
-    fn found(&self, r: &Receiver, of_plane: DVec2, index: usize) -> Option<f32> {
+    fn found(&self, r: &Receiver, of_plane: DVec2, index: usize) -> Option<Height> {
         let state = self.asked.shadows.image[index];
         let seen = self.at_pixel[index].filter(|_| TruthMask::is_decided(state))?;
         let q = self.asked.samples.sample(seen).0 - self.asked.samples.origin;
@@ -117,7 +138,8 @@ impl<'a> Reading<'a> {
             return None;
         }
         let height = r.normal.dot(q - r.p) / r.normal.dot(r.map.way_to_light(q));
-        let gap = if state == TruthMask::SHADOW { self.gaps[index] } else { 0.0 };
-        height.is_finite().then_some(height as f32 + gap)
+        let height = height.is_finite().then_some(height as f32)?;
+        let is_shaded = state == TruthMask::SHADOW;
+        Some(if is_shaded { Height::Shaded(height + self.gaps[index]) } else { Height::Lit(height) })
     }
 }

@@ -19,6 +19,8 @@ pub struct Kept<'a> {
     pub numbers: &'a [u32],
     /// None where all of the mesh is looked at.
     boxes: &'a [Cluster],
+    /// The box around the mesh.
+    whole: [Vec3; 2],
     /// A bit for each cluster.
     clusters: Vec<u64>,
 }
@@ -32,15 +34,17 @@ impl<'a> Kept<'a> {
             None => (mesh.positions_local(), mesh.triangles(), &[][..]),
         };
         let boxes = found.boxes();
+        // Of f32 vertices, so exact.
+        let whole = [mesh.bounds_local().min.as_vec3(), mesh.bounds_local().max.as_vec3()];
         if boxes.is_empty() {
-            return Self { positions, triangles, numbers, boxes, clusters: Vec::new() };
+            return Self { positions, triangles, numbers, boxes, whole, clusters: Vec::new() };
         }
         let volume = PlacedVolume::new(volume, clip_from_local);
         let mut clusters = vec![0; boxes.len().div_ceil(64)];
         for (i, cluster) in boxes.iter().enumerate() {
             clusters[i / 64] |= u64::from(!volume.excludes(cluster.min, cluster.max)) << (i % 64);
         }
-        Self { positions, triangles, numbers, boxes, clusters }
+        Self { positions, triangles, numbers, boxes, whole, clusters }
     }
 
     /// The number in the mesh of the triangle at a place.
@@ -59,6 +63,19 @@ impl<'a> Kept<'a> {
             let first = i.saturating_mul(size);
             places.start.max(first)..places.end.min(first.saturating_add(size))
         })
+    }
+
+    /// What is left, cluster by cluster, or all of a mesh without clusters.
+    pub fn pieces(&self) -> impl Iterator<Item = Range<u32>> {
+        self.runs(0..self.triangles.len() as u32)
+    }
+
+    /// The box around the piece that begins at a place.
+    pub fn bounds(&self, place: u32) -> [Vec3; 2] {
+        match self.boxes.get(place as usize / CLUSTER) {
+            Some(cluster) => [cluster.min, cluster.max],
+            None => self.whole,
+        }
     }
 
     /// For each of some runs of so many vertices whether one of them may belong to a triangle that is left.

@@ -12,6 +12,7 @@ mod masks;
 mod passes;
 mod raster;
 mod renderer;
+mod rooms;
 mod scratches;
 mod stored;
 mod tested_triangle;

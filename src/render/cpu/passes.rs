@@ -7,11 +7,12 @@ use rayon::prelude::*;
 
 use super::faces::Faces;
 use super::raster::{
-    BandArea, Bands, Batches, Bins, DepthPixels, Draw, Entries, IdPixels, LANES, LayerPixels, Pixels, Round, Scratch,
-    Tested, Viewport, draw,
+    BandArea, Bands, Batches, Bins, Cover, DepthPixels, Draw, Entries, IdPixels, LANES, LayerPixels, Pixels, Round,
+    SLAB, Scratch, Tested, Tiles, Viewport, draw,
 };
+use super::rooms::Rooms;
 use crate::error::{Error, Result};
-use crate::memory::{filled, unwritten, written, written_part};
+use crate::memory::{unwritten, written, written_part};
 use crate::progress::Progress;
 use crate::render::Keep;
 use crate::scene::Scene;
@@ -96,18 +97,20 @@ impl Pass<'_> {
 
     fn draw_depth<const TO_FAR: bool>(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>]) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
-        let far = DepthPixels::<TO_FAR>::FAR;
-        self.for_each_round(size, far, false, |round, bands, first| {
-            let part = bands.rows() * size[0] as usize;
-            depth.par_chunks_mut(part).enumerate().try_for_each(|(band, depth)| {
+        let mut rooms = Rooms::new(size, DepthPixels::<TO_FAR>::FAR);
+        self.for_each_round(size, rooms.far, false, |round, cover, bands| {
+            let parts = rooms.parts(bands, depth).zip(cover.bands_mut());
+            parts.try_for_each_init(Vec::new, |spare, (part, tiles)| {
                 progress.check()?;
-                // SAFETY: the first round writes everything.
-                let depth = if first { filled(depth, far) } else { unsafe { written_part(depth) } };
-                let area = band_area(size, bands, band);
-                draw_band(round, band, area, image, &mut DepthPixels::<TO_FAR> { depth });
+                let (band, area) = (part.band, part.area);
+                part.draw(round, spare, |depth| {
+                    draw_band(round, band, area, image, tiles, &mut DepthPixels::<TO_FAR> { depth });
+                });
                 Ok(())
             })
-        })
+        })?;
+        rooms.finish(depth);
+        Ok(())
     }
 
     fn draw_layers(
@@ -118,65 +121,61 @@ impl Pass<'_> {
     ) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
         let far = LayerPixels::FAR;
-        self.for_each_round(size, far, false, |round, bands, is_first| {
-            let part = bands.rows() * size[0] as usize;
-            let parts = first.par_chunks_mut(part).zip(second.par_chunks_mut(part)).enumerate();
-            parts.try_for_each(|(band, (first, second))| {
+        let (mut rooms, mut rooms_of_second) = (Rooms::new(size, far), Rooms::new(size, far));
+        self.for_each_round(size, far, false, |round, cover, bands| {
+            let parts = rooms.parts(bands, first).zip(rooms_of_second.parts(bands, second)).zip(cover.bands_mut());
+            parts.try_for_each_init(Default::default, |spare: &mut [Vec<f32>; 2], ((part, part_of_second), tiles)| {
                 progress.check()?;
-                // SAFETY: the first round writes everything.
-                let (first, second) = if is_first {
-                    (filled(first, far), filled(second, far))
-                } else {
-                    unsafe { (written_part(first), written_part(second)) }
-                };
-                draw_band(round, band, band_area(size, bands, band), image, &mut LayerPixels { first, second });
+                let (band, area, [spare, spare_of_second]) = (part.band, part.area, spare);
+                part.draw(round, spare, |first| {
+                    part_of_second.draw(round, spare_of_second, |second| {
+                        draw_band(round, band, area, image, tiles, &mut LayerPixels { first, second });
+                    });
+                });
                 Ok(())
             })
-        })
+        })?;
+        rooms.finish(first);
+        rooms_of_second.finish(second);
+        Ok(())
     }
 
     fn draw_ids(&mut self, size: [u32; 2], depth: &mut [MaybeUninit<f32>], ids: &mut [MaybeUninit<u32>]) -> Result<()> {
         let (progress, image) = (self.progress, self.size);
-        self.for_each_round(size, IdPixels::FAR, true, |round, bands, first| {
-            let part = bands.rows() * size[0] as usize;
-            let parts = depth.par_chunks_mut(part).zip(ids.par_chunks_mut(part)).enumerate();
-            parts.try_for_each(|(band, (depth, id))| {
+        let (mut rooms, mut rooms_of_ids) = (Rooms::new(size, IdPixels::FAR), Rooms::new(size, NO_TRIANGLE));
+        self.for_each_round(size, rooms.far, true, |round, cover, bands| {
+            let parts = rooms.parts(bands, depth).zip(rooms_of_ids.parts(bands, ids)).zip(cover.bands_mut());
+            let spare = || (Vec::new(), Vec::new());
+            parts.try_for_each_init(spare, |(spare, spare_of_ids), ((part, part_of_ids), tiles)| {
                 progress.check()?;
-                // SAFETY: the first round writes everything.
-                let (depth, id) = if first {
-                    (filled(depth, IdPixels::FAR), filled(id, NO_TRIANGLE))
-                } else {
-                    unsafe { (written_part(depth), written_part(id)) }
-                };
-                let area = band_area(size, bands, band);
-                draw_band(round, band, area, image, &mut IdPixels { depth, id });
+                let (band, area) = (part.band, part.area);
+                part.draw(round, spare, |depth| {
+                    part_of_ids.draw(round, spare_of_ids, |id| {
+                        draw_band(round, band, area, image, tiles, &mut IdPixels { depth, id });
+                    });
+                });
                 Ok(())
             })
-        })
+        })?;
+        rooms.finish(depth);
+        rooms_of_ids.finish(ids);
+        Ok(())
     }
 
-    /// Calls `draw` with each round of triangles before the depth of the far plane, binned, and whether it is the first; at
-    /// least once.
+    /// Calls `draw` with each round of triangles before the depth of the far plane, binned; at least once.
     fn for_each_round(
         &mut self,
         drawn_size: [u32; 2],
         far: f32,
         numbered: bool,
-        mut draw: impl FnMut(Round, Bands, bool) -> Result<()>,
+        mut draw: impl FnMut(Round, &mut Cover, Bands) -> Result<()>,
     ) -> Result<()> {
         let viewport = Viewport::new(self.size, drawn_size, far);
         let batches = Batches::new(self.scene, &self.clip_from_world, &viewport, self.faces, self.keep)?;
         let bands = Bands::new(drawn_size);
-        let mut first = true;
-        batches.for_each_round(&viewport, bands, numbered, self.scratch, self.progress, |round| {
-            draw(round, bands, std::mem::take(&mut first))
-        })?;
-        if first {
-            // Nothing is in view.
-            self.scratch.chunks = 0;
-            draw(Round { scratch: self.scratch, tested: None }, bands, true)?;
-        }
-        Ok(())
+        batches.for_each_round(&viewport, bands, numbered, self.scratch, self.progress, |round, cover| {
+            draw(round, cover, bands)
+        })
     }
 }
 
@@ -212,42 +211,59 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
     }
 }
 
-/// Draws what a round leaves to a band of an image of `size` pixels.
-fn draw_band<P: Pixels>(round: Round, band: usize, area: BandArea, size: [u32; 2], pixels: &mut P) {
+/// Draws what a round leaves to a band of an image of `size` pixels; `tiles` are its tiles.
+fn draw_band<P: Pixels>(round: Round, band: usize, area: BandArea, size: [u32; 2], tiles: &mut [f32], pixels: &mut P) {
     match round.tested {
-        None => draw_round(round.scratch, band, area, pixels),
-        Some(draws) => draw_tested(round.scratch, draws, band, area, size, pixels),
+        None => draw_round(round, band, area, tiles, pixels),
+        Some(draws) => draw_tested(round, draws, band, area, size, tiles, pixels),
     }
 }
 
 /// Kept apart, for the loops of scenes without alpha tests to be laid out as if there were none.
 #[inline(never)]
 fn draw_tested<P: Pixels>(
-    scratch: &Scratch,
+    round: Round,
     draws: &[Draw],
     band: usize,
     area: BandArea,
     size: [u32; 2],
+    tiles: &mut [f32],
     pixels: &mut P,
 ) {
-    draw_round(scratch, band, area, &mut Tested::new(pixels, draws, area, size));
+    draw_round(round, band, area, tiles, &mut Tested::new(pixels, draws, area, size));
 }
 
+/// Slab by slab, nearest first; after each of them the tiles are read again.
 #[inline(never)]
-fn draw_round<P: Pixels>(scratch: &Scratch, band: usize, area: BandArea, pixels: &mut P) {
-    for bins in scratch.bins() {
-        draw_bins(scratch, bins, band, area, pixels);
+fn draw_round<P: Pixels>(round: Round, band: usize, area: BandArea, tiles: &mut [f32], pixels: &mut P) {
+    let (mut is_first, mut rest) = (round.is_first, round.scratch.bins());
+    while !rest.is_empty() {
+        let (slab, after) = rest.split_at(SLAB.min(rest.len()));
+        rest = after;
+        let mut columns = 0;
+        for bins in slab {
+            let cover = (round.hides && !is_first).then_some(Tiles { grid: round.grid, farthest: tiles });
+            columns |= draw_bins(round, bins, band, area, cover, pixels);
+        }
+        if round.hides && !(rest.is_empty() && round.is_last) {
+            round.grid.read(columns, area, pixels.hiding(), tiles);
+        }
+        is_first = false;
     }
 }
 
-fn draw_bins<P: Pixels>(scratch: &Scratch, bins: &Bins, band: usize, area: BandArea, pixels: &mut P) {
+/// Draws a chunk; bits of the columns of tiles that it has touched.
+fn draw_bins<P: Pixels>(
+    round: Round,
+    bins: &Bins,
+    band: usize,
+    area: BandArea,
+    cover: Option<Tiles>,
+    pixels: &mut P,
+) -> u64 {
     let bin = bins.band(band);
     bin.fragments.draw(pixels);
-    let (vertices, extra, large) = (&scratch.vertices[..], &bins.extra[..], &bins.large[..]);
-    draw(Entries { entries: &bin.entries, vertices, extra, large }, area, pixels);
-}
-
-fn band_area(size: [u32; 2], bands: Bands, band: usize) -> BandArea {
-    let first_row = band * bands.rows();
-    BandArea { size, first_row: first_row as i32, rows: bands.rows().min(size[1] as usize - first_row) as i32 }
+    let (vertices, extra, large) = (&round.scratch.vertices[..], &bins.extra[..], &bins.large[..]);
+    let entries = Entries { entries: &bin.entries, vertices, extra, large, grid: round.grid, cover };
+    bin.columns | draw(entries, area, pixels)
 }

@@ -185,6 +185,15 @@ impl Lanes for Avx2 {
         unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(ORDERS[bits as usize % ORDERS.len()] as i64)) }
     }
     #[inline(always)]
+    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float {
+        assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
+        // SAFETY: as above, and every place is one of the table's.
+        unsafe {
+            let places = _mm256_min_epu32(places, _mm256_set1_epi32(table.len() as i32 - 1));
+            _mm256_i32gather_ps::<4>(table.as_ptr(), places)
+        }
+    }
+    #[inline(always)]
     fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int {
         // SAFETY: as above.
         unsafe { _mm256_permutevar8x32_epi32(x, order) }

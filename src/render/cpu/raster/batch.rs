@@ -5,8 +5,11 @@ use std::ops::Range;
 use glam::DMat4;
 use rayon::prelude::*;
 
-use super::binning::{Binning, Draw, fill};
+use super::binning::{Binning, fill};
 use super::bins::{Bands, Bins};
+use super::cover::{Cover, Grid};
+use super::drawn_mesh::Draw;
+use super::pieces::Pieces;
 use super::vertices::{Projection, ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -20,9 +23,16 @@ use crate::scene::Scene;
 const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
-/// Chunks that are binned before the bands are drawn: enough for many threads. What they leave is bounded in bytes, chunk by
-/// chunk ([`fill`]), so a round takes some MB whatever the scene.
-const ROUND: usize = 64;
+/// Chunks that are binned before the bands are drawn: enough for many threads, and for meshes of half a million triangles one
+/// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most 32 MB whatever the scene.
+const ROUND: usize = 128;
+/// Chunks of a round of a small image: what is drawn hides triangles of later rounds before they are binned. A large one would
+/// leave the cache between two rounds.
+const SHORT_ROUND: usize = 16;
+/// Pixels of a small image: 4 MB.
+const SMALL_IMAGE: u64 = 1 << 20;
+/// Chunks of a slab of depth, whose triangles hide those of the next.
+pub const SLAB: usize = 16;
 /// Vertices that are projected at once.
 const VERTICES: usize = 1 << 12;
 /// Matrices that one thread forms at once: some 50 µs of work.
@@ -33,6 +43,8 @@ const MATRICES: usize = 1 << 8;
 pub struct Scratch {
     pub vertices: Vec<ScreenVertex>,
     bins: Vec<Bins>,
+    /// What hides triangles.
+    cover: Cover,
     /// How many of the bins the present round fills.
     pub chunks: usize,
 }
@@ -68,6 +80,26 @@ pub struct Round<'a> {
     pub scratch: &'a Scratch,
     /// Its draws, where they have alpha tests.
     pub tested: Option<&'a [Draw<'a>]>,
+    /// The tiles of the image.
+    pub grid: Grid,
+    /// Whether some triangles may hide others.
+    pub hides: bool,
+    /// Whether nothing has been drawn before.
+    pub is_first: bool,
+    /// Whether nothing is drawn after it.
+    pub is_last: bool,
+}
+
+/// Whether an image is drawn in short rounds.
+pub fn is_small([width, height]: [u32; 2]) -> bool {
+    u64::from(width) * u64::from(height) <= SMALL_IMAGE
+}
+
+impl Round<'_> {
+    /// Whether nothing is left to a band.
+    pub fn is_empty(&self, band: usize) -> bool {
+        self.scratch.bins().iter().all(|bins| bins.is_empty(band))
+    }
 }
 
 impl<'a> Batches<'a> {
@@ -106,29 +138,66 @@ impl<'a> Batches<'a> {
         numbered: bool,
         scratch: &mut Scratch,
         progress: &Progress,
-        mut draw: impl FnMut(Round) -> Result<()>,
+        mut draw: impl FnMut(Round, &mut Cover) -> Result<()>,
     ) -> Result<()> {
         let triangles = |i: &u32| self.scene.mesh_of(*i as usize).triangles().len() as u64;
-        progress.set_total(self.instances.iter().flatten().map(triangles).sum());
+        let total = self.instances.iter().flatten().map(triangles).sum();
+        progress.set_total(total);
         let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
+        let is_small = is_small(viewport.size);
+        // A thread wants some chunks for itself.
+        let chunks = if is_small { SHORT_ROUND.max(4 * rayon::current_num_threads()).min(ROUND) } else { ROUND };
+        let of_slab = SLAB as u32 * CHUNK;
+        let grid = Grid::new(viewport.size, bands);
+        let mut cover = std::mem::take(&mut scratch.cover);
+        cover.start(grid);
+        let (mut rest, mut is_first) = (total, true);
         for (instances, is_tested) in self.instances.iter().zip([false, true]) {
             for batch in batches(self.scene, instances, BATCH) {
                 let draws = &self.draws(batch);
-                let triangle_count = project(draws, viewport, scratch, progress)?;
+                project(draws, viewport, scratch, progress)?;
+                let mut pieces = Pieces::new(draws);
+                rest -= batch.iter().map(triangles).sum::<u64>();
+                progress.advance(batch.iter().map(triangles).sum::<u64>() - u64::from(pieces.triangles));
+                // One slab alone hides nothing.
+                let hides = !is_first || rest > 0 || pieces.triangles > of_slab;
+                if hides {
+                    pieces.order(draws, viewport, grid, of_slab);
+                }
                 // The next chunk last.
-                let mut pending: Vec<Range<u32>> = (0..triangle_count)
+                let mut pending: Vec<Range<u32>> = (0..pieces.triangles)
                     .step_by(CHUNK as usize)
-                    .map(|first| first..triangle_count.min(first + CHUNK))
+                    .map(|first| first..pieces.triangles.min(first + CHUNK))
                     .rev()
                     .collect();
                 while !pending.is_empty() {
                     let before = count(&pending);
-                    bin(draws, &mut pending, viewport, bands, numbered || is_tested, scratch, progress)?;
-                    draw(Round { scratch, tested: is_tested.then_some(draws) })?;
+                    let work = Binning {
+                        draws,
+                        pieces: &pieces,
+                        cover: (hides && !is_first).then_some(&cover),
+                        grid,
+                        vertices: &scratch.vertices,
+                        viewport,
+                        bands,
+                        numbered: numbered || is_tested,
+                    };
+                    scratch.chunks = bin(&work, &mut pending, chunks, &mut scratch.bins, progress)?;
+                    let is_last = rest == 0 && pending.is_empty();
+                    let tested = is_tested.then_some(&draws[..]);
+                    draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
                     progress.advance(before - count(&pending));
+                    is_first = false;
                 }
             }
         }
+        if is_first {
+            // Nothing is in view.
+            scratch.chunks = 0;
+            let (tested, hides, is_last) = (None, false, true);
+            draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
+        }
+        scratch.cover = cover;
         Ok(())
     }
 
@@ -144,17 +213,15 @@ impl<'a> Batches<'a> {
                 projection: Projection::new(&clip_from_local, mesh.bounds_local()),
                 faces: FaceTest::new(self.faces, &clip_from_local),
                 first_vertex: 0,
-                first_triangle: 0,
                 // All numbers are below 2^32, see `new`.
                 first_id: scene.first_triangles()[i as usize] as u32,
             }
         };
         let mut draws: Vec<Draw> = instances.par_iter().with_min_len(MATRICES).map(draw).collect();
-        let (mut vertices, mut triangles) = (0, 0);
+        let mut vertices = 0;
         for draw in &mut draws {
-            (draw.first_vertex, draw.first_triangle) = (vertices, triangles);
+            draw.first_vertex = vertices;
             vertices += draw.kept.positions.len() as u32;
-            triangles += draw.kept.triangles.len() as u32;
         }
         draws
     }
@@ -188,19 +255,18 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
     })
 }
 
-/// Projects the vertices of a batch; the number of its triangles.
-fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<u32> {
-    let count = |d: &Draw| (d.kept.positions.len(), d.kept.triangles.len() as u32);
-    let Some(last) = draws.last() else { return Ok(0) };
-    let vertex_count = last.first_vertex as usize + count(last).0;
-    let triangle_count = last.first_triangle + count(last).1;
+/// Projects the vertices of a batch.
+fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<()> {
+    let count = |draw: &Draw| draw.kept.positions.len();
+    let Some(last) = draws.last() else { return Ok(()) };
+    let vertex_count = last.first_vertex as usize + count(last);
     if scratch.vertices.len() < vertex_count {
         scratch.vertices.resize(vertex_count, ScreenVertex::default());
     }
     let mut rest = &mut scratch.vertices[..];
     let mut work = Vec::with_capacity(draws.len());
     for draw in draws {
-        let (own, after) = rest.split_at_mut(count(draw).0);
+        let (own, after) = rest.split_at_mut(count(draw));
         work.push((draw, own));
         rest = after;
     }
@@ -214,33 +280,137 @@ fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress:
             }
             Ok(())
         })
-    })?;
-    Ok(triangle_count)
+    })
 }
 
-/// Bins a round of chunks of a batch; what has not found room in a chunk stays pending.
+/// Bins at most so many chunks of a batch; how many. What has not found room in a chunk stays pending.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
 fn bin(
-    draws: &[Draw],
+    work: &Binning,
     pending: &mut Vec<Range<u32>>,
-    viewport: &Viewport,
-    bands: Bands,
-    numbered: bool,
-    scratch: &mut Scratch,
+    chunks: usize,
+    bins: &mut Vec<Bins>,
     progress: &Progress,
-) -> Result<()> {
-    let mut round = pending.split_off(pending.len().saturating_sub(ROUND));
-    scratch.chunks = round.len();
-    if scratch.bins.len() < scratch.chunks {
-        scratch.bins.resize_with(scratch.chunks, Bins::default);
+) -> Result<usize> {
+    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
+    let count = round.len();
+    if bins.len() < count {
+        bins.resize_with(count, Bins::default);
     }
-    let work = Binning { draws, vertices: &scratch.vertices, viewport, bands, numbered };
-    scratch.bins[..scratch.chunks].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
+    bins[..count].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
         progress.check()?;
-        chunk.start = fill(&work, bins, chunk.clone());
-        Ok(())
+        chunk.start = fill(work, bins, chunk.clone());
+        Ok::<_, Error>(())
     })?;
     pending.extend(round.into_iter().filter(|chunk| !chunk.is_empty()));
-    Ok(())
+    Ok(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, DVec4};
+    use proptest::prelude::*;
+
+    use super::super::bins::BandArea;
+    use super::super::fill::{Entries, draw};
+    use super::super::pixels::{DepthPixels, IdPixels, LayerPixels, Pixels};
+    use super::*;
+    use crate::render::cpu::passes::{NO_TRIANGLE, Pass};
+    use crate::scene::Mesh;
+
+    /// Bumpy sheets of 20,000 triangles, one behind the other in an order that is none, which hide each other in part; their
+    /// depths are between 0 and 1.
+    fn sheets(depths: &[f64], bumps: f64) -> Scene {
+        const N: usize = 100;
+        let mut all: Option<Scene> = None;
+        for (&depth, k) in depths.iter().zip(1..) {
+            let at = |i: usize| {
+                let (u, v) = ((i % (N + 1)) as f64 / N as f64, (i / (N + 1)) as f64 / N as f64);
+                let z = depth + bumps * (9.0 * u * f64::from(k)).sin() * (7.0 * v).cos();
+                // Each leaves another corner free.
+                let shift = 0.3 * f64::from(k % 3) - 0.3;
+                [2.2 * u - 1.1 + shift, 2.2 * v - 1.1 - shift, z]
+            };
+            let vertices: Vec<[f64; 3]> = (0..(N + 1) * (N + 1)).map(at).collect();
+            let corner = |q: usize| (q / N * (N + 1) + q % N) as i64;
+            let pair =
+                |q: usize| [[0, 1, N as i64 + 2], [0, N as i64 + 2, N as i64 + 1]].map(|t| t.map(|i| corner(q) + i));
+            let mesh = Mesh::new(&vertices, &(0..N * N).flat_map(pair).collect::<Vec<_>>()).unwrap();
+            let one = Scene::from_mesh(mesh).unwrap();
+            all = Some(all.map_or(one.clone(), |all| all.joined(&one).unwrap()));
+        }
+        all.expect("some sheets")
+    }
+
+    /// Everything drawn in the order of the scene, nothing left out: chunk by chunk into a band as large as the image.
+    fn drawn_plainly<P: Pixels>(scene: &Scene, m: &DMat4, size: [u32; 2], pixels: &mut P) {
+        let viewport = Viewport::new(size, size, P::FAR);
+        let bands = Bands { count: 1, log2_rows: 15, stride: size[0] };
+        let batches = Batches::new(scene, m, &viewport, Faces::All, Keep::All).unwrap();
+        let draws = &batches.draws(&batches.instances[0]);
+        let (mut scratch, progress) = (Scratch::default(), Progress::new());
+        project(draws, &viewport, &mut scratch, &progress).unwrap();
+        let pieces = &Pieces::new(draws);
+        let (vertices, grid) = (&scratch.vertices[..], Grid::new(size, bands));
+        let (cover, numbered, viewport) = (None, true, &viewport);
+        let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };
+        let (mut start, mut bins) = (0, Bins::default());
+        while start < pieces.triangles {
+            start = fill(&work, &mut bins, start..pieces.triangles);
+            let bin = bins.band(0);
+            bin.fragments.draw(pixels);
+            let area = BandArea { size, stride: size[0] as usize, first_row: 0, rows: size[1] as i32 };
+            let (extra, large) = (&bins.extra[..], &bins.large[..]);
+            draw(Entries { entries: &bin.entries, vertices, extra, large, grid, cover: None }, area, pixels);
+        }
+    }
+
+    fn bits(depth: impl IntoIterator<Item = f32>) -> Vec<u32> {
+        depth.into_iter().map(f32::to_bits).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(6))]
+        #[test]
+        fn what_hides_triangles_changes_no_bit(
+            depths in prop::collection::vec(0.1f64..0.9, 4..8),
+            bumps in 0.0f64..0.09,
+            size in prop_oneof![Just([97u32, 64]), Just([256, 256]), Just([1100, 1000])],
+            lean in -0.4f64..0.4,
+        ) {
+            let scene = &sheets(&depths, bumps);
+            let mut m = DMat4::IDENTITY;
+            // A little perspective, as of a warp.
+            m.x_axis.w = 0.3 * lean;
+            m.y_axis = DVec4::new(0.0, 1.0, 0.0, lean);
+            let n = size[0] as usize * size[1] as usize;
+            let (scratch, progress) = (&mut Scratch::default(), &Progress::new());
+            let (faces, keep) = (Faces::All, Keep::InVolume);
+            let mut pass = Pass { scene, clip_from_world: m, size, faces, keep, scratch, progress };
+            let mut depth = crate::memory::unwritten(n).unwrap();
+            pass.depth(&mut depth).unwrap();
+            let mut expected = vec![1.0; n];
+            drawn_plainly(scene, &m, size, &mut DepthPixels::<false> { depth: &mut expected });
+            // SAFETY: drawn.
+            prop_assert!(bits(unsafe { crate::memory::written(depth) }) == bits(expected.iter().copied()), "depth");
+            prop_assert!(expected.iter().filter(|z| **z < 1.0).count() > n / 2, "little is drawn");
+
+            let to_far = DMat4::from_translation(DVec3::NEG_Z) * m;
+            let (mut first, mut second) = (vec![0.0; n], vec![0.0; n]);
+            drawn_plainly(scene, &to_far, size, &mut LayerPixels { first: &mut first, second: &mut second });
+            let (mut depth, mut behind) = (crate::memory::unwritten(n).unwrap(), crate::memory::unwritten(n).unwrap());
+            pass.clip_from_world = m;
+            pass.layers_to_far(&mut depth, &mut behind).unwrap();
+            // SAFETY: drawn.
+            let (depth, behind) = unsafe { (crate::memory::written(depth), crate::memory::written(behind)) };
+            prop_assert!(bits(depth) == bits(first) && bits(behind) == bits(second), "layers");
+
+            let (mut expected, mut numbers) = (vec![0.0; n], vec![NO_TRIANGLE; n]);
+            drawn_plainly(scene, &to_far, size, &mut IdPixels { depth: &mut expected, id: &mut numbers });
+            pass.clip_from_world = to_far;
+            let (depth, ids) = pass.depth_and_ids().unwrap();
+            prop_assert!(ids == numbers && bits(depth) == bits(expected), "numbers");
+        }
+    }
 }

@@ -12,40 +12,28 @@ use std::ops::Range;
 
 use super::bins::{Bands, Bins, Entry};
 use super::clip::{clip_triangle, exact_position};
+use super::cover::{Cover, Grid, Hidden};
+use super::drawn_mesh::Draw;
 use super::lanes::Lanes;
+use super::pieces::Pieces;
 use super::simd::LANES;
 use super::tiny::{TINY, Tiny};
-use super::triangle_setup::{Boxes, Corners, LargeSetup, SMALL, SmallSetup, box_of, pixels_in_box};
-use super::vertices::{CLIP, OUTSIDE, Projection, ScreenVertex, Viewport};
+use super::triangle_setup::{Boxes, CornerSource, Corners, LargeSetup, SMALL, SmallSetup, box_of, pixels_in_box};
+use super::vertices::{CLIP, OUTSIDE, ScreenVertex, Viewport};
 use super::with_lanes::with_lanes;
-use crate::render::cpu::faces::FaceTest;
-use crate::render::cpu::kept::Kept;
-use crate::scene::Mesh;
 
 /// Triangles binned between two looks at the bytes written.
 const SLICE: u32 = 1 << 8;
-
-/// One placed mesh of a batch.
-#[derive(Debug, Clone)]
-pub struct Draw<'a> {
-    pub mesh: &'a Mesh,
-    /// Which of its triangles are looked at.
-    pub kept: Kept<'a>,
-    pub projection: Projection,
-    /// Which of its faces are drawn.
-    pub faces: FaceTest,
-    /// Where its vertices start in the batch.
-    pub first_vertex: u32,
-    /// Where its triangles start in the batch.
-    pub first_triangle: u32,
-    /// The scene-wide number of its first triangle, instances counted each time.
-    pub first_id: u32,
-}
 
 /// A batch of triangles on their way into the bands of an image.
 #[derive(Debug, Clone, Copy)]
 pub struct Binning<'a> {
     pub draws: &'a [Draw<'a>],
+    pub pieces: &'a Pieces,
+    /// What has been drawn, where that may hide something.
+    pub cover: Option<&'a Cover>,
+    /// The tiles of the image.
+    pub grid: Grid,
     pub vertices: &'a [ScreenVertex],
     pub viewport: &'a Viewport,
     pub bands: Bands,
@@ -60,20 +48,30 @@ with_lanes! {
 
 #[inline(always)]
 fn fill_with<L: Lanes>(lanes: L, work: &Binning, bins: &mut Bins, range: Range<u32>) -> u32 {
-    let Binning { draws, bands, .. } = *work;
+    let Binning { draws, pieces, cover, bands, .. } = *work;
     bins.start(bands);
-    let mut d = draws.partition_point(|draw| draw.first_triangle <= range.start) - 1;
-    let mut start = range.start;
-    while start < range.end && (start == range.start || !bins.is_full()) {
-        let draw = &draws[d];
-        let draw_end = draw.first_triangle + draw.kept.triangles.len() as u32;
-        let end = range.end.min(draw_end).min(start + SLICE);
-        let own = start - draw.first_triangle..end - draw.first_triangle;
-        for run in draw.kept.runs(own) {
-            bins.bin_draw(lanes, work, draw, run);
+    let (mut start, mut looked_at) = (range.start, 0);
+    let mut p = pieces.at(start);
+    while start < range.end {
+        let piece = &pieces[p];
+        let piece_end = piece.start + piece.count;
+        let end = range.end.min(piece_end).min(start + SLICE);
+        looked_at += end - start;
+        if looked_at > SLICE {
+            if bins.is_full() {
+                break;
+            }
+            looked_at = end - start;
+        }
+        let draw = &draws[piece.draw as usize];
+        let first = piece.first + (start - piece.start);
+        let hidden = cover.map_or(Hidden::None, |cover| cover.of(&piece.footprint));
+        if hidden != Hidden::All {
+            let cover = cover.filter(|_| hidden == Hidden::Some);
+            bins.bin_draw(lanes, work, cover, draw, first..first + (end - start));
         }
         start = end;
-        d += usize::from(end == draw_end);
+        p += usize::from(end == piece_end);
     }
     start
 }
@@ -81,7 +79,7 @@ fn fill_with<L: Lanes>(lanes: L, work: &Binning, bins: &mut Bins, range: Range<u
 impl Bins {
     /// Bins the triangles at some places of a draw's order.
     #[inline(always)]
-    fn bin_draw<L: Lanes>(&mut self, lanes: L, work: &Binning, draw: &Draw, places: Range<u32>) {
+    fn bin_draw<L: Lanes>(&mut self, lanes: L, work: &Binning, cover: Option<&Cover>, draw: &Draw, places: Range<u32>) {
         let own = &work.vertices[draw.first_vertex as usize..][..draw.kept.positions.len()];
         let mut first = places.start;
         while first < places.end {
@@ -93,7 +91,7 @@ impl Bins {
                 number[l] = draw.first_id + draw.kept.number(place);
                 group[l] = draw.kept.triangles[place as usize];
             }
-            self.bin_group(lanes, work, draw, &group, &number, count, own);
+            self.bin_group(lanes, work, cover, draw, &group, &number, count, own);
             first += count;
         }
     }
@@ -105,6 +103,7 @@ impl Bins {
         &mut self,
         lanes: L,
         work: &Binning,
+        cover: Option<&Cover>,
         draw: &Draw,
         group: &[[u32; 3]; LANES],
         number: &[u32; LANES],
@@ -112,13 +111,7 @@ impl Bins {
         own: &[ScreenVertex],
     ) {
         let Binning { viewport, bands, numbered, .. } = *work;
-        let corners = Corners::gather(lanes, |l, k| {
-            let i = group[l][k] as usize;
-            debug_assert!(i < own.len());
-            // SAFETY: `Mesh::new` has checked every index against the number of vertices, `own` has one for each, and
-            // neither meshes nor their clusters change.
-            unsafe { own.get_unchecked(i) }
-        });
+        let corners = Corners::gather(lanes, OfDraw { group, own });
         let [a, b, c] = corners.code;
         let (outside, zero) = (lanes.int(OUTSIDE as i32), lanes.int(0));
         let unseen = lanes.less(zero, lanes.and(lanes.and(lanes.and(a, b), c), outside));
@@ -135,11 +128,19 @@ impl Bins {
         let large = lanes.signs(boxes.large);
         let many = lanes.signs(lanes.or(lanes.less(most, columns), lanes.less(most, rows))) | large;
         let taken = if draw.faces.takes_all() { seen } else { seen & taken(draw, group) };
-        let (live, clip) = (taken & !cut & !none, taken & cut);
+        let (mut live, clip) = (taken & !cut & !none, taken & cut);
+        if let Some(cover) = cover
+            && live & !large != 0
+        {
+            let [z0, z1, z2] = corners.z;
+            let nearest = lanes.smaller(lanes.smaller(z0, z1), z2);
+            // The depths of large ones are those of f64.
+            live &= !cover.tiles().hidden(lanes, boxes.at, nearest) | large;
+        }
         let tiny = live & !many;
         if tiny != 0 {
             let setup = SmallSetup::new::<1>(lanes, &corners, &boxes);
-            let tiny = Tiny { setup: &setup, boxes: &boxes.at, taken: tiny, number, numbered };
+            let tiny = Tiny { setup: &setup, boxes: &boxes.at, taken: tiny, number, numbered, grid: work.grid };
             tiny.emit(lanes, viewport.size[0], bands, self);
         }
         let mut rest = (live & many) | clip;
@@ -210,6 +211,24 @@ impl Bins {
     }
 }
 
+/// The corners of some triangles of a draw, with its vertices.
+#[derive(Clone, Copy)]
+struct OfDraw<'a> {
+    group: &'a [[u32; 3]; LANES],
+    own: &'a [ScreenVertex],
+}
+
+impl CornerSource for OfDraw<'_> {
+    #[inline(always)]
+    fn corner(&self, l: usize, k: usize) -> &ScreenVertex {
+        let i = self.group[l][k] as usize;
+        debug_assert!(i < self.own.len());
+        // SAFETY: `Mesh::new` has checked every index against the number of vertices, `own` has one for each, and neither
+        // meshes nor their clusters change.
+        unsafe { self.own.get_unchecked(i) }
+    }
+}
+
 /// A bit for each of some triangles of a draw whose faces are drawn.
 #[cold]
 fn taken(draw: &Draw, group: &[[u32; 3]; LANES]) -> u32 {
@@ -224,12 +243,16 @@ fn taken(draw: &Draw, group: &[[u32; 3]; LANES]) -> u32 {
 #[cfg(test)]
 mod tests {
     use glam::{DMat4, DVec3};
+    use rayon::prelude::*;
 
     use super::super::bins::Bin;
     use super::super::plain::Plain;
+    use super::super::vertices::Projection;
     use super::*;
     use crate::render::Volume;
-    use crate::render::cpu::faces::Faces;
+    use crate::render::cpu::faces::{FaceTest, Faces};
+    use crate::render::cpu::kept::Kept;
+    use crate::scene::Mesh;
 
     /// A crumpled sheet larger than the map, of triangles of all sizes, some of which reach through the near plane.
     fn sheet() -> Mesh {
@@ -246,7 +269,7 @@ mod tests {
     #[test]
     fn both_instruction_sets_leave_the_same_to_each_band() {
         let mesh = sheet();
-        let (size, count) = ([131, 200], mesh.triangles().len() as u32);
+        let size = [131, 200];
         let viewport = Viewport::new(size, size, 1.0);
         let clip_from_local = DMat4::from_translation(DVec3::Z * 0.1) * DMat4::from_scale(DVec3::new(2.2, 2.2, 0.7));
         let draw = Draw {
@@ -255,14 +278,24 @@ mod tests {
             projection: Projection::new(&clip_from_local, mesh.bounds_local()),
             faces: FaceTest::new(Faces::All, &clip_from_local),
             first_vertex: 0,
-            first_triangle: 0,
             first_id: 7,
         };
         let mut vertices = vec![ScreenVertex::default(); draw.kept.positions.len()];
         draw.projection.project(&viewport, draw.kept.positions, &mut vertices);
         let (draws, bands) = (&[draw], Bands::new(size));
-        for numbered in [false, true] {
-            let work = Binning { draws, vertices: &vertices, viewport: &viewport, bands, numbered };
+        let (grid, viewport, vertices) = (Grid::new(size, bands), &viewport, &vertices);
+        let mut pieces = Pieces::new(draws);
+        pieces.order(draws, viewport, grid, 1000);
+        let count = pieces.triangles;
+        let mut cover = Cover::default();
+        cover.start(grid);
+        cover.bands_mut().enumerate().for_each(|(band, tiles)| {
+            tiles.iter_mut().zip(0..).for_each(|(z, i)| *z = [0.2, 0.6, f32::INFINITY][(i + band) % 3]);
+        });
+        let mut drawn = Vec::new();
+        for (numbered, cover) in [(false, None), (true, None), (false, Some(&cover)), (true, Some(&cover))] {
+            let pieces = &pieces;
+            let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };
             let (mut best, mut plain) = (Bins::default(), Bins::default());
             assert_eq!(fill(&work, &mut best, 3..count), fill_with(Plain, &work, &mut plain, 3..count));
             let told = |bins: &Bins| (0..7).map(|band| format!("{:?}", bins.band(band))).collect::<Vec<_>>();
@@ -271,6 +304,8 @@ mod tests {
             let is_some = |has: fn(&Bin) -> bool| (0..7).any(|band| has(best.band(band)));
             assert!(is_some(|bin| bin.fragments.bytes(Vec::len) > 0) && is_some(|bin| !bin.entries.is_empty()));
             assert!(!best.extra.is_empty(), "some are clipped");
+            drawn.push((0..7).map(|band| best.band(band).fragments.bytes(Vec::len)).sum::<usize>());
         }
+        assert!(drawn[2] < drawn[0] * 9 / 10 && drawn[3] < drawn[1] * 9 / 10, "some are hidden: {drawn:?}");
     }
 }

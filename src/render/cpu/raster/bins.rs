@@ -5,6 +5,8 @@ use super::fragments::Fragments;
 use super::triangle_setup::LargeSetup;
 use super::vertices::ScreenVertex;
 
+/// Pixels in a cache line.
+const LINE: u32 = 16;
 /// Bytes after which a chunk ends early; a slice more may be written.
 const CHUNK_BYTES: usize = 1 << 17;
 
@@ -44,6 +46,8 @@ pub struct Bin {
     pub entries: Vec<Entry>,
     /// Pixels of tiny triangles, in no order that matters.
     pub fragments: Fragments,
+    /// Bits of the columns of tiles that they may touch (of `cover::Grid`).
+    pub columns: u64,
 }
 
 impl Bin {
@@ -56,15 +60,18 @@ impl Bin {
         let mut bin = std::mem::take(self);
         bin.entries.clear();
         bin.fragments.clear();
+        bin.columns = 0;
         bin
     }
 }
 
-/// The bands of an image: how many, and how high (a power of two).
+/// The bands of an image: how many, how high (a power of two), and how far apart their rows lie while they are drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Bands {
     pub count: u32,
     pub log2_rows: u32,
+    /// Pixels from one row to the next.
+    pub stride: u32,
 }
 
 impl Bands {
@@ -73,17 +80,39 @@ impl Bands {
     pub fn new([width, height]: [u32; 2]) -> Self {
         const PIXELS: u32 = 1 << 18;
         let log2_rows = (PIXELS / width).clamp(1, 32).ilog2();
-        Self { count: height.div_ceil(1 << log2_rows), log2_rows }
+        // An odd number of cache lines: where rows lie a multiple of 4096 bytes apart, those of a triangle drive each other
+        // out of the level-1 cache (measured: a quarter of the time of a map of 4096 columns).
+        let stride = (width.div_ceil(LINE) | 1) * LINE;
+        Self { count: height.div_ceil(1 << log2_rows), log2_rows, stride }
     }
     pub fn rows(self) -> usize {
         1 << self.log2_rows
     }
 }
 
+/// The part of an image that a band covers.
+#[derive(Debug, Clone, Copy)]
+pub struct BandArea {
+    /// Size of the image; at least a vector's columns.
+    pub size: [u32; 2],
+    /// Pixels from one row to the next.
+    pub stride: usize,
+    /// First row.
+    pub first_row: i32,
+    /// Rows of this band, at least one.
+    pub rows: i32,
+}
+
 impl Bins {
     /// What is left to a band.
     pub fn band(&self, band: usize) -> &Bin {
         &self.bands[band]
+    }
+
+    /// Whether nothing is left to a band.
+    pub fn is_empty(&self, band: usize) -> bool {
+        let bin = &self.bands[band];
+        self.large.is_empty() && bin.entries.is_empty() && bin.fragments.bytes(Vec::len) == 0
     }
 
     /// Begins a chunk of an image with these bands.
@@ -93,6 +122,7 @@ impl Bins {
         self.large.clear();
         self.spare.extend(self.bands.iter_mut().filter(|bin| bin.has_room()).map(Bin::cleared));
         self.bands.resize_with(bands.count as usize, Bin::default);
+        self.bands.iter_mut().for_each(|bin| bin.columns = 0);
     }
     /// Whether the chunk had better end.
     pub fn is_full(&self) -> bool {
@@ -122,7 +152,7 @@ impl Bins {
         if !bin.has_room()
             && let Some(spare) = self.spare.pop()
         {
-            *bin = spare;
+            *bin = Bin { columns: bin.columns, ..spare };
         }
         bin
     }

@@ -4,28 +4,18 @@
 //! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
 //! tested edge by edge.
 
-use super::bins::Entry;
+use super::bins::{BandArea, Entry};
+use super::cover::{Grid, Tiles};
 use super::lanes::Lanes;
 use super::pixels::Pixels;
 use super::simd::LANES;
-use super::triangle_setup::{Boxes, Corners, LargeSetup, SetupRows, SmallSetup};
+use super::triangle_setup::{Boxes, CornerSource, Corners, LargeSetup, SetupRows, SmallSetup};
 use super::vertices::ScreenVertex;
 use super::with_lanes::with_lanes;
 
 /// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
 /// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
 const BLOCK: [i32; 2] = [32, 8];
-
-/// The part of an image that a band covers.
-#[derive(Debug, Clone, Copy)]
-pub struct BandArea {
-    /// Size of the image; at least [`LANES`] columns.
-    pub size: [u32; 2],
-    /// First row.
-    pub first_row: i32,
-    /// Rows of this band, at least one.
-    pub rows: i32,
-}
 
 /// A band's entries of one chunk, with the vertices they point to.
 #[derive(Debug, Clone, Copy)]
@@ -35,22 +25,31 @@ pub struct Entries<'a> {
     pub extra: &'a [ScreenVertex],
     /// Large triangles of all bands.
     pub large: &'a [LargeSetup],
+    /// The tiles of the image.
+    pub grid: Grid,
+    /// What is drawn already in this band, where that may hide something.
+    pub cover: Option<Tiles<'a>>,
 }
 
 with_lanes! {
-    /// Draws a band's entries of one chunk.
-    pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) = draw_entries
+    /// Draws a band's entries of one chunk; bits of the columns of tiles that they touch.
+    pub fn draw<P: Pixels>(entries: Entries, area: BandArea, pixels: &mut P) -> u64 = draw_entries
 }
 
 #[inline(always)]
-fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pixels: &mut P) {
+fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pixels: &mut P) -> u64 {
+    let (mut columns, grid) = (0, work.grid);
     for group in work.entries.chunks(LANES) {
-        let corners = Corners::gather(lanes, |l, k| {
-            let i = group[l.min(group.len() - 1)].vertices[k];
-            if i & Entry::EXTRA == 0 { &work.vertices[i as usize] } else { &work.extra[(i & !Entry::EXTRA) as usize] }
-        });
+        let corners = Corners::gather(lanes, OfEntries { group, work: &work });
         let boxes = Boxes::new(lanes, &corners, area.size);
         debug_assert!(lanes.signs(boxes.large) == 0, "larger ones are in `large`");
+        let mut live = (1u32 << group.len()) - 1;
+        if let Some(cover) = work.cover {
+            live &= !hidden(lanes, cover, &corners, &boxes, area);
+            if live == 0 {
+                continue;
+            }
+        }
         let setup = SmallSetup::new::<{ LANES as i32 }>(lanes, &corners, &boxes).rows(lanes);
         let [x0, y0, x1, y1] = [
             lanes.to_ints(boxes.at[0]),
@@ -58,13 +57,46 @@ fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pi
             lanes.to_ints(boxes.at[2]),
             lanes.to_ints(boxes.at[3]),
         ];
-        for (l, entry) in group.iter().enumerate() {
+        while live != 0 {
+            let l = live.trailing_zeros() as usize % LANES;
+            live &= live - 1;
             let at = [x0[l], y0[l], x1[l], y1[l]];
-            Small { setup: &setup, lane: l, at, id: entry.id }.fill(lanes, area, pixels);
+            columns |= grid.columns(at[0], at[2]);
+            Small { setup: &setup, lane: l, at, id: group[l].id }.fill(lanes, area, pixels);
         }
     }
     for large in work.large {
+        let [first, _, last, _] = large.pixels.map(i32::from);
+        columns |= grid.columns(first, last);
         fill_large(lanes, large, area, pixels);
+    }
+    columns
+}
+
+/// A bit for each triangle that lies behind what is drawn in a band.
+#[inline(always)]
+fn hidden<L: Lanes>(lanes: L, cover: Tiles, corners: &Corners<L>, boxes: &Boxes<L>, area: BandArea) -> u32 {
+    let [left, top, right, bottom] = boxes.at;
+    let first = lanes.int(area.first_row);
+    let top = lanes.most(lanes.sub(top, first), lanes.int(0));
+    let bottom = lanes.least(lanes.sub(bottom, first), lanes.int(area.rows - 1));
+    let [z0, z1, z2] = corners.z;
+    cover.hidden(lanes, [left, top, right, bottom], lanes.smaller(lanes.smaller(z0, z1), z2))
+}
+
+/// The corners of a group of entries; those of the last one again where there are fewer than [`LANES`].
+#[derive(Clone, Copy)]
+struct OfEntries<'a> {
+    group: &'a [Entry],
+    work: &'a Entries<'a>,
+}
+
+impl CornerSource for OfEntries<'_> {
+    #[inline(always)]
+    fn corner(&self, l: usize, k: usize) -> &ScreenVertex {
+        let i = self.group[l.min(self.group.len() - 1)].vertices[k];
+        let Entries { vertices, extra, .. } = self.work;
+        if i & Entry::EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !Entry::EXTRA) as usize] }
     }
 }
 
@@ -148,7 +180,7 @@ impl Small<'_> {
             let z_column = lanes.add_floats(z_first, lanes.mul_floats(z_x, of_block));
             let z_within = lanes.mul_floats(z_x, in_block);
             let mut down = lanes.rounded(rows_down);
-            let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+            let mut at = (first_row - area.first_row) as usize * area.stride + column as usize;
             for _ in first_row..=last_row {
                 let outside = lanes.or(lanes.or(edge[0], edge[1]), edge[2]);
                 let z_row = lanes.add_floats(z_column, lanes.mul_floats(z_y, down));
@@ -156,7 +188,7 @@ impl Small<'_> {
                 pixels.draw(lanes, at, z, outside, self.id);
                 edge = lanes.add_three(edge, step_y);
                 down = lanes.add_floats(down, lanes.float(1.0));
-                at += width as usize;
+                at += area.stride;
             }
             x += LANES as i32;
         }
@@ -183,12 +215,12 @@ impl Small<'_> {
             let (dx, dy) = (column - x0, first_row - y0);
             let mut edge = [0, 1, 2].map(|k: usize| s.edge[k][l] + step_x[k] * dx + step_y[k] * dy);
             let z_column = z_first + z_x * dx as f32;
-            let mut at = (first_row - area.first_row) as usize * width as usize + column as usize;
+            let mut at = (first_row - area.first_row) as usize * area.stride + column as usize;
             let mut rows_down = dy as f32;
             for _ in first_row..=last_row {
                 run.draw(edge, z_column + z_y * rows_down, at, x - column, self.id, pixels);
                 edge = [0, 1, 2].map(|k: usize| edge[k] + step_y[k]);
-                at += width as usize;
+                at += area.stride;
                 rows_down += 1.0;
             }
             x += LANES as i32;
@@ -247,7 +279,7 @@ fn fill_block<L: Lanes, P: Pixels>(
     let width = area.size[0] as i32;
     let run = Run::new(lanes, edges.map(|[a, ..]| a), zx, s.z_range);
     for r in 0..rows {
-        let row = (top + r - area.first_row) as usize * width as usize;
+        let row = (top + r - area.first_row) as usize * area.stride;
         let mut x = 0;
         while x < columns {
             let dx = x.min(width - LANES as i32 - left);
@@ -261,9 +293,10 @@ fn fill_block<L: Lanes, P: Pixels>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::bins::Bands;
     use super::super::pixels::{DepthPixels, IdPixels, LayerPixels};
     use super::super::plain::Plain;
-    use super::super::triangle_setup::{SMALL, box_of};
+    use super::super::triangle_setup::{SMALL, box_of, pixels_in_box};
     use super::super::vertices::{Viewport, project_all};
     use super::*;
 
@@ -298,7 +331,12 @@ mod tests {
         let entries: Vec<Entry> =
             (0..900).map(|id| Entry { vertices: [3 * id, 3 * id + 1, 3 * id + 2], id: id / 2 }).collect();
         let corners = |e: &Entry| e.vertices.map(|i| vertices[i as usize]);
-        let (small, others): (Vec<Entry>, Vec<Entry>) = entries.iter().partition(|e| {
+        let has_pixels = |e: &&Entry| {
+            let (min, max) = box_of(corners(e));
+            let (first, last) = pixels_in_box(min, max, size);
+            first[0] <= last[0] && first[1] <= last[1]
+        };
+        let (small, others): (Vec<Entry>, Vec<Entry>) = entries.iter().filter(has_pixels).partition(|e| {
             let (min, max) = box_of(corners(e));
             max[0] - min[0] <= SMALL && max[1] - min[1] <= SMALL
         });
@@ -309,25 +347,27 @@ mod tests {
                 LargeSetup::new(corners(e), exact, size, e.id)
             })
             .collect();
-        assert!(large.len() > 100 && small.len() > 400);
-        let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large };
-        let drawn = |plain: bool, first_row: i32, rows: i32| {
+        assert!(large.len() > 100 && small.len() > 200);
+        let (grid, cover) = (Grid::new(size, Bands::new(size)), None);
+        let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large, grid, cover };
+        let drawn = |plain: bool, cover: Option<Tiles>, first_row: i32, rows: i32| {
+            let work = Entries { cover, ..work };
             let n = size[0] as usize * rows as usize;
             let (mut depth, mut id) = (vec![IdPixels::FAR; n], vec![u32::MAX; n]);
             let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
-            let area = BandArea { size, first_row, rows };
+            let area = BandArea { size, stride: size[0] as usize, first_row, rows };
             if plain {
                 draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
-            }
+            };
             let mut alone = vec![IdPixels::FAR; n];
             let pixels = &mut DepthPixels::<true> { depth: &mut alone };
             if plain {
                 draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
-            }
+            };
             assert_eq!(depth, alone);
             let (mut first, mut second) = (vec![0.0; n], vec![0.0; n]);
             let pixels = &mut LayerPixels { first: &mut first, second: &mut second };
@@ -335,16 +375,21 @@ mod tests {
                 draw_entries(Plain, work, area, pixels)
             } else {
                 draw(work, area, pixels)
-            }
+            };
             assert_eq!(depth, first);
             assert!(second.iter().zip(&first).all(|(second, first)| second > first || *first == 0.0));
             assert!(second.iter().any(|z| *z < 0.0));
             (depth.iter().chain(&second).map(|z| z.to_bits()).collect::<Vec<_>>(), id)
         };
         for (first_row, rows) in [(0, 70), (32, 32), (64, 6), (69, 1)] {
-            let (plain, best) = (drawn(true, first_row, rows), drawn(false, first_row, rows));
+            let (plain, best) = (drawn(true, None, first_row, rows), drawn(false, None, first_row, rows));
             assert!(plain.1.iter().any(|&id| id != u32::MAX));
             assert_eq!(plain, best);
+            let farthest: Vec<f32> = (0..14).map(|i| [-0.9, -0.5, 0.0][i % 3]).collect();
+            let cover = Some(Tiles { grid, farthest: &farthest });
+            let hidden = drawn(false, cover, first_row, rows);
+            assert_eq!(drawn(true, cover, first_row, rows), hidden);
+            assert!(rows < 32 || hidden != best, "some are hidden");
         }
     }
 }

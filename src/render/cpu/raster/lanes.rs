@@ -58,6 +58,26 @@ pub trait Lanes: Copy {
     fn less(self, a: Self::Int, b: Self::Int) -> Self::Int;
     /// All ones where both are equal, else 0.
     fn equal(self, a: Self::Int, b: Self::Int) -> Self::Int;
+    /// The smallest of the numbers.
+    #[inline(always)]
+    fn least_of(self, x: Self::Int) -> i32 {
+        let x = self.to_ints(x);
+        let mut least = x[0];
+        for l in 1..LANES {
+            least = least.min(x[l]);
+        }
+        least
+    }
+    /// The largest of the numbers.
+    #[inline(always)]
+    fn most_of(self, x: Self::Int) -> i32 {
+        let x = self.to_ints(x);
+        let mut most = x[0];
+        for l in 1..LANES {
+            most = most.max(x[l]);
+        }
+        most
+    }
     /// Bit l says whether lane l is negative.
     fn signs(self, x: Self::Int) -> u32;
     /// Sums.
@@ -78,6 +98,8 @@ pub trait Lanes: Copy {
     fn pick(self, mask: Self::Int, a: Self::Float, b: Self::Float) -> Self::Float;
     /// The order in which the lanes of some bits come first, in ascending order.
     fn order(self, bits: u32) -> Self::Int;
+    /// Numbers of a table that is not empty, by their places; the last one for places beyond it.
+    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float;
     /// Lanes in an order.
     fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int;
     /// Lanes in an order.

@@ -25,6 +25,8 @@ pub trait Pixels {
     fn draw<L: Lanes>(&mut self, lanes: L, at: usize, z: L::Float, outside: L::Int, id: u32);
     /// The same for one pixel.
     fn draw_fragment(&mut self, fragment: &Fragment);
+    /// For each pixel a depth behind which nothing changes it.
+    fn hiding(&self) -> &[f32];
 }
 
 /// Depth alone, from the near plane at 0 or to the far plane at 0.
@@ -61,6 +63,10 @@ impl<const TO_FAR: bool> Pixels for DepthPixels<'_, TO_FAR> {
         let old = &mut self.depth[f.at as usize];
         *old = smaller(f.z, *old);
     }
+
+    fn hiding(&self) -> &[f32] {
+        self.depth
+    }
 }
 
 impl Pixels for LayerPixels<'_> {
@@ -75,6 +81,10 @@ impl Pixels for LayerPixels<'_> {
     fn draw_fragment(&mut self, f: &Fragment) {
         let (first, second) = (&mut self.first[f.at as usize], &mut self.second[f.at as usize]);
         (*first, *second) = two_nearest(*first, *second, f.z);
+    }
+
+    fn hiding(&self) -> &[f32] {
+        self.second
     }
 }
 
@@ -92,5 +102,9 @@ impl Pixels for IdPixels<'_> {
         if f.z < *old || (f.z == *old && f.z < Self::FAR && f.id < *old_id) {
             (*old, *old_id) = (f.z, f.id);
         }
+    }
+
+    fn hiding(&self) -> &[f32] {
+        self.depth
     }
 }

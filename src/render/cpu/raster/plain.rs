@@ -141,6 +141,10 @@ impl Lanes for Plain {
         from_fn(|l| order[l].into())
     }
     #[inline(always)]
+    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float {
+        from_fn(|l| table[(places[l] as u32 as usize).min(table.len() - 1)])
+    }
+    #[inline(always)]
     fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int {
         from_fn(|l| x[order[l] as usize % LANES])
     }

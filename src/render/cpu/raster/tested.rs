@@ -2,8 +2,8 @@
 //!
 //! Coverage and depth come from the fill loops as they are, so that a test that lets everything through changes no bit.
 
-use super::binning::Draw;
-use super::fill::BandArea;
+use super::bins::BandArea;
+use super::drawn_mesh::Draw;
 use super::lanes::Lanes;
 use super::pixels::{Fragment, Pixels};
 use super::simd::LANES;
@@ -40,8 +40,8 @@ impl<'a, P: Pixels> Tested<'a, P> {
                 triangle
             }
         };
-        let width = self.area.size[0] as usize;
-        let (x, y) = (at % width, at / width + self.area.first_row as usize);
+        let stride = self.area.stride;
+        let (x, y) = (at % stride, at / stride + self.area.first_row as usize);
         triangle.exists_at(self.first[0] + x as f64 * self.step[0], self.first[1] + y as f64 * self.step[1])
     }
 
@@ -71,5 +71,9 @@ impl<P: Pixels> Pixels for Tested<'_, P> {
         if self.exists(fragment.at as usize, fragment.id) {
             self.pixels.draw_fragment(fragment);
         }
+    }
+
+    fn hiding(&self) -> &[f32] {
+        self.pixels.hiding()
     }
 }

@@ -8,6 +8,7 @@
 //! No branch depends on whether a pixel is covered: half of them are, so every other such branch would be guessed wrongly.
 
 use super::bins::{Bands, Bin, Bins};
+use super::cover::Grid;
 use super::fragments::Room;
 use super::lanes::Lanes;
 use super::simd::LANES;
@@ -31,6 +32,8 @@ pub struct Tiny<'a, L: Lanes> {
     pub number: &'a [u32; LANES],
     /// Whether fragments bear numbers.
     pub numbered: bool,
+    /// The tiles of the image.
+    pub grid: Grid,
 }
 
 /// A bit for each triangle whose box has more than so many columns, or rows.
@@ -43,17 +46,23 @@ impl<L: Lanes> Tiny<'_, L> {
         debug_assert!(layout.rows() >= TINY as usize, "a box lies in two bands at most");
         let [left, top, right, bottom] = *self.boxes;
         let spans = (self.more_than(lanes, left, right), self.more_than(lanes, top, bottom));
-        let (first, last) = (lanes.shifted(top, layout.log2_rows), lanes.shifted(bottom, layout.log2_rows));
+        let (first, end) = (lanes.shifted(top, layout.log2_rows), lanes.shifted(bottom, layout.log2_rows));
         let bands_of = lanes.to_ints(first);
+        // Of the whole group: neighbours lie side by side.
+        let (first_column, last_column) = (lanes.least_of(left), lanes.most_of(right));
+        let last = width as i32 - 1;
+        let touched = self.grid.columns(first_column.min(last), last_column.clamp(0, last));
         let mut rest = self.taken;
         while rest != 0 {
             let band = bands_of[rest.trailing_zeros() as usize % LANES];
             let here = lanes.signs(lanes.equal(first, lanes.int(band))) & rest;
-            let crossing = here & !lanes.signs(lanes.equal(last, lanes.int(band)));
+            let crossing = here & !lanes.signs(lanes.equal(end, lanes.int(band)));
             rest &= !here;
             for (band, here) in [(band, here), (band + 1, crossing)] {
                 if here != 0 {
-                    self.emit_to(lanes, width, layout, band, &spans, here, crossing, bins.room_for(band as usize));
+                    let out = bins.room_for(band as usize);
+                    out.columns |= touched;
+                    self.emit_to(lanes, layout, band, &spans, here, crossing, out);
                 }
             }
         }
@@ -74,7 +83,6 @@ impl<L: Lanes> Tiny<'_, L> {
     fn emit_to(
         &self,
         lanes: L,
-        width: u32,
         layout: Bands,
         band: i32,
         (columns, rows): &(MoreThan, MoreThan),
@@ -86,7 +94,7 @@ impl<L: Lanes> Tiny<'_, L> {
         let out = &mut out.fragments;
         let Room { at: at_room, z: z_room, id: id_room } = out.room(MOST, self.numbered);
         let id = lanes.unsigned(self.number);
-        let (down, right) = (lanes.int(width as i32), lanes.int(1));
+        let (down, right) = (lanes.int(layout.stride as i32), lanes.int(1));
         let mut row_in_band = lanes.sub(self.boxes[1], lanes.int(band << layout.log2_rows));
         let mut at_row = lanes.add(lanes.mul(row_in_band, down), self.boxes[0]);
         let mut edge_row = s.edge;

@@ -30,21 +30,36 @@ pub struct Corners<L: Lanes> {
 }
 
 impl<L: Lanes> Corners<L> {
-    /// The corners that `vertex(l, k)` finds: corner k of triangle l.
+    /// The corners of a source.
     #[inline(always)]
-    pub fn gather<'a>(lanes: L, vertex: impl Fn(usize, usize) -> &'a ScreenVertex) -> Self {
-        let record = |l: usize, k: usize| vertex(l, k).as_record();
-        let records = |k: usize| {
-            let low = [record(0, k), record(1, k), record(2, k), record(3, k)];
-            let high = [record(4, k), record(5, k), record(6, k), record(7, k)];
-            [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
-        };
-        let [x0, y0, z0, c0] = lanes.turned(records(0));
-        let [x1, y1, z1, c1] = lanes.turned(records(1));
-        let [x2, y2, z2, c2] = lanes.turned(records(2));
+    pub fn gather(lanes: L, source: impl CornerSource) -> Self {
+        let [x0, y0, z0, c0] = lanes.turned(records(&source, 0));
+        let [x1, y1, z1, c1] = lanes.turned(records(&source, 1));
+        let [x2, y2, z2, c2] = lanes.turned(records(&source, 2));
         let code = [lanes.bits_of(c0), lanes.bits_of(c1), lanes.bits_of(c2)];
         Self { x: [x0, x1, x2], y: [y0, y1, y2], z: [z0, z1, z2], code }
     }
+}
+
+/// Where corners of [`LANES`] triangles come from. No closure: those are compiled for the lowest instruction set, and so large that
+/// they are called.
+pub trait CornerSource {
+    /// Corner `k` of triangle `l`.
+    fn corner(&self, l: usize, k: usize) -> &ScreenVertex;
+}
+
+#[inline(always)]
+fn records<S: CornerSource>(source: &S, k: usize) -> [&[f32; 4]; LANES] {
+    [
+        source.corner(0, k).as_record(),
+        source.corner(1, k).as_record(),
+        source.corner(2, k).as_record(),
+        source.corner(3, k).as_record(),
+        source.corner(4, k).as_record(),
+        source.corner(5, k).as_record(),
+        source.corner(6, k).as_record(),
+        source.corner(7, k).as_record(),
+    ]
 }
 
 /// The pixels whose centres lie in a box on the grid: first column and row, last column and row, within the image.

@@ -78,6 +78,11 @@ impl Viewport {
         }
     }
 
+    /// Columns and rows of the image, which may be narrower than what is drawn.
+    pub fn image_size(&self) -> [f64; 2] {
+        self.offset.map(|half| 2.0 * f64::from(half / SUBPIXEL))
+    }
+
     /// The planes of the clip volume a point is beyond.
     #[inline(always)]
     pub fn outcode(&self, [x, y, z, w]: [f64; 4]) -> u32 {

@@ -70,6 +70,11 @@ impl<'a> Kept<'a> {
         self.runs(0..self.triangles.len() as u32)
     }
 
+    /// Whether pieces are clusters of a large mesh.
+    pub fn has_clusters(&self) -> bool {
+        !self.boxes.is_empty()
+    }
+
     /// The box around the piece that begins at a place.
     pub fn bounds(&self, place: u32) -> [Vec3; 2] {
         match self.boxes.get(place as usize / CLUSTER) {

@@ -146,7 +146,7 @@ impl<'a> Batches<'a> {
         let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
         let is_small = is_small(viewport.size);
         // A thread wants some chunks for itself.
-        let chunks = if is_small { SHORT_ROUND.max(4 * rayon::current_num_threads()).min(ROUND) } else { ROUND };
+        let short_round = SHORT_ROUND.max(4 * rayon::current_num_threads()).min(ROUND);
         let of_slab = SLAB as u32 * CHUNK;
         let grid = Grid::new(viewport.size, bands);
         let mut cover = std::mem::take(&mut scratch.cover);
@@ -159,8 +159,9 @@ impl<'a> Batches<'a> {
                 let mut pieces = Pieces::new(draws);
                 rest -= batch.iter().map(triangles).sum::<u64>();
                 progress.advance(batch.iter().map(triangles).sum::<u64>() - u64::from(pieces.triangles));
-                // One slab alone hides nothing.
-                let hides = !is_first || rest > 0 || pieces.triangles > of_slab;
+                // One slab alone hides nothing, and many small meshes little: in another order they scatter what is written.
+                let hides = (!is_first || rest > 0 || pieces.triangles > of_slab) && is_mostly_clusters(draws);
+                let chunks = if is_small && hides { short_round } else { ROUND };
                 if hides {
                     pieces.order(draws, viewport, grid, of_slab);
                 }
@@ -225,6 +226,13 @@ impl<'a> Batches<'a> {
         }
         draws
     }
+}
+
+/// Whether most triangles belong to meshes with clusters.
+fn is_mostly_clusters(draws: &[Draw]) -> bool {
+    let triangles = |draw: &Draw| draw.kept.triangles.len();
+    let of_clusters = draws.iter().filter(|draw| draw.kept.has_clusters()).map(triangles).sum::<usize>();
+    2 * of_clusters > draws.iter().map(triangles).sum::<usize>()
 }
 
 /// Instances without alpha tests, and with them, in the order in which they come.

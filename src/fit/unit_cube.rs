@@ -5,24 +5,23 @@
 //! - Receivers are the instances' boxes cut by the view, not only K: nothing else can be hit by a view ray. As nearly every
 //!   instance casts and receives, the casters above the receivers' rectangle fill it, so the article's second crop to the
 //!   casters' rectangle has next to nothing left to cut and is made only on demand ([`Tightening`]).
-//! - Casters are cut in space by the four side planes of the cropped map, which are linear functionals of position. On the
-//!   rectangle w is bounded below: under a directional light 1/w is an affine function of x and y, and a spot has its near
-//!   plane. So no division ever sees w <= 0.
+//! - Casters are cut in space by the four side planes of the cropped map, which are linear functionals of position
+//!   (`above.rs`). On the rectangle w is bounded below: under a directional light 1/w is an affine function of x and y, and a
+//!   spot has its near plane. So no division ever sees w <= 0.
 //!
 //! Whether a box can still change a bound is asked with a support function (no corners, no division), first of groups of
 //! instances in the scene's hierarchy, so that ten thousand instances cost tens of microseconds; only boxes that can are cut.
 
-use std::ops::ControlFlow;
+use glam::{DMat4, DVec3, DVec4};
 
-use glam::{DAffine3, DMat4, DVec3, DVec4};
-
+use super::above::{box_of, nearest_caster, nearest_of};
 use super::map_size::{MapSize, POINT_EXTENT};
 use super::outlined::{outline_extent, reaching};
-use super::tightening::{Tightening, casters_extent, casting, corners_extent, nearest_anywhere, sides};
+use super::tightening::{Tightening, casters_extent, casting, corners_extent, nearest_anywhere};
 use crate::focus::{FocusedView, NEAREST_SHARE_OF_REACH, SpotFrustum, receivers_extent};
-use crate::geometry::{Aabb, ConvexBody, OrientedBox, Plane, Rows};
+use crate::geometry::{Aabb, Rows};
 use crate::rays::LightFrame;
-use crate::scene::{Met, Scene};
+use crate::scene::Scene;
 
 /// Depth kept free at either end of [0, 1]. Derived from float32: 16 of its steps below 1, so that the nearest caster and the
 /// farthest receiver survive a renderer's rounding.
@@ -162,11 +161,6 @@ pub(super) fn across(
     }
 }
 
-/// An axis-aligned box as an oriented one.
-fn box_of(bounds: &Aabb) -> OrientedBox {
-    OrientedBox::new(bounds, &DAffine3::IDENTITY, DVec3::ZERO)
-}
-
 /// What the whole map spans where receivers fill it up to its border.
 pub(super) fn with_border(receivers: &Aabb, size: &MapSize) -> Aabb {
     let border = (0.5 * (size.inset().recip() - 1.0) * receivers.extent().truncate()).extend(0.0);
@@ -188,70 +182,6 @@ pub fn crop(provisional: &Rows, view: &FocusedView, across: &[DVec3], depth: &[D
 fn canonical_factor(rows: &Rows, view: &FocusedView) -> f64 {
     let w = rows.w.dot(view.middle().extend(1.0));
     if w > 0.0 { 1.0 / w } else { 1.0 }
-}
-
-/// Smallest NDC z of the instances' boxes above the rectangle of `extent`; nothing where no box is.
-pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, scene: &Scene) -> Option<f64> {
-    let above = Above::new(provisional, extent, view);
-    let mut nearest = None;
-    let _ = scene.visit(|met| {
-        ControlFlow::Continue(match met {
-            Met::Group(bounds) => above.may_be_nearer(&OrientedBox::around(bounds, view.origin), nearest),
-            Met::One(i) => {
-                let instance = scene.box_of(i, view.origin);
-                let may = above.may_be_nearer(&instance, nearest);
-                if may {
-                    nearest = above.nearer(&instance, nearest);
-                }
-                may
-            }
-        })
-    });
-    nearest.filter(|z| z.is_finite())
-}
-
-/// Smallest NDC z of some boxes above the rectangle of `extent`.
-fn nearest_of(
-    rows: &Rows,
-    extent: &Aabb,
-    view: &FocusedView,
-    casters: impl Iterator<Item = OrientedBox>,
-) -> Option<f64> {
-    let above = Above::new(rows, extent, view);
-    let mut nearest = None;
-    for instance in casters {
-        if above.may_be_nearer(&instance, nearest) {
-            nearest = above.nearer(&instance, nearest);
-        }
-    }
-    nearest.filter(|z| z.is_finite())
-}
-
-/// What lies above a rectangle of a map.
-struct Above<'a> {
-    rows: &'a Rows,
-    sides: [Option<DVec4>; 5],
-    planes: [Option<Plane>; 5],
-}
-
-impl<'a> Above<'a> {
-    fn new(rows: &'a Rows, extent: &Aabb, view: &FocusedView) -> Self {
-        let sides = sides(rows, extent, view);
-        Self { rows, sides, planes: sides.map(|side| side.and_then(Plane::where_positive)) }
-    }
-    /// Whether anything in a box may lie above the rectangle and nearer to the light than the nearest so far.
-    fn may_be_nearer(&self, b: &OrientedBox, nearest: Option<f64>) -> bool {
-        // Positive for a point (w > 0) nearer to the light than what was found.
-        let is_nearer = nearest.is_none_or(|z| !(b.range(self.rows.w * z - self.rows.z).1 <= 0.0));
-        is_nearer && !self.sides.iter().flatten().any(|side| b.range(*side).1 < 0.0)
-    }
-    /// The nearest so far, of a box as well.
-    fn nearer(&self, b: &OrientedBox, nearest: Option<f64>) -> Option<f64> {
-        let mut body = ConvexBody::from_oriented_box(b);
-        self.planes.iter().flatten().for_each(|plane| body.clip(plane));
-        let depths = body.vertices().iter().map(|p| self.rows.project(*p).z);
-        depths.fold(nearest, |nearest, z| Some(nearest.map_or(z, |n| n.min(z))))
-    }
 }
 
 /// What a spot's map spans along its axis.

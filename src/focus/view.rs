@@ -132,10 +132,10 @@ impl<'a> FocusedView<'a> {
         view.eye_depth = view.receivers_depth();
         view
     }
-    /// The same view of `scene`, its receivers only those on some of the light's rays (told in world space).
-    pub fn restricted(mut self, scene: &Scene, region: &Region) -> Self {
+    /// Makes it the view of only those receivers of `scene` on some of the light's rays (told in world space).
+    pub fn restrict(&mut self, scene: &Scene, region: &Region) {
         if region.functionals().is_empty() || self.coverage == Coverage::NothingSeen {
-            return self;
+            return;
         }
         for f in region.functionals() {
             let local = f.truncate().extend(f.dot(self.origin.extend(1.0)));
@@ -145,19 +145,23 @@ impl<'a> FocusedView<'a> {
             self.region_count += 1;
         }
         if self.receivers.is_empty() {
-            return Self::around(scene, &self.camera, &self.light, self.focus, Coverage::NothingSeen);
+            *self = Self::around(scene, &self.camera, &self.light, self.focus, Coverage::NothingSeen);
+            return;
         }
         if self.focus != Focus::Scene {
             self.eye_depth = self.receivers_depth();
         }
+    }
+    /// The same view of only those receivers on some of the light's rays: [`FocusedView::restrict`].
+    pub fn restricted(mut self, scene: &Scene, region: &Region) -> Self {
+        self.restrict(scene, region);
         self
     }
-    /// The same view, whose maps must hold an outline of samples instead of its body.
-    pub fn holding(mut self, outline: Option<&'a Outline>) -> Self {
+    /// Makes maps hold an outline of samples instead of the body.
+    pub fn hold(&mut self, outline: Option<&'a Outline>) {
         if self.coverage == Coverage::AsAsked {
             self.outline = outline;
         }
-        self
     }
     /// All that the light shines on along the view's rays, whatever the camera sees: where receivers can come into view.
     pub fn reachable(&self) -> ConvexBody {
@@ -268,6 +272,15 @@ impl<'a> FocusedView<'a> {
         }
         // Only a body in the scene's border plane, by rounding.
         if body.is_empty() { self.receivers } else { body }
+    }
+    /// Smallest and largest place along a unit direction of B under light that travels along it.
+    pub fn casters_along(&self, direction: DVec3) -> [f64; 2] {
+        if self.focus == Focus::Frustum {
+            // The frustum may reach beyond the scene's box, where a body that stays in it has no closed form.
+            let (low, high) = self.casters().range(direction.extend(0.0));
+            return [low, high];
+        }
+        [self.receivers.least_entry(direction, &self.scene_box), self.receivers.range(direction.extend(0.0)).1]
     }
     /// The unit vector from the eye to the middle of a body's vertices (theory.md 5.3); the view direction where
     /// the sum vanishes, and of parallel rays.

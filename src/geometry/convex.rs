@@ -12,6 +12,7 @@
 //!           ──── right face ───           the right one against it, both counter-clockwise from outside
 //! ```
 
+mod entry;
 mod sweep;
 
 use glam::{DVec3, DVec4};
@@ -156,12 +157,12 @@ impl ConvexBody {
     /// Cuts off everything outside the half-space. A body that only touches it is empty afterwards.
     pub fn clip(&mut self, plane: &Plane) {
         let tolerance = self.tolerance(plane.offset);
-        let mut distance = [0.0; MAX_VERTICES];
         let (mut inside, mut outside) = (Set(0), Set(0));
-        for (i, (p, d)) in self.vertices().iter().zip(&mut distance).enumerate() {
-            *d = plane.distance(*p);
-            outside.0 |= u64::from(*d > tolerance) << i;
-            inside.0 |= u64::from(*d < -tolerance) << i;
+        // The last vertex first: each moves the bits of those before it up.
+        for p in self.vertices().iter().rev() {
+            let distance = plane.distance(*p);
+            outside.0 = outside.0 << 1 | u64::from(distance > tolerance);
+            inside.0 = inside.0 << 1 | u64::from(distance < -tolerance);
         }
         if outside.0 == 0 {
             return;
@@ -192,7 +193,7 @@ impl ConvexBody {
                 cut_faces.add(e.right);
                 let (kept_end, lost_end) = if to_out { (e.from, e.to) } else { (e.to, e.from) };
                 let on_plane = !inside.has(kept_end);
-                let border = if on_plane { kept_end } else { self.cut(kept_end, lost_end, &distance) };
+                let border = if on_plane { kept_end } else { self.cut(kept_end, lost_end, plane) };
                 let (leaves, returns) = if to_out { (e.left, e.right) } else { (e.right, e.left) };
                 exit[leaves as usize % MAX_FACES] = border;
                 entry[returns as usize % MAX_FACES] = border;
@@ -237,11 +238,12 @@ impl ConvexBody {
             && (fits(self.edge_count) || fits(self.edges[..self.edge_count].iter().filter(|e| crosses(e)).count()))
     }
     /// A new vertex where the edge from an inner to an outer vertex meets the plane.
-    fn cut(&mut self, inside: u8, outside: u8, distance: &[f64; MAX_VERTICES]) -> u8 {
-        let (a, b) = (inside as usize % MAX_VERTICES, outside as usize % MAX_VERTICES);
+    fn cut(&mut self, inside: u8, outside: u8, plane: &Plane) -> u8 {
+        let [a, b] = [inside, outside].map(|i| self.vertices[i as usize % MAX_VERTICES]);
+        let [inner, outer] = [a, b].map(|p| plane.distance(p));
         // Always from the inside out, so that both faces of an edge, and coinciding edges of a flat body, agree to the bit.
-        let t = distance[a] / (distance[a] - distance[b]);
-        self.vertices[self.vertex_count] = self.vertices[a] + (self.vertices[b] - self.vertices[a]) * t;
+        let t = inner / (inner - outer);
+        self.vertices[self.vertex_count] = a + (b - a) * t;
         self.vertex_count += 1;
         (self.vertex_count - 1) as u8
     }

@@ -1,5 +1,7 @@
 //! The result of a technique: plain data that renderers, analysis and users see.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3};
 
 use super::partition::{Held, Partition};
@@ -23,7 +25,7 @@ pub struct Parameterization {
     /// Name of the technique, or "matrix" for somebody else's.
     pub technique: String,
     /// The technique's parameters as used.
-    pub settings: Vec<(&'static str, Value)>,
+    pub settings: Arc<[(&'static str, Value)]>,
     /// The maps, nearest first. At least one.
     pub partitions: Vec<Partition>,
     /// How a receiver finds its map.
@@ -41,7 +43,7 @@ impl Parameterization {
     pub fn of_partitions(partitions: Vec<Partition>, resolution: [u32; 2]) -> Self {
         Self {
             technique: "matrix".into(),
-            settings: Vec::new(),
+            settings: Arc::new([]),
             partitions,
             selection: Selection::Depth,
             resolution,

@@ -192,6 +192,7 @@ impl State for PyParameterization {
             return Err(format!("its resolution is {resolution:?}"));
         }
         let notes = read_notes(from)?;
+        let settings = settings.into();
         Ok(Parameterization { technique, settings, partitions, selection, resolution, border_texels, notes }.into())
     }
 }

@@ -19,6 +19,8 @@
 //!        bottom <- exit
 //! ```
 
+use std::sync::Arc;
+
 use glam::{DVec3, DVec4};
 
 use super::kit::faces::side_by_side;
@@ -78,8 +80,8 @@ impl Technique for FacePartition {
     fn spec(&self) -> &'static Spec {
         &SPEC
     }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
+    fn shared_settings(&self) -> Arc<[(&'static str, Value)]> {
+        self.settings.shared()
     }
     fn needs(&self) -> Needs {
         self.inner().map(Technique::needs).max().unwrap_or(Needs::Nothing)

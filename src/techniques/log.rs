@@ -54,7 +54,7 @@ impl Warp for Log {
 /// Refuses a view in which the eye's image does not lie before the receivers. What is flat as the light sees it needs no warp.
 fn check(view: &FocusedView) -> Result<()> {
     let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return Ok(()) };
-    match WarpSpace::directional(view, light.direction(), view.camera.forward(), &view.receivers) {
+    match WarpSpace::directional(view, light.direction(), view.camera.forward()) {
         Ok(space) if space.y[0] - space.rows.y.dot(view.eye.extend(1.0)) < LEAST_LAMBDA * space.extent() => {
             Err(unsuited("the eye does not lie before all of what is seen as the light sees it"))
         }

@@ -93,7 +93,7 @@ impl Warp for Xpsm {
             _ => return Ok(Provisional { clip_from_local: uniform_rows(view, part.scene, &mut notes), values, notes }),
         };
         let forward = view.camera.forward();
-        let space = WarpSpace::directional(view, light.direction(), forward, &view.casters());
+        let space = WarpSpace::directional(view, light.direction(), forward);
         let space = match space {
             Ok(space) if space.rate >= self.min_sin => space,
             other => {

@@ -225,7 +225,9 @@ impl Renderer for GpuRenderer {
         Ok(footprint)
     }
 
-    /// What is seen stays on the device here, so [`Cull::Seen`] draws what [`Cull::Volume`] does.
+    /// [`Cull::Seen`] draws what [`Cull::Volume`] does: the picture stays on the device here. A G-buffer drawn for the processor to
+    /// mark what its pixels look up left out a third of the casters of a forest of 10,000 trees, and the mask took 1.25 times as long
+    /// (llvmpipe, a map of 1024²). [`Renderer::seen_maps`] is given the picture, and leaves them out.
     fn mask_of(
         &self,
         scene: &Scene,

@@ -86,7 +86,7 @@ impl<'a> AlongView<'a> {
     fn new(view: &'a FocusedView<'a>, notes: &mut Vec<Note>) -> Option<Self> {
         let (Light::Directional(light), Coverage::AsAsked) = (&view.light, view.coverage) else { return None };
         let (forward, along) = (view.camera.forward(), light.direction());
-        let space = WarpSpace::directional(view, along, forward, &view.casters())
+        let space = WarpSpace::directional(view, along, forward)
             .map_err(|reason| notes.push(Note::no_warp(&[reason], &[])))
             .ok()?;
         let cosine = forward.dot(along);

@@ -35,8 +35,8 @@ impl Technique for Focused {
     fn spec(&self) -> &'static Spec {
         self.spec
     }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
+    fn shared_settings(&self) -> Arc<[(&'static str, Value)]> {
+        self.settings.shared()
     }
     fn needs(&self) -> Needs {
         let own = match (self.holds, self.range) {
@@ -69,10 +69,12 @@ impl Focused {
                     Some([near, far]) => camera.with_depths(near, far)?,
                     None => *camera,
                 };
-                let view = FocusedView::new(scene, &cut, light, focus).restricted(scene, region);
+                let mut view = FocusedView::new(scene, &cut, light, focus);
+                view.restrict(scene, region);
                 // A map of the whole scene is made without the camera, and relative to the scene's middle.
                 let outline = seen.outline.as_ref().filter(|_| focus != Focus::Scene);
-                let mut map = self.fitted(&view.holding(outline), part, &seen.size)?;
+                view.hold(outline);
+                let mut map = self.fitted(&view, part, &seen.size)?;
                 if let Some([near, far]) = near_far {
                     map.values.extend([("seen_near", near), ("seen_far", far)]);
                     // Receivers that no sample shows are served, too.

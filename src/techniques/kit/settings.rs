@@ -1,5 +1,7 @@
 //! The values of a technique's parameters, checked against its [`Spec`] in one place.
 
+use std::sync::Arc;
+
 use super::spec::{Default, LightSupport, ParamSpec, Spec};
 use crate::error::{Error, Result};
 use crate::fit::Tightening;
@@ -51,16 +53,20 @@ impl Spec {
 
 /// A technique's parameters with their values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings(Vec<(&'static str, Value)>);
+pub struct Settings(Arc<[(&'static str, Value)]>);
 
 impl Settings {
     /// Names and values in the order of the spec.
     pub fn values(&self) -> &[(&'static str, Value)] {
         &self.0
     }
+    /// The same, shared.
+    pub fn shared(&self) -> Arc<[(&'static str, Value)]> {
+        Arc::clone(&self.0)
+    }
     /// Tells a value that follows from others as it is.
     pub(in crate::techniques) fn set(&mut self, name: &str, value: Value) {
-        self.0.iter_mut().filter(|(n, _)| *n == name).for_each(|(_, old)| *old = value.clone());
+        Arc::make_mut(&mut self.0).iter_mut().filter(|(n, _)| *n == name).for_each(|(_, old)| *old = value.clone());
     }
     fn get(&self, name: &str) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)

@@ -6,6 +6,7 @@
 //! ```
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use super::faces::faces_of;
 use super::maps::{Maps, Part};
@@ -24,7 +25,11 @@ pub trait Technique: Debug + Send + Sync {
     /// What it says of itself.
     fn spec(&self) -> &'static Spec;
     /// Every parameter with its value, in the order of the spec.
-    fn settings(&self) -> Vec<(&'static str, Value)>;
+    fn settings(&self) -> Vec<(&'static str, Value)> {
+        self.shared_settings().to_vec()
+    }
+    /// The same, as every parameterization that it makes holds them.
+    fn shared_settings(&self) -> Arc<[(&'static str, Value)]>;
     /// What it looks at: [`Part::samples`] must have it.
     fn needs(&self) -> Needs {
         Needs::Nothing
@@ -93,13 +98,14 @@ pub trait Technique: Debug + Send + Sync {
             Light::Point(point) => faces_of(&part, point, |face| self.maps(face))?,
             _ => self.maps(&part)?,
         };
-        if !camera.far().is_finite() && self.settings().contains(&("stable", Value::Flag(true))) {
+        let settings = self.shared_settings();
+        if !camera.far().is_finite() && settings.contains(&("stable", Value::Flag(true))) {
             notes.push(Note::new(Kind::EndMoves, &[("far", part.camera.far())]));
         }
         notes.extend(gathered(maps.iter().map(|map| map.notes.as_slice())));
         Ok(Parameterization {
             technique: self.spec().name.to_string(),
-            settings: self.settings(),
+            settings,
             partitions: maps,
             selection,
             resolution: size.resolution,

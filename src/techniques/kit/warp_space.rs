@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 
 use super::light_projection::spot_depth_range;
 use crate::focus::{FocusedView, SpotFrustum};
-use crate::geometry::{ConvexBody, Rows};
+use crate::geometry::Rows;
 use crate::note::{Detail, Kind, Note};
 use crate::rays::LightFrame;
 use crate::scene::{Light, Scene};
@@ -48,11 +48,10 @@ impl WarpSpace {
         view: &FocusedView,
         scene: &Scene,
         towards: DVec3,
-        casters: &ConvexBody,
         notes: &mut Vec<Note>,
     ) -> Option<Result<Self, Detail>> {
         match (&view.light, view.spot()) {
-            (Light::Directional(l), _) => Some(Self::directional(view, l.direction(), towards, casters)),
+            (Light::Directional(l), _) => Some(Self::directional(view, l.direction(), towards)),
             (_, Some(spot)) => {
                 let depths = spot_depth_range(&spot, view, scene, notes);
                 let parallel = view.camera.is_orthographic();
@@ -63,7 +62,7 @@ impl WarpSpace {
         }
     }
     /// Light space with the axis in the plane of `towards` (theory.md (0.2), 5.1 and 5.3); where no warp can act, the reason.
-    pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3, casters: &ConvexBody) -> Result<Self, Detail> {
+    pub fn directional(view: &FocusedView, along: DVec3, towards: DVec3) -> Result<Self, Detail> {
         if view.camera.is_orthographic() {
             return Err(Detail::ParallelRays);
         }
@@ -77,7 +76,7 @@ impl WarpSpace {
         }
         let rows = frame.orthographic();
         let (y_min, y_max) = view.receivers.range(rows.y);
-        let (c_min, c_max) = casters.range(rows.z);
+        let [c_min, c_max] = view.casters_along(along);
         let space = Self {
             rows,
             y: [y_min, y_max],

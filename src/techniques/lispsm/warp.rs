@@ -224,12 +224,11 @@ impl Lispsm {
         if view.coverage == Coverage::NothingSeen {
             return None;
         }
-        let casters = view.casters();
         let towards = match self.axis {
             Axis::View => view.camera.forward(),
-            Axis::Middle => view.middle_vector(casters.vertices()),
+            Axis::Middle => view.middle_vector(view.casters().vertices()),
         };
-        WarpSpace::of(view, scene, towards, &casters, notes)
+        WarpSpace::of(view, scene, towards, notes)
     }
     /// The distance from the reference point to the near end, in units of the warp space's y (5.2).
     fn warp_distance(&self, formula: &Distance, space: &WarpSpace, view: &FocusedView, notes: &mut Vec<Note>) -> f64 {

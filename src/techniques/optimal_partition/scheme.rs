@@ -9,6 +9,8 @@
 //!       |== map 0 ===|====== map 1 ===========|     runs with the least sum of their own maps' costs
 //! ```
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
 use super::division::least_division;
@@ -94,8 +96,8 @@ impl Technique for OptimalPartition {
     fn spec(&self) -> &'static Spec {
         &SPEC
     }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
+    fn shared_settings(&self) -> Arc<[(&'static str, Value)]> {
+        self.settings.shared()
     }
     fn needs(&self) -> Needs {
         self.inner.needs()

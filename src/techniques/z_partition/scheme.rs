@@ -14,6 +14,8 @@
 //!      near       C1              C2                        far     which its receivers' depths do not
 //! ```
 
+use std::sync::Arc;
+
 use super::splits::{Measure, blended, equal_shares};
 use crate::error::{Error, Result};
 use crate::focus::{Focus, FocusedView, Samples};
@@ -218,8 +220,8 @@ impl Technique for ZPartition {
     fn spec(&self) -> &'static Spec {
         &SPEC
     }
-    fn settings(&self) -> Vec<(&'static str, Value)> {
-        self.settings.values().to_vec()
+    fn shared_settings(&self) -> Arc<[(&'static str, Value)]> {
+        self.settings.shared()
     }
     fn needs(&self) -> Needs {
         let sampled = matches!(self.rule, Rule::MinMax | Rule::EqualLog) || self.range == Range::Seen;

@@ -100,6 +100,10 @@ proptest! {
                 let (one, two) = (k.range(across.extend(0.0)), b.range(across.extend(0.0)));
                 prop_assert!((one.0 - two.0).abs() < slack && (one.1 - two.1).abs() < slack, "{one:?} {two:?}");
             }
+            // Along the light B spans what is found without making it.
+            let (low, high) = b.range(l.extend(0.0));
+            let along = view.casters_along(l);
+            prop_assert!((along[0] - low).abs() < slack && (along[1] - high).abs() < slack, "{along:?} {low} {high}");
             for v in b.vertices() {
                 let reach = k.swept_against(l, 2.0 * view.scene_box.diagonal());
                 prop_assert!(reach.distance_outside(*v) < slack && (*v).clamp(view.scene_box.min, view.scene_box.max).distance(*v) < slack);

@@ -180,7 +180,7 @@ fn xpsm_is_the_reference_point_behind_the_eye() {
         let coefficient = 10.0_f64.powf(random.between(-3.0, 1.0));
         let (xpsm, values) = s.cropped("xpsm", &[set("coefficient", coefficient), set("min_sin", 0.0)]);
         let Some(&(_, p)) = values.0.iter().find(|v| v.0 == "p") else { continue };
-        let along = WarpSpace::directional(&s.view, s.along, s.camera.forward(), &s.view.receivers).expect("a warp");
+        let along = WarpSpace::directional(&s.view, s.along, s.camera.forward()).expect("a warp");
         let y_min = along.y[0] - along.rows.y.dot(s.view.eye.extend(1.0));
         let (lispsm, _) = s.cropped("lispsm", &[set("near", 1.0 / p + y_min)]);
         let d = apart(&s, &xpsm, &lispsm);

@@ -40,9 +40,7 @@ fn swarm(random: &mut Random) -> (Scene, Camera, Light) {
 fn space_of(view: &FocusedView, scene: &Scene) -> Option<WarpSpace> {
     let towards = view.camera.forward();
     match (view.coverage, &view.light, view.spot()) {
-        (Coverage::AsAsked, Light::Directional(l), _) => {
-            WarpSpace::directional(view, l.direction(), towards, &view.casters()).ok()
-        }
+        (Coverage::AsAsked, Light::Directional(l), _) => WarpSpace::directional(view, l.direction(), towards).ok(),
         (Coverage::AsAsked, _, Some(spot)) => {
             WarpSpace::spot(view, &spot, spot_depths(&spot, view, scene).range, towards).ok()
         }

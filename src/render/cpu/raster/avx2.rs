@@ -185,7 +185,7 @@ impl Lanes for Avx2 {
         unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(ORDERS[bits as usize % ORDERS.len()] as i64)) }
     }
     #[inline(always)]
-    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float {
+    fn looked_up(self, table: &[f32], places: Self::Int) -> Self::Float {
         assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
         // SAFETY: as above, and every place is one of the table's.
         unsafe {

@@ -238,7 +238,7 @@ impl Tiles<'_> {
         let unknown = lanes.or(lanes.or(across, down), lanes.or(lanes.sub(one, across), lanes.sub(one, down)));
         let (width, table) = (lanes.int(tiles[0] as i32), self.farthest);
         let (above, below) = (lanes.mul(top, width), lanes.mul(bottom, width));
-        let at = |row: L::Int, column: L::Int| lanes.from_table(table, lanes.add(row, column));
+        let at = |row: L::Int, column: L::Int| lanes.looked_up(table, lanes.add(row, column));
         let (a, b, c, d) = (at(above, left), at(above, right), at(below, left), at(below, right));
         let farthest = lanes.larger(lanes.larger(a, b), lanes.larger(c, d));
         !lanes.signs(lanes.or(unknown, lanes.at_most(nearest, farthest)))

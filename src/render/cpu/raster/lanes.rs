@@ -99,7 +99,7 @@ pub trait Lanes: Copy {
     /// The order in which the lanes of some bits come first, in ascending order.
     fn order(self, bits: u32) -> Self::Int;
     /// Numbers of a table that is not empty, by their places; the last one for places beyond it.
-    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float;
+    fn looked_up(self, table: &[f32], places: Self::Int) -> Self::Float;
     /// Lanes in an order.
     fn ordered_ints(self, x: Self::Int, order: Self::Int) -> Self::Int;
     /// Lanes in an order.

@@ -141,7 +141,7 @@ impl Lanes for Plain {
         from_fn(|l| order[l].into())
     }
     #[inline(always)]
-    fn from_table(self, table: &[f32], places: Self::Int) -> Self::Float {
+    fn looked_up(self, table: &[f32], places: Self::Int) -> Self::Float {
         from_fn(|l| table[(places[l] as u32 as usize).min(table.len() - 1)])
     }
     #[inline(always)]

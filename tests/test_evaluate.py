@@ -72,7 +72,7 @@ def test_a_run_is_what_its_parts_give(view: sl.View, technique: str, filter: str
 def test_only_what_is_asked_for_is_computed(view: sl.View) -> None:
     wanted = {
         "mask": {"map_ms", "lookup_ms"},
-        "misclassified": {"map_ms", "lookup_ms", *columns._WRONG},
+        "misclassified": {"map_ms", "lookup_ms", *columns.OF_WRONG},
         "texels": {"measured", "outside", "undersampled", "texel_mean", "texel_p50", "texel_p95", "texel_p99",
                    "texel_max", "perspective_max", "storage_factor"},
         "usage": {"unused"},

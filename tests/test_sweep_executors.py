@@ -263,6 +263,24 @@ def test_a_sweep_in_a_call_of_its_own_executor_ends(here):
         same(here, inside.result(60))
 
 
+class LateThreads(set):
+    """Threads of an executor that know of none at the first look, as right after a start."""
+
+    looked = False
+
+    def __contains__(self, thread):
+        known, self.looked = self.looked and super().__contains__(thread), True
+        return known
+
+
+def test_a_thread_that_its_executor_does_not_know_yet_ends(here):
+    with ThreadPoolExecutor(1) as executor:
+        executor._threads = LateThreads()
+        inside = executor.submit(lambda: sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
+        same(here, inside.result(60))
+        assert executor._threads.looked
+
+
 def test_what_threads_that_are_shut_down_leave_undone_is_done(here):
     executor = ThreadPoolExecutor(1)
 

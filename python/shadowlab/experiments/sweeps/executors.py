@@ -66,8 +66,14 @@ def run_in_threads(
     groups: Sequence[Group], task: Task, add: Callable[[Answer], None], executor: ThreadPoolExecutor
 ) -> None:
     """Adds the answer of every run, made by threads of this process: nothing is sent."""
-    if threading.current_thread() in getattr(executor, "_threads", ()):
-        # A call of the executor's own: where all of its threads wait as this one, none would work.
+    caller = threading.current_thread()
+
+    def is_own() -> bool:
+        # A call of the executor's own: where all of its threads wait as this one, none would work. A thread that has
+        # just been started is not among them yet.
+        return caller in getattr(executor, "_threads", ())
+
+    if is_own():
         for group in groups:
             run_here([group], task, add)
         return
@@ -90,10 +96,13 @@ def run_in_threads(
             futures[-1].add_done_callback(done.put)
         ended = 0
         while ended < len(futures):
-            found = take(done, lambda: False)
-            if isinstance(found, Answer):
+            found = take(done, is_own)
+            if found is None:
+                for future in futures:
+                    future.cancel()
+            elif isinstance(found, Answer):
                 add(found)
-            elif found is not None:
+            else:
                 ended += 1
                 if found.cancelled():
                     left.append(groups[futures.index(found)])
@@ -104,7 +113,7 @@ def run_in_threads(
         for future in futures:
             future.cancel()
     for group in left:
-        # Somebody shut the executor down before they had begun.
+        # They were cancelled before they had begun: above, or since somebody shut the executor down.
         run_here([group], task, add)
 
 

@@ -62,9 +62,8 @@ $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES)
 	source $(BIN)/activate && env -u MAKEFLAGS -u MFLAGS maturin develop --release --skip-install
 	@touch $@
 
-# With several jobs the Rust tests wait for cargo's lock while lint has it, the Python tests need not.
-test: setup ## everything it needs, then the Python tests, then the Rust tests
-	@$(MAKE) --no-print-directory test-python test-rust
+test: setup ## everything it needs, then the Rust tests, then the Python tests
+	@$(MAKE) --no-print-directory test-rust test-python
 	@.ci/counts $(LOGS)/rust.log $(LOGS)/python.log
 
 # The tests say "skipped: why" on standard error where an adapter is missing; SHADOWLAB_REQUIRE_ALL=1 makes that a failure.

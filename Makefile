@@ -4,7 +4,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo setup test test-rust test-python lint lint-rust lint-python docs bench bench-peers bench-rust clean
+.PHONY: help demo setup test test-rust test-python lint docs bench bench-peers bench-rust clean
 
 # The interpreter that the environments are made with: 3.10 or newer.
 PYTHON ?= python3
@@ -20,8 +20,6 @@ PIP := -m pip --disable-pip-version-check
 LOGS := target/logs
 # Processes that run the Python tests, each with pictures of its own in memory: up to a GiB.
 TEST_WORKERS ?= logical --maxprocesses=4
-# Cargo takes the jobs that make has for its own, and would compile on one core while another target runs.
-CARGO := env -u MAKEFLAGS -u MFLAGS cargo
 RUST_SOURCES := Cargo.toml Cargo.lock $(shell find src -type f)
 PYTHON_SOURCES := $(shell find python -type f -name '*.py*' -not -path '*/__pycache__/*')
 
@@ -54,12 +52,12 @@ $(VENV)/.installed: pyproject.toml
 	$(NEEDS)
 	"$(PYTHON)" -m venv $(VENV)
 	$(BIN)/python $(PIP) install --quiet 'maturin>=1.9,<2'
-	source $(BIN)/activate && env -u MAKEFLAGS -u MFLAGS maturin develop --release --extras $(EXTRAS)
+	source $(BIN)/activate && maturin develop --release --extras $(EXTRAS)
 	@touch $@
 
 # Python files are used where they stand, so only the extension is built anew.
 $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES)
-	source $(BIN)/activate && env -u MAKEFLAGS -u MFLAGS maturin develop --release --skip-install
+	source $(BIN)/activate && maturin develop --release --skip-install
 	@touch $@
 
 test: setup ## everything it needs, then the Rust tests, then the Python tests
@@ -69,7 +67,7 @@ test: setup ## everything it needs, then the Rust tests, then the Python tests
 # The tests say "skipped: why" on standard error where an adapter is missing; SHADOWLAB_REQUIRE_ALL=1 makes that a failure.
 test-rust:
 	@mkdir -p $(LOGS)
-	$(CARGO) test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
+	cargo test --no-fail-fast 2>&1 | tee $(LOGS)/rust.log
 
 # Each worker begins with a run of neighbouring tests, so that what a file shares is mostly made once, and takes from the others
 # when it is done.
@@ -77,17 +75,13 @@ test-python: setup
 	@mkdir -p $(LOGS)
 	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist worksteal --durations=10 2>&1 | tee $(LOGS)/python.log
 
-lint: lint-rust lint-python ## format, clippy, rustdoc, ruff, mypy
-
 # Two feature sets, the smallest and the largest; clippy and rustdoc share what they compile of the dependencies.
-lint-rust: export PYO3_PYTHON = $(abspath $(BIN)/python)
-lint-rust: setup
-	$(CARGO) fmt --check
-	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
-	$(CARGO) clippy --all-targets --all-features -- -D warnings
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --document-private-items --all-features
-
-lint-python: setup
+lint: export PYO3_PYTHON = $(abspath $(BIN)/python)
+lint: setup ## format, clippy, rustdoc, ruff, mypy
+	cargo fmt --check
+	cargo clippy --all-targets --no-default-features -- -D warnings
+	cargo clippy --all-targets --all-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items --all-features
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

@@ -10,11 +10,10 @@ use super::bins::{Bands, Bins};
 use super::cover::{Cover, Grid};
 use super::drawn_mesh::Draw;
 use super::pieces::Pieces;
-use super::vertices::{Projection, ScreenVertex, Viewport};
+use super::vertices::{ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
-use crate::render::cpu::faces::{FaceTest, Faces};
-use crate::render::cpu::kept::Kept;
+use crate::render::cpu::faces::Faces;
 use crate::render::{Keep, Volume};
 use crate::scene::Scene;
 
@@ -157,8 +156,9 @@ impl<'a> Batches<'a> {
                 let draws = &self.draws(batch);
                 project(draws, viewport, scratch, progress)?;
                 let mut pieces = Pieces::new(draws);
-                rest -= batch.iter().map(triangles).sum::<u64>();
-                progress.advance(batch.iter().map(triangles).sum::<u64>() - u64::from(pieces.triangles));
+                let of_batch = batch.iter().map(triangles).sum::<u64>();
+                rest -= of_batch;
+                progress.advance(of_batch - u64::from(pieces.triangles));
                 // One slab alone hides nothing, and many small meshes little: in another order they scatter what is written.
                 let hides = (!is_first || rest > 0 || pieces.triangles > of_slab) && is_mostly_clusters(draws);
                 let chunks = if is_small && hides { short_round } else { ROUND };
@@ -208,15 +208,9 @@ impl<'a> Batches<'a> {
         let draw = |&i: &u32| {
             let mesh = scene.mesh_of(i as usize);
             let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
-            Draw {
-                mesh,
-                kept: Kept::new(mesh, &clip_from_local, &self.volume),
-                projection: Projection::new(&clip_from_local, mesh.bounds_local()),
-                faces: FaceTest::new(self.faces, &clip_from_local),
-                first_vertex: 0,
-                // All numbers are below 2^32, see `new`.
-                first_id: scene.first_triangles()[i as usize] as u32,
-            }
+            // All numbers are below 2^32, see `new`.
+            let first_id = scene.first_triangles()[i as usize] as u32;
+            Draw::new(mesh, &clip_from_local, &self.volume, self.faces, first_id)
         };
         let mut draws: Vec<Draw> = instances.par_iter().with_min_len(MATRICES).map(draw).collect();
         let mut vertices = 0;

@@ -247,11 +247,9 @@ mod tests {
 
     use super::super::bins::Bin;
     use super::super::plain::Plain;
-    use super::super::vertices::Projection;
     use super::*;
     use crate::render::Volume;
-    use crate::render::cpu::faces::{FaceTest, Faces};
-    use crate::render::cpu::kept::Kept;
+    use crate::render::cpu::faces::Faces;
     use crate::scene::Mesh;
 
     /// A crumpled sheet larger than the map, of triangles of all sizes, some of which reach through the near plane.
@@ -272,14 +270,8 @@ mod tests {
         let size = [131, 200];
         let viewport = Viewport::new(size, size, 1.0);
         let clip_from_local = DMat4::from_translation(DVec3::Z * 0.1) * DMat4::from_scale(DVec3::new(2.2, 2.2, 0.7));
-        let draw = Draw {
-            mesh: &mesh,
-            kept: Kept::new(&mesh, &clip_from_local, &Volume::of_clip(&clip_from_local, 0.0)),
-            projection: Projection::new(&clip_from_local, mesh.bounds_local()),
-            faces: FaceTest::new(Faces::All, &clip_from_local),
-            first_vertex: 0,
-            first_id: 7,
-        };
+        let volume = Volume::of_clip(&clip_from_local, 0.0);
+        let draw = Draw::new(&mesh, &clip_from_local, &volume, Faces::All, 7);
         let mut vertices = vec![ScreenVertex::default(); draw.kept.positions.len()];
         draw.projection.project(&viewport, draw.kept.positions, &mut vertices);
         let (draws, bands) = (&[draw], Bands::new(size));

@@ -299,11 +299,9 @@ fn read_body(grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &m
 mod tests {
     use glam::DMat4;
 
-    use super::super::vertices::Projection;
     use super::*;
     use crate::render::Volume;
-    use crate::render::cpu::faces::{FaceTest, Faces};
-    use crate::render::cpu::kept::Kept;
+    use crate::render::cpu::faces::Faces;
     use crate::scene::Mesh;
 
     const SIZE: [u32; 2] = [200, 120];
@@ -330,14 +328,8 @@ mod tests {
         let mesh = Mesh::new(&vertices, &[[0, 1, 2]]).unwrap();
         let scale = DMat4::from_cols_array(&[w, 0., 0., 0., 0., w, 0., 0., 0., 0., w, 0., 0., 0., 0., w]);
         let clip_from_local = scale * DMat4::from(*mesh.mesh_from_local());
-        let draw = Draw {
-            mesh: &mesh,
-            kept: Kept::new(&mesh, &clip_from_local, &Volume::of_clip(&clip_from_local, 0.0)),
-            projection: Projection::new(&clip_from_local, mesh.bounds_local()),
-            faces: FaceTest::new(Faces::All, &clip_from_local),
-            first_vertex: 0,
-            first_id: 0,
-        };
+        let volume = Volume::of_clip(&clip_from_local, 0.0);
+        let draw = Draw::new(&mesh, &clip_from_local, &volume, Faces::All, 0);
         let grid = Grid::new(SIZE, Bands::new(SIZE));
         let [min, max] = draw.kept.bounds(0);
         Footprints::new(&draw, &Viewport::new(SIZE, SIZE, 1.0), grid).of(min, max)

@@ -1,7 +1,10 @@
 //! A placed mesh on its way into an image.
 
+use glam::DMat4;
+
 use super::vertices::Projection;
-use crate::render::cpu::faces::FaceTest;
+use crate::render::Volume;
+use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::render::cpu::kept::Kept;
 use crate::scene::Mesh;
 
@@ -18,4 +21,18 @@ pub struct Draw<'a> {
     pub first_vertex: u32,
     /// The scene-wide number of its first triangle, instances counted each time.
     pub first_id: u32,
+}
+
+impl<'a> Draw<'a> {
+    /// The first of a batch, under a matrix that takes the mesh to clip space.
+    pub fn new(mesh: &'a Mesh, clip_from_local: &DMat4, volume: &Volume, faces: Faces, first_id: u32) -> Self {
+        Self {
+            mesh,
+            kept: Kept::new(mesh, clip_from_local, volume),
+            projection: Projection::new(clip_from_local, mesh.bounds_local()),
+            faces: FaceTest::new(faces, clip_from_local),
+            first_vertex: 0,
+            first_id,
+        }
+    }
 }

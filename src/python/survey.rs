@@ -1,6 +1,6 @@
 //! What of a view is in shadow by an ordinary map, and wrong pixels foretold from samples.
 
-use numpy::PyArray2;
+use numpy::{Element, PyArray2};
 use pyo3::prelude::*;
 
 use super::bias::bias;
@@ -11,6 +11,8 @@ use super::light::light;
 use super::parameterization::as_parameterization;
 use super::samples::{PySamples, SOON, samples};
 use super::scene::{PyScene, scene};
+use crate::image::Surfaces;
+use crate::progress::Progress;
 use crate::render::Bias;
 use crate::survey;
 use crate::techniques::Needs;
@@ -19,19 +21,12 @@ use crate::techniques::Needs;
 #[pyfunction]
 #[pyo3(signature = (scene, camera, light, gbuffer))]
 pub fn mapped_states<'py>(
-    py: Python<'py>,
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
     #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
     #[pyo3(from_py_with = light)] light: crate::Light,
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
 ) -> PyResult<Bound<'py, PyArray2<i8>>> {
-    let (scene, camera) = (&scene.get().scene, &camera.get().camera);
-    let [w, h] = gbuffer.get().picture().map(|n| n as usize);
-    gbuffer.get().check_samples(py)?;
-    let states = gbuffer.get().with_surfaces(py, |surfaces| {
-        run_watched(py, None, |progress| survey::mapped_states(scene, camera, &light, *surfaces, progress))
-    })?;
-    image(py, states, [h, w])
+    of_picture(&scene, &camera, &light, &gbuffer, survey::mapped_states)
 }
 
 /// How far before what each pixel shows, towards the light, what shades it lies by that map: (H, W) float32, world units; 0 where
@@ -39,19 +34,30 @@ pub fn mapped_states<'py>(
 #[pyfunction]
 #[pyo3(signature = (scene, camera, light, gbuffer))]
 pub fn mapped_gaps<'py>(
-    py: Python<'py>,
     #[pyo3(from_py_with = scene)] scene: Bound<'py, PyScene>,
     #[pyo3(from_py_with = camera)] camera: Bound<'py, PyCamera>,
     #[pyo3(from_py_with = light)] light: crate::Light,
     #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'py, PyGBuffer>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    of_picture(&scene, &camera, &light, &gbuffer, survey::mapped_gaps)
+}
+
+/// What a look at a picture's surfaces under a light finds of each pixel.
+fn of_picture<'py, T: Element + Send>(
+    scene: &Bound<'py, PyScene>,
+    camera: &Bound<'py, PyCamera>,
+    light: &crate::Light,
+    gbuffer: &Bound<'py, PyGBuffer>,
+    look: fn(&crate::Scene, &crate::Camera, &crate::Light, Surfaces, &Progress) -> crate::Result<Vec<T>>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let py = scene.py();
     let (scene, camera) = (&scene.get().scene, &camera.get().camera);
     let [w, h] = gbuffer.get().picture().map(|n| n as usize);
     gbuffer.get().check_samples(py)?;
-    let gaps = gbuffer.get().with_surfaces(py, |surfaces| {
-        run_watched(py, None, |progress| survey::mapped_gaps(scene, camera, &light, *surfaces, progress))
+    let found = gbuffer.get().with_surfaces(py, |surfaces| {
+        run_watched(py, None, |progress| look(scene, camera, light, *surfaces, progress))
     })?;
-    image(py, gaps, [h, w])
+    image(py, found, [h, w])
 }
 
 /// The samples with shadow states that a technique draws for itself where none are given: of a picture of about 128 by 128

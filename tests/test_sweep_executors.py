@@ -257,12 +257,6 @@ def test_an_executor_may_call_back_twice_and_with_anything(here):
     same(here, sl.sweep(SPACE, **HOW, metrics=METRICS, executor=Odd()))
 
 
-def test_a_sweep_in_a_call_of_its_own_executor_ends(here):
-    with ThreadPoolExecutor(1) as executor:
-        inside = executor.submit(lambda: sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
-        same(here, inside.result(60))
-
-
 class LateThreads(set):
     """Threads of an executor that know of none at the first look, as right after a start."""
 
@@ -273,12 +267,13 @@ class LateThreads(set):
         return known
 
 
-def test_a_thread_that_its_executor_does_not_know_yet_ends(here):
+@pytest.mark.parametrize("threads", [set, LateThreads])
+def test_a_sweep_in_a_call_of_its_own_executor_ends(here, threads):
     with ThreadPoolExecutor(1) as executor:
-        executor._threads = LateThreads()
+        executor._threads = threads()
         inside = executor.submit(lambda: sl.sweep(SPACE, **HOW, metrics=METRICS, executor=executor))
         same(here, inside.result(60))
-        assert executor._threads.looked
+        assert getattr(executor._threads, "looked", True)
 
 
 def test_what_threads_that_are_shut_down_leave_undone_is_done(here):

@@ -19,9 +19,8 @@ use crate::scene::{Met, Scene};
 /// side at a corner of a box (8 roundings), and of a place between two (4).
 const ON_SIDE_ULPS: f64 = 16.0;
 
-/// Corners of the edges of a box, bits as in [`OrientedBox::corners`].
-const EDGES: [[usize; 2]; 12] =
-    [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+/// Corners of a box, one bit each, at which edges along each axis begin; corner bits as in [`OrientedBox::corners`].
+const BEGINS: [u8; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
 
 /// Smallest NDC z of the instances' boxes above the rectangle of `extent`; nothing where no box is.
 pub fn nearest_caster(provisional: &Rows, extent: &Aabb, view: &FocusedView, scene: &Scene) -> Option<f64> {
@@ -122,8 +121,12 @@ fn least_depth(b: &OrientedBox, rows: &Rows, sides: &[DVec4; 4]) -> Option<f64> 
         found.add(z_at[i], w_at[i]);
     }
     for s in (0..4).filter(|s| beyond[*s] != 0) {
-        for [a, b] in EDGES {
-            if (beyond[s] >> a ^ beyond[s] >> b) & 1 == 1 {
+        for (axis, begins) in BEGINS.into_iter().enumerate() {
+            let mut cut = (beyond[s] ^ beyond[s] >> (1 << axis)) & begins;
+            while cut != 0 {
+                let a = cut.trailing_zeros() as usize % 8;
+                let b = (a + (1 << axis)) % 8;
+                cut &= cut - 1;
                 let t = at[s][a] / (at[s][a] - at[s][b]);
                 let between = |at: &[f64; 8]| at[a] + (at[b] - at[a]) * t;
                 if (0..4).all(|other| other == s || between(&at[other]) >= least[other]) {

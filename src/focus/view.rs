@@ -112,25 +112,29 @@ impl SpotFrustum {
 impl<'a> FocusedView<'a> {
     /// The bodies for a scene, a camera and a light.
     pub fn new(scene: &Scene, camera: &Camera, light: &Light, focus: Focus) -> Self {
-        if focus == Focus::Scene {
-            return Self::around(scene, camera, light, Focus::Scene, Coverage::AsAsked);
-        }
-        let mut view = Self::bare(scene, camera, light, focus, camera.eye());
-        if focus == Focus::Frustum {
-            view.receivers = view.camera_frustum().body();
-        } else {
-            for plane in &view.camera_planes {
-                view.receivers.clip(plane);
-            }
-        }
-        for plane in view.light_planes.iter().flatten() {
-            view.receivers.clip(plane);
-        }
-        if view.receivers.is_empty() {
-            return Self::around(scene, camera, light, focus, Coverage::NothingSeen);
-        }
-        view.eye_depth = view.receivers_depth();
+        let mut view = Self::uncut(scene, camera, light, focus);
+        view.cut(scene);
         view
+    }
+    /// The view before [`FocusedView::cut`], which cuts its body where it stands: [`FocusedView::new`] moves kilobytes.
+    #[inline(always)]
+    pub(crate) fn uncut(scene: &Scene, camera: &Camera, light: &Light, focus: Focus) -> Self {
+        Self::bare(scene, camera, light, focus, if focus == Focus::Scene { scene.origin() } else { camera.eye() })
+    }
+    /// Makes the receivers' body of a view without one.
+    pub(crate) fn cut(&mut self, scene: &Scene) {
+        self.receivers.become_aabb(&self.scene_box);
+        match self.focus {
+            Focus::Scene => return self.keep_lit(),
+            Focus::Frustum => self.receivers = self.camera_frustum().body(),
+            Focus::SceneFit => self.camera_planes.iter().for_each(|plane| self.receivers.clip(plane)),
+        }
+        self.light_planes.iter().flatten().for_each(|plane| self.receivers.clip(plane));
+        if self.receivers.is_empty() {
+            *self = Self::around(scene, &self.camera, &self.light, self.focus);
+        } else {
+            self.eye_depth = self.receivers_depth();
+        }
     }
     /// Makes it the view of only those receivers of `scene` on some of the light's rays (told in world space).
     pub fn restrict(&mut self, scene: &Scene, region: &Region) {
@@ -145,7 +149,7 @@ impl<'a> FocusedView<'a> {
             self.region_count += 1;
         }
         if self.receivers.is_empty() {
-            *self = Self::around(scene, &self.camera, &self.light, self.focus, Coverage::NothingSeen);
+            *self = Self::around(scene, &self.camera, &self.light, self.focus);
             return;
         }
         if self.focus != Focus::Scene {
@@ -182,23 +186,28 @@ impl<'a> FocusedView<'a> {
         // The frustum's own planes, up to rounding: a split scheme may divide by the near depth.
         [near, far].map(|depth| depth.clamp(self.camera.near(), self.camera.far()))
     }
-    /// The whole scene as far as the light shines on it, relative to the scene's middle.
-    fn around(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, coverage: Coverage) -> Self {
+    /// The view of a camera that sees nothing: the whole scene as far as the light shines on it, relative to the scene's
+    /// middle.
+    fn around(scene: &Scene, camera: &Camera, light: &Light, focus: Focus) -> Self {
         let mut view = Self::bare(scene, camera, light, focus, scene.origin());
-        view.coverage = coverage;
-        for plane in view.light_planes.iter().flatten() {
-            view.receivers.clip(plane);
-        }
-        if view.receivers.is_empty() {
-            view.coverage = Coverage::NothingSeen;
-            view.receivers = match view.spot() {
-                // Nothing is lit, so no point is owed a map; the pyramid of a nearly flat cone has no depth to its width.
-                Some(spot) => Frustum { half: spot.frustum.half.map(|t| t.min(1.0)), ..spot.frustum }.body(),
-                None => ConvexBody::from_aabb(&view.scene_box),
-            };
-        }
+        view.coverage = Coverage::NothingSeen;
+        view.receivers.become_aabb(&view.scene_box);
+        view.keep_lit();
         view
     }
+    /// Keeps of the scene's box what the light shines on.
+    fn keep_lit(&mut self) {
+        self.light_planes.iter().flatten().for_each(|plane| self.receivers.clip(plane));
+        if self.receivers.is_empty() {
+            self.coverage = Coverage::NothingSeen;
+            self.receivers = match self.spot() {
+                // Nothing is lit, so no point is owed a map; the pyramid of a nearly flat cone has no depth to its width.
+                Some(spot) => Frustum { half: spot.frustum.half.map(|t| t.min(1.0)), ..spot.frustum }.body(),
+                None => ConvexBody::from_aabb(&self.scene_box),
+            };
+        }
+    }
+    #[inline(always)]
     fn bare(scene: &Scene, camera: &Camera, light: &Light, focus: Focus, origin: DVec3) -> Self {
         let scene_box = Aabb { min: scene.bounds().min - origin, max: scene.bounds().max - origin };
         let camera = &camera.bounded(scene.bounds());
@@ -213,7 +222,7 @@ impl<'a> FocusedView<'a> {
             camera: *camera,
             light: *light,
             rays: LightRays::new(light, origin),
-            receivers: ConvexBody::from_aabb(&scene_box),
+            receivers: ConvexBody::BLANK,
             eye_depth: [camera.near(), camera.far()],
             scene_box,
             focus,

@@ -31,7 +31,7 @@ const NONE: u8 = u8::MAX;
 /// a dot product of three terms plus offset (4 roundings) and of the cut that made the vertex (4 more).
 const ON_PLANE_ULPS: f64 = 8.0;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Edge {
     from: u8,
     to: u8,
@@ -70,37 +70,45 @@ const BOX_EDGES: [[u8; 4]; 12] = [
 ];
 
 impl ConvexBody {
-    #[inline]
-    fn blank() -> Self {
-        Self {
-            vertices: [DVec3::ZERO; MAX_VERTICES],
-            edges: [Edge::default(); MAX_EDGES],
-            normals: [DVec3::ZERO; MAX_FACES],
-            vertex_count: 0,
-            edge_count: 0,
-            face_count: 0,
-            magnitude: 0.0,
-        }
-    }
+    /// Nothing yet, to be filled where it stands: a body takes kilobytes, which cost more to move than to cut.
+    pub const BLANK: Self = Self {
+        vertices: [DVec3::ZERO; MAX_VERTICES],
+        edges: [Edge { from: 0, to: 0, left: 0, right: 0 }; MAX_EDGES],
+        normals: [DVec3::ZERO; MAX_FACES],
+        vertex_count: 0,
+        edge_count: 0,
+        face_count: 0,
+        magnitude: 0.0,
+    };
     /// A body with the topology of a box: corners in the order of [`Aabb::corners`], normals in the order -x, +x, -y, +y,
     /// -z, +z. Frustums are such bodies.
     #[inline]
     pub fn from_hexahedron(corners: &[DVec3; 8], normals: &[DVec3; 6]) -> Self {
-        let mut body = Self::blank();
-        body.vertices[..8].copy_from_slice(corners);
-        body.normals[..6].copy_from_slice(normals);
-        for (edge, [from, to, left, right]) in body.edges.iter_mut().zip(BOX_EDGES) {
-            *edge = Edge { from, to, left, right };
-        }
-        (body.vertex_count, body.edge_count, body.face_count) = (8, 12, 6);
-        body.magnitude = corners.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let mut body = Self::BLANK;
+        body.become_hexahedron(corners, normals);
         body
     }
     /// An axis-aligned box as a body.
     #[inline]
     pub fn from_aabb(bounds: &Aabb) -> Self {
+        let mut body = Self::BLANK;
+        body.become_aabb(bounds);
+        body
+    }
+    /// Makes it the body that [`ConvexBody::from_hexahedron`] returns.
+    fn become_hexahedron(&mut self, corners: &[DVec3; 8], normals: &[DVec3; 6]) {
+        self.vertices[..8].copy_from_slice(corners);
+        self.normals[..6].copy_from_slice(normals);
+        for (edge, [from, to, left, right]) in self.edges.iter_mut().zip(BOX_EDGES) {
+            *edge = Edge { from, to, left, right };
+        }
+        (self.vertex_count, self.edge_count, self.face_count) = (8, 12, 6);
+        self.magnitude = corners.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+    }
+    /// Makes it an axis-aligned box.
+    pub fn become_aabb(&mut self, bounds: &Aabb) {
         const NORMALS: [DVec3; 6] = [DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y, DVec3::NEG_Z, DVec3::Z];
-        Self::from_hexahedron(&bounds.corners(), &NORMALS)
+        self.become_hexahedron(&bounds.corners(), &NORMALS);
     }
     /// A parallelepiped as a body.
     #[inline]
@@ -140,7 +148,8 @@ impl ConvexBody {
     pub fn range(&self, functional: DVec4) -> (f64, f64) {
         self.vertices().iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
             let value = functional.dot(p.extend(1.0));
-            (low.min(value), high.max(value))
+            // `min` and `max` would also ask for NaN.
+            (if value < low { value } else { low }, if value > high { value } else { high })
         })
     }
     /// How far a point lies outside of the body: 0 inside and on the border, a lower bound of the distance elsewhere.
@@ -181,6 +190,9 @@ impl ConvexBody {
         let mut exit = [NONE; MAX_FACES];
         let mut entry = [NONE; MAX_FACES];
         let (mut cut_faces, mut inner_faces) = (Set(0), Set(0));
+        // Dropped vertices are looked at until the last edge is cut, so new ones wait behind all.
+        let places = Places { free: outside, behind: self.vertex_count as u8 };
+        let (mut left, mut waiting) = (places, self.vertex_count);
         let mut kept = 0;
         for i in 0..self.edge_count {
             let mut e = self.edges[i];
@@ -193,7 +205,13 @@ impl ConvexBody {
                 cut_faces.add(e.right);
                 let (kept_end, lost_end) = if to_out { (e.from, e.to) } else { (e.to, e.from) };
                 let on_plane = !inside.has(kept_end);
-                let border = if on_plane { kept_end } else { self.cut(kept_end, lost_end, plane) };
+                let border = if on_plane {
+                    kept_end
+                } else {
+                    self.vertices[waiting % MAX_VERTICES] = self.cut(kept_end, lost_end, plane);
+                    waiting += 1;
+                    left.next()
+                };
                 let (leaves, returns) = if to_out { (e.left, e.right) } else { (e.right, e.left) };
                 exit[leaves as usize % MAX_FACES] = border;
                 entry[returns as usize % MAX_FACES] = border;
@@ -227,7 +245,7 @@ impl ConvexBody {
                 self.edge_count += 1;
             }
         }
-        self.drop_vertices(outside);
+        self.place_vertices(places, waiting);
     }
     /// Whether the vertices and edges of a cut fit. True for every K of theory.md 1 (see [`MAX_VERTICES`]); elsewhere a body
     /// that stays uncut still holds the cut one.
@@ -237,15 +255,23 @@ impl ConvexBody {
         self.face_count < MAX_FACES
             && (fits(self.edge_count) || fits(self.edges[..self.edge_count].iter().filter(|e| crosses(e)).count()))
     }
-    /// A new vertex where the edge from an inner to an outer vertex meets the plane.
-    fn cut(&mut self, inside: u8, outside: u8, plane: &Plane) -> u8 {
+    /// Where the edge from an inner to an outer vertex meets the plane.
+    fn cut(&self, inside: u8, outside: u8, plane: &Plane) -> DVec3 {
         let [a, b] = [inside, outside].map(|i| self.vertices[i as usize % MAX_VERTICES]);
         let [inner, outer] = [a, b].map(|p| plane.distance(p));
         // Always from the inside out, so that both faces of an edge, and coinciding edges of a flat body, agree to the bit.
         let t = inner / (inner - outer);
-        self.vertices[self.vertex_count] = a + (b - a) * t;
-        self.vertex_count += 1;
-        (self.vertex_count - 1) as u8
+        a + (b - a) * t
+    }
+    /// Gives their places to the vertices that lie behind the others, up to `end`, and closes the gaps that are left.
+    fn place_vertices(&mut self, mut places: Places, end: usize) {
+        for i in self.vertex_count..end {
+            self.vertices[places.next() as usize % MAX_VERTICES] = self.vertices[i % MAX_VERTICES];
+        }
+        self.vertex_count = places.behind as usize;
+        if places.free.0 != 0 {
+            self.drop_vertices(places.free);
+        }
     }
     /// Puts `cap` in the place of some faces; an edge between two of them goes.
     fn give_edges_to(&mut self, cap: u8, gone: Set) {
@@ -286,6 +312,27 @@ impl ConvexBody {
             e.from = renamed[e.from as usize % MAX_VERTICES];
             e.to = renamed[e.to as usize % MAX_VERTICES];
         }
+    }
+}
+
+/// Places for the vertices that a cut makes: first those of the vertices that it drops.
+#[derive(Clone, Copy)]
+struct Places {
+    /// What is left of the dropped ones'.
+    free: Set,
+    /// The first behind all vertices.
+    behind: u8,
+}
+
+impl Places {
+    fn next(&mut self) -> u8 {
+        if self.free.0 == 0 {
+            self.behind += 1;
+            return self.behind - 1;
+        }
+        let place = self.free.0.trailing_zeros() as u8;
+        self.free.0 &= self.free.0 - 1;
+        place
     }
 }
 

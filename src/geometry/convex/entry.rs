@@ -40,7 +40,9 @@ impl ConvexBody {
         }
         for e in &self.edges[..self.edge_count] {
             let [(a, last_a), (b, last_b)] = [e.from, e.to].map(|i| &places[i as usize % MAX_VERTICES]);
-            if last_a != last_b {
+            // No place between is less than the largest of the lesser ends.
+            let none_below = (0..3).fold(f64::NEG_INFINITY, |most, k| most.max(a[k].min(b[k])));
+            if last_a != last_b && none_below < least {
                 least = least.min(least_between(a, b));
             }
         }

@@ -69,7 +69,8 @@ impl Focused {
                     Some([near, far]) => camera.with_depths(near, far)?,
                     None => *camera,
                 };
-                let mut view = FocusedView::new(scene, &cut, light, focus);
+                let mut view = FocusedView::uncut(scene, &cut, light, focus);
+                view.cut(scene);
                 view.restrict(scene, region);
                 // A map of the whole scene is made without the camera, and relative to the scene's middle.
                 let outline = seen.outline.as_ref().filter(|_| focus != Focus::Scene);

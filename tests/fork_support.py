@@ -105,6 +105,23 @@ def library_scene():
     return built.bounds, built.transforms
 
 
+def moved_scene():
+    scene = view()[0]
+    moved = scene.with_transforms([1], scene.transforms[[0]])
+    return moved.bounds, moved.transforms
+
+
+def open_meshes():
+    # More edges than are sorted by one thread.
+    side = np.arange(41)
+    points = np.stack(np.meshgrid(side, [0.0], side), axis=-1).reshape(-1, 3)
+    faces = np.array([[i, i + 41, i + 1] for i in range(40 * 41) if i % 41 < 40])
+    scene = sl.Scene.from_arrays(points, faces)
+    p = sl.technique("uniform").parameterize(scene, *view()[1:3], resolution=64)
+    with pytest.warns(sl.errors.ShadowlabWarning, match="open"):
+        return renderer().shadow_map(scene, p, stored="back")
+
+
 def compare():
     scene, camera, light, _ = view()
     study = sl.compare(
@@ -141,7 +158,8 @@ WORK = {
     work.__name__: work
     for work in (
         shadow_map, gbuffer, shadow_mask, chosen_map, logarithmic_map, truth, truth_of_a_new_scene, first_hit, occluded,
-        footprint, errors, library_scene, compare, advise, parameterize_with_samples, named_renderer,
+        footprint, errors, library_scene, moved_scene, open_meshes, compare, advise, parameterize_with_samples,
+        named_renderer,
     )
 }  # fmt: skip
 

@@ -300,6 +300,23 @@ def test_nothing_wrong_and_nothing_seen(plane):
     assert found.by_depth().empty
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1e-3, 1.001, 255.0])
+def test_maps_that_are_no_depths_are_told(roof, value):
+    p = sl.technique("uniform").parameterize(roof.scene, CAMERA, SUN, resolution=64)
+    maps = np.array(roof.renderer.shadow_map(roof.scene, p))
+    mask = sl.aliasing.look_up(maps, roof.gbuffer, CAMERA, SUN, p)
+    maps[0, 0] = -0.0
+    sl.aliasing.look_up(maps, roof.gbuffer, CAMERA, SUN, p)
+    maps[5, 7] = value
+    for given in (maps, maps.astype(np.float64), np.asfortranarray(maps)):
+        with pytest.raises(ArgumentError, match=r"maps: expected depths between 0 and 1, got .*scale"):
+            sl.aliasing.look_up(given, roof.gbuffer, CAMERA, SUN, p)
+        with pytest.raises(ArgumentError, match="maps: expected depths between 0 and 1"):
+            sl.aliasing.causes(
+                roof.scene, CAMERA, SUN, p, mask, roof.truth, gbuffer=roof.gbuffer, maps=given
+            )  # fmt: skip
+
+
 def test_bad_input_is_told(roof):
     found, _, p = roof.causes("uniform")
     maps = roof.renderer.shadow_map(roof.scene, p)

@@ -76,7 +76,7 @@ def test_each_column_says_what_it_holds_in_one_line() -> None:
     for column in columns.COLUMNS.values():
         assert column.doc.endswith("."), column.name
         assert "\n" not in column.doc
-        assert column.over_lights in ("", "sum", "max")
+        assert column.over_lights in ("", "sum", "max", "share of sums")
         assert not (column.dtype == "str" and column.over_lights)
 
 

@@ -114,6 +114,25 @@ def test_the_picture_of_culled_casters_names_the_rules(view: sl.View) -> None:
         sl.plot.culled(view, "lispsm", resolution=64, map=1)
 
 
+def test_the_picture_has_the_casters_of_mixed_cascades(view: sl.View, renderer: sl.Renderer) -> None:
+    from matplotlib.collections import PolyCollection
+
+    text = "z_partition:count=3,overlap=0.5"
+    plain, mixed = (sl.evaluate(view, f"{text}{mix}", 256, metrics=(), renderer=renderer) for mix in ("", ",mix=0.5"))
+    assert mixed.blend == 0.5
+    how: dict[str, Any] = {"gbuffer": view.gbuffer(renderer), "camera": view.camera, "light": view.light}
+    drawn = {}
+    for run in (plain, mixed):
+        looks = {"bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored}
+        found = renderer.casters(view.scene, run.parameterization, resolution=256, cull="seen", **how, **looks)
+        drawn[run.blend] = int(found.instances[1, CullRule.DRAWN])
+    assert drawn[0.5] > drawn[0.0]
+    for technique, blend in ((f"{text},mix=0.5", 0.0), (text, 0.5)):
+        ax = sl.plot.culled(view, technique, resolution=256, map=1, renderer=renderer, blend=blend)
+        labels = [str(c.get_label()) for c in ax.collections if isinstance(c, PolyCollection)]
+        assert f"drawn: {drawn[0.5]:,}" in labels
+
+
 def test_a_library_scene_is_that_of_its_parts(forest: sl.library.LibraryScene) -> None:
     again = sl.Scene(forest.meshes, forest.mesh_index, forest.transforms)
     assert again == forest

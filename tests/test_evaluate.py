@@ -257,6 +257,43 @@ def test_arrays_that_had_to_go_are_made_again(view: sl.View, monkeypatch: pytest
         np.testing.assert_array_equal(one, other)
 
 
+def test_no_renderer_of_ours_is_kept_alive_and_others_are_told_apart(view: sl.View) -> None:
+    import sys
+    import weakref
+
+    class Elsewhere:
+        """Draws as ours does, and says that it is equal to all."""
+
+        backend, adapter = "other", "elsewhere"
+
+        def __init__(self) -> None:
+            self.shadow_map, self.shadow_mask, self.gbuffer = ours.shadow_map, ours.shadow_mask, ours.gbuffer
+
+        def __eq__(self, other: object) -> bool:
+            return True
+
+        def __hash__(self) -> int:
+            return 1
+
+    ours = sl.Renderer("cpu")
+    fresh = sl.View(view.scene, view.camera, view.light, size=(31, 17))
+    before = sys.getrefcount(ours)
+    picture = fresh.gbuffer(ours)
+    assert sys.getrefcount(ours) == before
+    assert fresh.gbuffer("cpu") is picture
+    one, other = Elsewhere(), Elsewhere()
+    theirs = fresh.gbuffer(one)
+    assert theirs is fresh.gbuffer(one)
+    assert theirs is not picture
+    assert fresh.gbuffer(other) is not theirs
+    # Its place in memory, by which it is known, stays its own as long as its picture is kept.
+    alive = weakref.ref(one)
+    del one
+    assert alive() is not None
+    fresh.clear()
+    assert alive() is None
+
+
 def test_arrays_go_with_their_run(view: sl.View) -> None:
     import gc
 

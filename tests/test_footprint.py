@@ -232,6 +232,22 @@ def test_wrong_arguments_are_told(change):
             sl.aliasing.footprint(**{**image, **change})
 
 
+@pytest.mark.parametrize(
+    ("matrix", "words"),
+    [
+        (np.diag([1, 1, 0, 1.0]), "parameterization: expected matrices of full rank, got a singular one"),
+        (np.full((4, 4), np.nan), "parameterization: expected finite numbers"),
+        (np.eye(3), r"parameterization: expected .*shape \(4, 4\).*got shape \[3, 3\]"),
+        (np.eye(3).tolist(), r"parameterization: expected .*shape \(4, 4\).*got shape \[3, 3\]"),
+        (7, r"parameterization: expected a Parameterization, or a finite \(4, 4\) or \(K, 4, 4\) array, got int"),
+    ],
+    ids=["singular", "nan", "shape", "list", "number"],
+)
+def test_what_is_wrong_with_a_matrix_is_told(matrix, words):
+    with pytest.raises(ArgumentError, match=words):
+        sl.Renderer("cpu").shadow_map(ROBOTS, matrix, resolution=16)
+
+
 def test_no_gbuffer():
     with pytest.raises(ArgumentError):
         sl.aliasing.footprint(np.zeros((4, 4, 3)), ROBOTS.camera, ROBOTS.light, MAPS["lispsm"])

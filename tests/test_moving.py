@@ -212,6 +212,11 @@ def test_what_cannot_be_placed_is_an_error(robots, indices, matrices, words):
         robots.with_transforms(indices, matrices)
 
 
+@pytest.mark.parametrize("nothing", [([], []), ((), ()), (np.zeros(0, int), np.zeros((0, 4, 4)))])
+def test_a_move_of_nothing_is_the_same_scene(robots, nothing):
+    assert robots.with_transforms(*nothing) == robots
+
+
 def test_what_a_scene_takes_it_moves_to(robots):
     # Mirrored, sheared and flattened: as `Scene` takes them.
     flat, mirrored = robots.transforms[[5]] @ np.diag([1, 0, 1, 1.0]), robots.transforms[[6]] @ np.diag([-1, 1, 1, 1.0])

@@ -75,6 +75,21 @@ def test_star_shaped_polygons(count, seed):
     assert len(triangles) == count - 2
 
 
+STAIRS = [[1, 3], [0, 3], [0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2]]
+
+
+@pytest.mark.parametrize("shape", [DART, U, COMB, LINED, STAIRS])
+@pytest.mark.parametrize("times", [2, 3])
+def test_a_corner_that_stands_there_twice_changes_no_area(shape, times):
+    for begin in range(len(shape)):
+        for repeated in range(len(shape)):
+            corners = np.repeat(
+                np.roll(shape, begin, axis=0), np.eye(len(shape), dtype=int)[repeated] * (times - 1) + 1, 0
+            )
+            points, triangles = triangles_of([np.column_stack([corners, np.zeros(len(corners))]).astype(float)])
+            assert areas(points, triangles).sum() == pytest.approx(shoelace(shape), rel=4 * NEGLIGIBLE)
+
+
 def test_polygons_that_cross_themselves_and_those_without_area_are_fans():
     for shape in (BOW, [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]], [[0, 0], [2, 2], [0, 2], [2, 0], [1, 3], [5, 1]]):
         _, triangles = triangles_of([in_space(shape)])

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +42,25 @@ def test_results_do_not_depend_on_the_number_of_threads():
     for name, alone in answers[1].items():
         assert same(answers[2][name], alone), name
         assert same(answers[5][name], alone), name
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="this system does not list threads")
+@pytest.mark.parametrize("name", [name for name in WORK if name not in ("compare", "advise")])
+def test_no_thread_is_started_beside_the_pool(name):
+    # Those of rayon's own pool are as many as there are cores, whatever is asked for, and no child of a fork has them.
+    code = (
+        "import shadowlab as sl\n"
+        "from pathlib import Path\n"
+        "from fork_support import WORK\n"
+        "def names(): return sorted(p.read_text().strip() for p in Path('/proc/self/task').glob('*/comm'))\n"
+        "before = names()\n"
+        "sl.set_threads(1)\n"
+        f"WORK[{name!r}]()\n"
+        "after = names()\n"
+        "for one in before: after.remove(one)\n"
+        "print(*after)\n"
+    )
+    assert set(run(code).split()) <= {"shadowlab-0"}
 
 
 def test_the_renderer_tells_how_many_there_are():

@@ -93,6 +93,7 @@ pub fn run_watched<T: Send>(
 pub const SOON: usize = 1 << 16;
 
 /// Runs work as [`run_watched`] does where it may take long, and on this thread, which costs less, where it is over soon.
+/// Work without parallel parts: those would get threads of rayon's own, which no child of a fork has; see [`run_parallel`].
 pub fn run_sized<T: Send>(
     py: Python<'_>,
     takes_long: bool,
@@ -102,6 +103,19 @@ pub fn run_sized<T: Send>(
         return run_watched(py, None, work);
     }
     py.detach(|| work(&Progress::new())).or_raise(py)
+}
+
+/// Runs work with parallel parts as [`run_watched`] does where it may take long, and without looking at signals, on the pool,
+/// where it is over soon.
+pub fn run_parallel<T: Send>(
+    py: Python<'_>,
+    takes_long: bool,
+    work: impl FnOnce(&Progress) -> Result<T> + Send,
+) -> PyResult<T> {
+    if takes_long {
+        return run_watched(py, None, work);
+    }
+    py.detach(|| threads::install(|| work(&Progress::new()))?).or_raise(py)
 }
 
 /// Calls `work` with one run of `0..n` after the other; where there are many, it may be stopped between two of them.

@@ -1,13 +1,13 @@
 //! `_core.Parameterization` and `_core.Partition`.
 
 use glam::DMat4;
-use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::arguments::word_or;
 use super::convert::{OrRaise, argument_error, array, image, in_parts, mat4_from_rows, mat4_to_array, rows3, texels};
-use super::exceptions::refusable;
+use super::exceptions::{exception, refusable};
 use super::map_fields::{each, eye_depths, is_singular, post_warp_of, region_of};
 use super::note::notes_tuple;
 use super::settings::{settings_dict, value_text};
@@ -409,8 +409,16 @@ pub fn as_parameterization<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py
     }
     let py = value.py();
     let made = py.get_type::<PyParameterization>().call_method1("from_matrix", (value,)).map_err(|error| {
-        if let Err(other) = refusable(py, error) {
-            return other;
+        let error = match refusable(py, error) {
+            Ok(error) => error,
+            Err(other) => return other,
+        };
+        // Of what may be matrices, `from_matrix` says what is wrong.
+        if value.cast::<PyUntypedArray>().is_ok() || value.cast::<PyList>().is_ok() || value.cast::<PyTuple>().is_ok() {
+            let message = error.value(py).to_string();
+            if let Some(of_matrix) = message.strip_prefix("matrix: ") {
+                return exception(py, "ArgumentError", format!("parameterization: {of_matrix}"));
+            }
         }
         let got = value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
         let expected = "a Parameterization, or a finite (4, 4) or (K, 4, 4) array";

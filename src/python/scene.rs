@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use super::arguments::items;
 use super::convert::{
-    OrRaise, argument_error, array, image, instance_of, mat4_from_rows, run_sized, run_watched, vec3_to_array,
+    argument_error, array, image, instance_of, mat4_from_rows, run_parallel, run_sized, run_watched, vec3_to_array,
 };
 use super::mesh::{PyMesh, SOON};
 use super::scene_states::reduce_scene;
@@ -21,7 +21,6 @@ use crate::error::{Error, Result};
 use crate::memory::{check_room, with_room};
 use crate::progress::Progress;
 use crate::scene::{Instance, Scene};
-use crate::threads;
 use crate::trace::Tracer;
 
 /// Between two looks at whether another thread has built the acceleration structure.
@@ -179,10 +178,7 @@ impl PyScene {
         }
         let points: usize =
             instances.iter().filter_map(|i| meshes.get(i.mesh as usize)).map(|m| m.triangles().len()).sum();
-        if points > SOON {
-            return Ok(run_watched(py, None, |progress| Scene::watched(meshes, instances, progress))?.into());
-        }
-        Ok(py.detach(|| threads::install(|| Scene::new(meshes, instances))?).or_raise(py)?.into())
+        Ok(run_parallel(py, points > SOON, |progress| Scene::watched(meshes, instances, progress))?.into())
     }
     /// Hexadecimal hash of all that pictures depend on: 64 digits, the same in every process, on every machine and for
     /// every version of Python. Equal scenes have equal hashes.
@@ -234,7 +230,7 @@ impl PyScene {
         let maps = matrices.iter().enumerate().map(map).collect::<PyResult<Vec<_>>>()?;
         let points: usize = indices.iter().map(|&i| self.scene.mesh_of(i).triangles().len()).sum();
         let is_long = points + count > SOON;
-        let scene = run_sized(py, is_long, |progress| self.scene.with_transforms(&indices, &maps, progress))?;
+        let scene = run_parallel(py, is_long, |progress| self.scene.with_transforms(&indices, &maps, progress))?;
         Ok(Self { scene, traced: Traced::within(Arc::clone(&self.traced.family)) })
     }
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 use super::arguments::{number, vec3, word};
-use super::convert::{OrRaise, SOON, argument_error, array, image, instance_of, rows3, run_sized};
+use super::convert::{OrRaise, SOON, argument_error, array, image, instance_of, rows3, run_parallel, run_sized};
 use super::exceptions::warn;
 use super::parameterization::as_parameterization;
 use super::state::{Fault, Reader, Reduced, State, Writer, by_state, reduce};
@@ -252,7 +252,7 @@ pub fn warn_of_open_meshes(py: Python<'_>, scene: &Scene, stored: &Stored) -> Py
     if !stored.surface.needs_closed() {
         return Ok(());
     }
-    let [open, all, edges] = run_sized(py, scene.triangle_count() as usize > SOON, |progress| {
+    let [open, all, edges] = run_parallel(py, scene.triangle_count() as usize > SOON, |progress| {
         let mut found = [0_usize, scene.meshes().len(), 0];
         for mesh in scene.meshes() {
             let edges = mesh.border_edges(progress)?;

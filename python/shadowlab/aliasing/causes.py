@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import ArgumentError
+from ..text.arrays import check_map_depths
 from ..text.checks import check_filter, checked_blend, checked_stored
 from ..travel import Value
 from .codes import Cause
@@ -218,7 +219,7 @@ def causes(
     Raises
     ------
     ArgumentError
-        For arguments of another type, and images of different sizes.
+        For arguments of another type, images of different sizes, and maps with what is no depth in [0, 1].
     UnknownNameError
         For a filter that does not exist, or a surface, spacing or format to store.
     """
@@ -231,6 +232,7 @@ def causes(
         raise ArgumentError(
             f"gbuffer: expected a GBuffer, got {type(gbuffer).__name__}; sl.Renderer().gbuffer(...) makes one"
         )
+    check_map_depths("maps", maps)
     depth = depths_of(gbuffer, camera)
     errors = _core.misclassified(mask, truth)
     image, distance = _core.causes(

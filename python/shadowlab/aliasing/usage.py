@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..text.arrays import check_map_depths
 from ..text.checks import check_filter
 from ..travel import Value
 
@@ -184,10 +185,11 @@ def look_up(
     Raises
     ------
     ArgumentError
-        For maps of another shape than the parameterization has.
+        For maps of another shape than the parameterization has, and what is no depth in [0, 1].
     UnknownNameError
         For a filter that does not exist.
     """
     check_filter(filter)
+    check_map_depths("maps", maps)
     looks = (maps, gbuffer, camera, light, parameterization)
     return _core.look_up(*looks, bias=bias, filter=filter, blend=blend, stored=stored)[0]

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Dtype = Literal["str", "Int64", "float64", "boolean"]
-#: How the numbers of several lights become one: counts and times add, lengths take the worst.
-Together = Literal["sum", "max", ""]
+#: How the numbers of several lights become one: counts and times add, lengths take the worst, and a share of counts is
+#: that of their sums.
+Together = Literal["sum", "max", "share of sums", ""]
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class Column:
     doc : str
         What it holds, one line.
     over_lights : str
-        How the numbers of several lights become that of a view with all of them: "sum", "max", or "" for none.
+        How the numbers of several lights become that of a view with all of them: "sum", "max", "share of sums", or ""
+        for none.
     """
 
     name: str
@@ -91,7 +93,7 @@ _OF_PIXELS = (
     _count("misclassified", "px", "Wrong pixels: false shadow plus false light."),
     _count("false_shadow", "px", "Pixels that the map calls dark and the truth calls lit."),
     _count("false_light", "px", "Pixels that the map calls lit and the truth calls dark."),
-    _number("share", "share", "Wrong pixels by compared pixels."),
+    _number("share", "share", "Wrong pixels by compared pixels.", "share of sums"),
     _count("compared", "px", "Pixels that show a surface and whose truth is decided."),
     _count("undecided", "px", "Pixels whose truth changes with the numerical offset of the ray; none is wrong."),
     _count("unmatched", "px", "Pixels in which only one of mask and truth saw a surface."),

@@ -205,7 +205,7 @@ def _together(view: View, runs: Sequence[Run]) -> Run:
     for name in dict.fromkeys(name for run in runs for name in run.numbers):
         values = [value for run in runs if (value := run.numbers.get(name)) is not None]
         how = COLUMNS[name].over_lights
-        if values and how:
+        if values and how in ("sum", "max"):
             numbers[name] = sum(values) if how == "sum" else max(values)
     if compared := numbers.get("compared"):
         numbers["share"] = (numbers["misclassified"] or 0) / compared

@@ -51,6 +51,7 @@ def culled(
     renderer: RendererArgument = "cpu",
     bias: _core.Bias | None = None,
     filter: Filter = "nearest",
+    blend: float = 0.0,
     stored: _core.Stored | str | None = None,
     title: str = "",
 ) -> Axes:
@@ -72,8 +73,8 @@ def culled(
         "seen", "volume" or "none", as in `Renderer.shadow_mask`.
     renderer : Renderer or str, optional
         Who draws.
-    bias, filter, stored
-        As the pixels look up the map.
+    bias, filter, blend, stored
+        As the pixels look up the map; of `evaluate`.
     title : str
 
     Returns
@@ -96,12 +97,14 @@ def culled(
     """
     checked_view(view)
     light, draws = light_of(view), renderer_of(renderer)
-    run = evaluate(view, technique, resolution, metrics=(), renderer=draws, bias=bias, filter=filter, stored=stored)
+    run = evaluate(
+        view, technique, resolution, metrics=(), renderer=draws, bias=bias, filter=filter, blend=blend, stored=stored
+    )
     p = run.parameterization
     if p is None:
         raise ArgumentError(f"technique: expected one that makes a map of this view; {run.failure}")
     part = chosen_part(list(p.partitions), map)
-    how: dict[str, Any] = {"bias": run.bias, "filter": run.filter, "stored": run.stored}
+    how: dict[str, Any] = {"bias": run.bias, "filter": run.filter, "blend": run.blend, "stored": run.stored}
     if cull == "seen":
         how |= {"gbuffer": view.gbuffer(draws), "camera": view.camera, "light": light}
     asks = draws if isinstance(draws, _core.Renderer) else _core.Renderer("cpu")

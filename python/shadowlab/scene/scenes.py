@@ -240,7 +240,8 @@ class Scene(_core.Scene):
 
         Geometry is shared, not copied: meshes, alpha tests, what renderers hold of them on a device, and the ray
         tracer's hierarchies of meshes. The hierarchy over the instances is refitted, or built anew where refitting
-        would make it slow. Pictures and truths are those of a scene made anew, bit for bit.
+        would make it slow. Maps and masks are those of a scene made anew, bit for bit; truths too, but for a few pixels
+        of scenes a hundred or more times as large as what is seen, which one of the two calls undecided.
 
         Parameters
         ----------
@@ -273,6 +274,8 @@ class Scene(_core.Scene):
         (False, True)
         """
         index: npt.NDArray[np.int64] = checked_array("indices", indices, np.int64, (None,))
+        if isinstance(matrices, (list, tuple)) and not matrices:
+            matrices = np.empty((0, 4, 4))
         places: npt.NDArray[np.float64] = checked_array("matrices", matrices, shape=(None, 4, 4))
         made = type(self).__new__(type(self), super().with_transforms(index, places))
         made.__dict__.update(self.__dict__)

@@ -144,15 +144,12 @@ class View(Value):
         """
         draw = renderer_of(renderer)
         width, height = self.size
-        size = GBUFFER_BYTES_PER_PIXEL * width * height
-        # A renderer from elsewhere is kept with its picture, so that its identity stays its own.
-        made, _ = KEPT_VIEWS.get(
+        return KEPT_VIEWS.get(
             self._seen,
             ("gbuffer", *identity_of(draw)),
-            lambda: (draw.gbuffer(self.scene, self.camera, size=self.size), draw),
-            lambda _: size,
+            lambda: draw.gbuffer(self.scene, self.camera, size=self.size),
+            lambda _: GBUFFER_BYTES_PER_PIXEL * width * height,
         )
-        return made
 
     def samples(
         self,
@@ -392,10 +389,26 @@ def light_of(view: View) -> Light:
     return view.light
 
 
+class _Itself:
+    """An object as a key: equal to itself alone, whatever it says of others, and alive as long as the key."""
+
+    def __init__(self, of: object) -> None:
+        self.of = of
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other.of is self.of
+
+    def __hash__(self) -> int:
+        return id(self.of)
+
+
 def identity_of(renderer: RendererLike) -> tuple[Hashable, ...]:
-    """What tells a renderer's pictures from another's: backend and adapter of ours, the object itself of others."""
+    """What tells a renderer's pictures from another's: backend and adapter of ours, the object itself of others.
+
+    None of ours is kept alive by it: each has memory of its own on the device, which nothing would count.
+    """
     if not isinstance(renderer, _core.Renderer):
-        return (id(renderer),)
+        return (_Itself(renderer),)
     # The processor draws the same with any number of threads, which its adapter names.
     return ("cpu",) if renderer.backend == "cpu" else (renderer.backend, renderer.adapter)
 

@@ -25,6 +25,8 @@ MOST_ITEMS, MOST_NUMBERS = 1 << 16, 1 << 21
 _LARGE = 1 << 20
 # Items of a list that numpy reads in some milliseconds.
 AT_ONCE = 1 << 15
+# The bits of 1 in single precision: those of negative numbers, larger ones and NaN are more.
+_BITS_OF_ONE = 0x3F80_0000
 # Axes of an array: more than any argument has.
 MOST_AXES = 4
 # What numpy reads at once, without a look at the items.
@@ -58,6 +60,27 @@ def checked_array(
             f"{name}: expected {_expected(wanted, shape)}, got shape {list(found.shape)}; reshape it"
         ) from None
     return found
+
+
+def check_map_depths(name: str, maps: object) -> None:
+    """Raises where an array holds what is no depth of a shadow map; other types are left to those who take them.
+
+    Raises
+    ------
+    ArgumentError
+        For numbers below 0 or above 1, NaN and infinities.
+    """
+    if not isinstance(maps, np.ndarray) or maps.dtype.kind != "f" or not maps.size:
+        return
+    if maps.dtype == np.float32 and maps.view(np.uint32).max() <= _BITS_OF_ONE:
+        return  # One look, where two would be needed.
+    low, high = float(maps.min()), float(maps.max())
+    if not (low >= 0.0 and high <= 1.0):
+        got = "NaN among them" if np.isnan(low) else f"{low:g} to {high:g}"
+        raise ArgumentError(
+            f"{name}: expected depths between 0 and 1, got {got}; Renderer.shadow_map makes them; of other programs "
+            "their range is to be scaled to [0, 1]"
+        )
 
 
 def checked_number(name: str, value: object, fix: str = "give a number", expected: str = "a number") -> float:

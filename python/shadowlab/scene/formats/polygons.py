@@ -58,7 +58,8 @@ def polygon_faces(points: NDArray[Any], corners: NDArray[Any], counts: Indices) 
 def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *, in_place: bool = False) -> Triangles:
     """Triangles of simple polygons, convex or not.
 
-    Corners that repeat the one before are passed over. Polygons that cross or overlap themselves, and those without
+    Corners that repeat the one before are passed over, and so are those that only stand in its place where ear clipping
+    stumbles over them. Polygons that cross or overlap themselves, and those without
     area, become fans from their first corner.
 
     Parameters
@@ -167,6 +168,10 @@ def _of_one_size(points: NDArray[Any], corners: NDArray[Any], at: Indices) -> tu
             blocks = made[0].reshape(count, size - 2, 3)
             inner = np.take_along_axis(at[bad], local.reshape(len(bad), -1), axis=1).reshape(local.shape)
             blocks[bad[simple]] = inner[simple]
+            for row in bad[~simple]:
+                local_of_one = _without_repeats(points[corners[at[row]]].astype(np.float64))
+                if local_of_one is not None:
+                    blocks[row] = at[row][local_of_one]
         return made[0], rows
     halves = at[:, fan]
     if wrong.any():
@@ -238,6 +243,25 @@ def clipped(polygons: NDArray[np.float64]) -> tuple[Indices, NDArray[np.bool_]]:
     # Those that cross themselves have triangles that cover each other, or too little.
     simple &= np.abs(np.abs(areas).sum(axis=1) - whole) <= NEGLIGIBLE * np.abs(whole)
     return made, simple
+
+
+def _without_repeats(polygon: Points) -> Indices | None:
+    """Triangles (n - 2, 3) of a polygon that goes on to the place where it is, which ear clipping may not follow.
+
+    Where it does so there are as many triangles without corners of their own: of the first corner alone. None where it
+    never does, or is not simple all the same.
+    """
+    size = len(polygon)
+    kept = np.flatnonzero((polygon != np.roll(polygon, 1, axis=0)).any(axis=1))
+    if len(kept) == size or len(kept) < 3:
+        return None
+    made = np.zeros((size - 2, 3), np.int64)
+    if len(kept) == 3:
+        made[0] = kept
+        return made
+    found, simple = clipped(polygon[kept][None])
+    made[: len(kept) - 2] = kept[found[0]]
+    return made if simple[0] else None
 
 
 def _in_plane(polygons: Points, outline: int | None = None) -> Points:

@@ -296,6 +296,8 @@ fn bin(
     progress: &Progress,
 ) -> Result<usize> {
     let mut round = pending.split_off(pending.len().saturating_sub(chunks));
+    // Nearest first.
+    round.reverse();
     let count = round.len();
     if bins.len() < count {
         bins.resize_with(count, Bins::default);
@@ -305,7 +307,7 @@ fn bin(
         chunk.start = fill(work, bins, chunk.clone());
         Ok::<_, Error>(())
     })?;
-    pending.extend(round.into_iter().filter(|chunk| !chunk.is_empty()));
+    pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
     Ok(count)
 }
 
@@ -365,6 +367,29 @@ mod tests {
             let area = BandArea { size, stride: size[0] as usize, first_row: 0, rows: size[1] as i32 };
             let (extra, large) = (&bins.extra[..], &bins.large[..]);
             draw(Entries { entries: &bin.entries, vertices, extra, large, grid, cover: None }, area, pixels);
+        }
+    }
+
+    #[test]
+    fn what_is_nearest_is_drawn_first() {
+        // Sheets of five chunks each, in no order; slabs hold three of them.
+        let scene = &sheets(&[0.8, 0.3, 0.6, 0.2, 0.9, 0.4, 0.7], 0.0);
+        for size in [[600, 600], [1100, 1000]] {
+            let viewport = Viewport::new(size, size, 1.0);
+            let batches = Batches::new(scene, &DMat4::IDENTITY, &viewport, Faces::All, Keep::All).unwrap();
+            let (mut nearest, mut scratch, progress) = (Vec::new(), Scratch::default(), Progress::new());
+            let draw = |round: Round, _: &mut Cover| {
+                let bands = 0..Bands::new(size).count as usize;
+                for bins in round.scratch.bins() {
+                    let entries = bands.clone().flat_map(|band| &bins.band(band).entries);
+                    let corners = entries.flat_map(|e| e.vertices).map(|v| round.scratch.vertices[v as usize].z);
+                    nearest.push(corners.fold(1.0, f32::min));
+                }
+                Ok(())
+            };
+            batches.for_each_round(&viewport, Bands::new(size), false, &mut scratch, &progress, draw).unwrap();
+            let of_slabs: Vec<f32> = nearest.chunks(SLAB).map(|z| z.iter().copied().fold(1.0, f32::min)).collect();
+            assert!(of_slabs.len() > 1 && of_slabs.is_sorted(), "{size:?}: {of_slabs:?}");
         }
     }
 

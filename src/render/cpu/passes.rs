@@ -264,6 +264,7 @@ fn draw_bins<P: Pixels>(
     let bin = bins.band(band);
     bin.fragments.draw(pixels);
     let (vertices, extra, large) = (&round.scratch.vertices[..], &bins.extra[..], &bins.large[..]);
-    let entries = Entries { entries: &bin.entries, vertices, extra, large, grid: round.grid, cover };
+    let (entries, large_here) = (&bin.entries[..], &bin.large[..]);
+    let entries = Entries { entries, vertices, extra, large, large_here, grid: round.grid, cover };
     bin.columns | draw(entries, area, pixels)
 }

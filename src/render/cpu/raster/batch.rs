@@ -366,7 +366,8 @@ mod tests {
             bin.fragments.draw(pixels);
             let area = BandArea { size, stride: size[0] as usize, first_row: 0, rows: size[1] as i32 };
             let (extra, large) = (&bins.extra[..], &bins.large[..]);
-            draw(Entries { entries: &bin.entries, vertices, extra, large, grid, cover: None }, area, pixels);
+            let (entries, large_here) = (&bin.entries[..], &bin.large[..]);
+            draw(Entries { entries, vertices, extra, large, large_here, grid, cover: None }, area, pixels);
         }
     }
 

@@ -3,8 +3,7 @@
 //! Bands are drawn independently of each other, each by one thread with its part of the image in the cache, so depth needs
 //! no atomics. In a fine mesh most triangles end here: those beyond a plane of the clip volume and those whose box holds no
 //! pixel centre are gone, and those whose box holds a few become the fragments they cover at once, [`LANES`] triangles side
-//! by side. Only what is larger is kept as a triangle: in each of the few bands that it touches, or, where it is too large
-//! for 32-bit edge functions, once in a list that every band reads.
+//! by side. Only what is larger is kept as a triangle, in each of the few bands that it touches.
 //!
 //! What a chunk of triangles leaves is bounded in bytes: filling stops there, and what is left over waits for a later round.
 
@@ -160,7 +159,7 @@ impl Bins {
             }
             let corners = [own[a as usize], own[b as usize], own[c as usize]];
             if clip >> l & 1 == 0 {
-                self.bin_large(draw, &group[l], corners, id, viewport);
+                self.bin_large(draw, &group[l], corners, id, viewport, bands);
             } else {
                 self.bin_clipped(draw, &group[l], corners, id, viewport, bands);
             }
@@ -168,13 +167,23 @@ impl Bins {
     }
 
     #[cold]
-    fn bin_large(&mut self, draw: &Draw, indices: &[u32; 3], v: [ScreenVertex; 3], id: u32, viewport: &Viewport) {
+    fn bin_large(
+        &mut self,
+        draw: &Draw,
+        indices: &[u32; 3],
+        v: [ScreenVertex; 3],
+        id: u32,
+        viewport: &Viewport,
+        bands: Bands,
+    ) {
         let positions = draw.kept.positions;
         let exact = [0, 1, 2].map(|k: usize| {
             let clip = draw.projection.clip(positions[indices[k] as usize].as_dvec3());
             exact_position(viewport, clip, v[k])
         });
-        self.large.extend(LargeSetup::new(v, exact, viewport.size, id));
+        if let Some(setup) = LargeSetup::new(v, exact, viewport.size, id) {
+            self.push_large(setup, bands);
+        }
     }
 
     #[cold]
@@ -198,7 +207,9 @@ impl Bins {
             let (min, max) = box_of(corners.map(|v| v.screen));
             if max[0] - min[0] > SMALL || max[1] - min[1] > SMALL {
                 let (screen, exact) = (corners.map(|v| v.screen), corners.map(|v| v.exact));
-                self.large.extend(LargeSetup::new(screen, exact, viewport.size, id));
+                if let Some(setup) = LargeSetup::new(screen, exact, viewport.size, id) {
+                    self.push_large(setup, bands);
+                }
                 continue;
             }
             let (min, max) = pixels_in_box(min, max, viewport.size);

@@ -33,7 +33,7 @@ pub struct Bins {
     spare: Vec<Bin>,
     /// Vertices made by clipping.
     pub extra: Vec<ScreenVertex>,
-    /// Triangles too large for edge functions in 32 bits, of all bands.
+    /// Triangles too large for edge functions in 32 bits, of all bands ([`Bin::large`]).
     pub large: Vec<LargeSetup>,
     /// Room for a triangle that is clipped.
     pub polygon: Vec<ExactVertex>,
@@ -46,6 +46,8 @@ pub struct Bin {
     pub entries: Vec<Entry>,
     /// Pixels of tiny triangles, in no order that matters.
     pub fragments: Fragments,
+    /// Indices into [`Bins::large`].
+    pub large: Vec<u32>,
     /// Bits of the columns of tiles that they may touch (of `cover::Grid`).
     pub columns: u64,
 }
@@ -53,13 +55,23 @@ pub struct Bin {
 impl Bin {
     #[inline(always)]
     fn has_room(&self) -> bool {
-        self.entries.capacity() + self.fragments.bytes(Vec::capacity) > 0
+        self.bytes(Vec::capacity, Vec::capacity) > 0
+    }
+    fn is_empty(&self) -> bool {
+        self.bytes(Vec::len, Vec::len) == 0
+    }
+    /// Bytes by the lengths of its lists.
+    #[inline(always)]
+    fn bytes(&self, entries: fn(&Vec<Entry>) -> usize, numbers: fn(&Vec<u32>) -> usize) -> usize {
+        let large = numbers(&self.large) * size_of::<u32>();
+        entries(&self.entries) * size_of::<Entry>() + self.fragments.bytes(numbers) + large
     }
     /// It without what is in it.
     fn cleared(&mut self) -> Self {
         let mut bin = std::mem::take(self);
         bin.entries.clear();
         bin.fragments.clear();
+        bin.large.clear();
         bin.columns = 0;
         bin
     }
@@ -111,8 +123,7 @@ impl Bins {
 
     /// Whether nothing is left to a band.
     pub fn is_empty(&self, band: usize) -> bool {
-        let bin = &self.bands[band];
-        self.large.is_empty() && bin.entries.is_empty() && bin.fragments.bytes(Vec::len) == 0
+        self.bands[band].is_empty()
     }
 
     /// Begins a chunk of an image with these bands.
@@ -129,10 +140,9 @@ impl Bins {
         self.bytes(Vec::len, Vec::len) >= CHUNK_BYTES
     }
     /// Bytes of everything, by the lengths of their lists.
-    fn bytes(&self, entries: fn(&Vec<Entry>) -> usize, fragments: fn(&Vec<u32>) -> usize) -> usize {
+    fn bytes(&self, entries: fn(&Vec<Entry>) -> usize, numbers: fn(&Vec<u32>) -> usize) -> usize {
         let bands = self.bands.iter().chain(&self.spare);
-        let in_bands = bands.map(|b| entries(&b.entries) * size_of::<Entry>() + b.fragments.bytes(fragments));
-        in_bands.sum::<usize>()
+        bands.map(|bin| bin.bytes(entries, numbers)).sum::<usize>()
             + self.extra.len() * size_of::<ScreenVertex>()
             + self.large.len() * size_of::<LargeSetup>()
     }
@@ -163,6 +173,16 @@ impl Bins {
         let [first, last] = rows;
         for band in first >> bands.log2_rows..=last >> bands.log2_rows {
             self.room_for(band as usize).entries.push(entry);
+        }
+    }
+
+    /// Leaves a large triangle to the bands that its box touches.
+    pub fn push_large(&mut self, setup: LargeSetup, bands: Bands) {
+        let [_, first, _, last] = setup.pixels;
+        let index = self.large.len() as u32;
+        self.large.push(setup);
+        for band in first >> bands.log2_rows..=last >> bands.log2_rows {
+            self.room_for(band as usize).large.push(index);
         }
     }
 }

@@ -1,21 +1,18 @@
 //! Filling triangles into one band of an image.
 //!
 //! Source: Pineda 1988 `[pineda1988]`, with rows of [`LANES`] pixels at once. Small triangles (nearly all) are
-//! evaluated over their whole box without a branch on coverage; larger ones in blocks that are skipped, filled, or
-//! tested edge by edge.
+//! evaluated over their whole box without a branch on coverage; larger ones in blocks (`fill_large`).
 
 use super::bins::{BandArea, Entry};
 use super::cover::{Grid, Tiles};
+use super::fill_large::fill_large;
 use super::lanes::Lanes;
 use super::pixels::Pixels;
+use super::run::Run;
 use super::simd::LANES;
 use super::triangle_setup::{Boxes, CornerSource, Corners, LargeSetup, SetupRows, SmallSetup};
 use super::vertices::ScreenVertex;
 use super::with_lanes::with_lanes;
-
-/// Columns and rows of a block of the large path. Edge coefficients are below 2^25 (twice the guard band in grid steps),
-/// so that over a block an edge function that changes its sign stays below 2^25 (32 + 8) < 2^31.
-const BLOCK: [i32; 2] = [32, 8];
 
 /// A band's entries of one chunk, with the vertices they point to.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +22,8 @@ pub struct Entries<'a> {
     pub extra: &'a [ScreenVertex],
     /// Large triangles of all bands.
     pub large: &'a [LargeSetup],
+    /// Indices of those that may touch the band.
+    pub large_here: &'a [u32],
     /// The tiles of the image.
     pub grid: Grid,
     /// What is drawn already in this band, where that may hide something.
@@ -65,10 +64,11 @@ fn draw_entries<L: Lanes, P: Pixels>(lanes: L, work: Entries, area: BandArea, pi
             Small { setup: &setup, lane: l, at, id: group[l].id }.fill(lanes, area, pixels);
         }
     }
-    for large in work.large {
-        let [first, _, last, _] = large.pixels.map(i32::from);
-        columns |= grid.columns(first, last);
-        fill_large(lanes, large, area, pixels);
+    for &i in work.large_here {
+        let [first, last] = fill_large(lanes, &work.large[i as usize], area, pixels);
+        if first <= last {
+            columns |= grid.columns(first, last);
+        }
     }
     columns
 }
@@ -97,45 +97,6 @@ impl CornerSource for OfEntries<'_> {
         let i = self.group[l.min(self.group.len() - 1)].vertices[k];
         let Entries { vertices, extra, .. } = self.work;
         if i & Entry::EXTRA == 0 { &vertices[i as usize] } else { &extra[(i & !Entry::EXTRA) as usize] }
-    }
-}
-
-/// 0, 1, 2... times a step.
-#[inline(always)]
-fn steps<L: Lanes>(lanes: L, step: i32) -> L::Int {
-    lanes.ints(std::array::from_fn(|i| step.wrapping_mul(i as i32)))
-}
-
-/// Edge functions and depth along runs of [`LANES`] pixels, relative to the first pixel of a run.
-struct Run<L: Lanes> {
-    lanes: L,
-    edges: [L::Int; 3],
-    z: L::Float,
-    z_range: [L::Float; 2],
-}
-
-impl<L: Lanes> Run<L> {
-    #[inline(always)]
-    fn new(lanes: L, steps_x: [i32; 3], z_per_x: f32, z_range: [f32; 2]) -> Self {
-        Self {
-            lanes,
-            edges: steps_x.map(|step| steps(lanes, step)),
-            z: lanes.floats(std::array::from_fn(|i| z_per_x * i as f32)),
-            z_range: z_range.map(|z| lanes.float(z)),
-        }
-    }
-
-    /// Draws the run whose first pixel has these edge functions and this depth; of its pixels the first `drawn` have been drawn.
-    #[inline(always)]
-    fn draw<P: Pixels>(&self, edge: [i32; 3], z: f32, at: usize, drawn: i32, id: u32, pixels: &mut P) {
-        let lanes = self.lanes;
-        let edge = |k: usize| lanes.add(lanes.int(edge[k]), self.edges[k]);
-        let mut outside = lanes.or(lanes.or(edge(0), edge(1)), edge(2));
-        if P::ONCE && drawn > 0 {
-            outside = lanes.or(outside, lanes.ints(std::array::from_fn(|l| (l as i32).wrapping_sub(drawn))));
-        }
-        let z = lanes.clamp(lanes.add_floats(lanes.float(z), self.z), self.z_range[0], self.z_range[1]);
-        pixels.draw(lanes, at, z, outside, id);
     }
 }
 
@@ -228,69 +189,6 @@ impl Small<'_> {
     }
 }
 
-/// Fills a triangle of any size, block by block.
-#[inline(always)]
-fn fill_large<L: Lanes, P: Pixels>(lanes: L, s: &LargeSetup, area: BandArea, pixels: &mut P) {
-    let width = area.size[0] as i32;
-    let [x0, y0, x1, y1] = s.pixels.map(i32::from);
-    let (first_row, end_row) = (y0.max(area.first_row), (y1 + 1).min(area.first_row + area.rows));
-    let mut top = first_row;
-    while top < end_row {
-        let rows = BLOCK[1].min(end_row - top);
-        let mut left = x0 & -(LANES as i32);
-        while left <= x1 {
-            let columns = BLOCK[0].min((x1 + 1 - left + LANES as i32 - 1) & -(LANES as i32)).min(width - left);
-            fill_block(lanes, s, [left, top], [columns, rows], area, pixels);
-            left += BLOCK[0];
-        }
-        top += BLOCK[1];
-    }
-}
-
-#[inline(always)]
-fn fill_block<L: Lanes, P: Pixels>(
-    lanes: L,
-    s: &LargeSetup,
-    [left, top]: [i32; 2],
-    [columns, rows]: [i32; 2],
-    area: BandArea,
-    pixels: &mut P,
-) {
-    // Steps of the edges that cross the block, and their values at its first pixel; zero for one that holds all over it.
-    let mut edges = [[0i32; 3]; 3];
-    // The last run of pixels may start up to LANES - 1 columns before the block.
-    let reach_left = (LANES as i32 - columns).max(0);
-    for (edge, of) in edges.iter_mut().zip(s.edges) {
-        let (a, b, e) = (i64::from(of.step_x), i64::from(of.step_y), of.value);
-        let first = e + a * i64::from(left) + b * i64::from(top);
-        let (across, down) = (a * i64::from(columns - 1), b * i64::from(rows - 1));
-        let largest = first + across.max(0) + down.max(0);
-        let smallest = first + across.min(0) + down.min(0) - a.max(0) * i64::from(reach_left);
-        if largest < 0 {
-            return;
-        }
-        if smallest < 0 {
-            *edge = [of.step_x, of.step_y, first as i32];
-        }
-    }
-    let [z0, zx, zy] = s.z;
-    let z_first = (z0 + zx * f64::from(left) + zy * f64::from(top)) as f32;
-    let (zx, zy) = (zx as f32, zy as f32);
-    let width = area.size[0] as i32;
-    let run = Run::new(lanes, edges.map(|[a, ..]| a), zx, s.z_range);
-    for r in 0..rows {
-        let row = (top + r - area.first_row) as usize * area.stride;
-        let mut x = 0;
-        while x < columns {
-            let dx = x.min(width - LANES as i32 - left);
-            let edge = edges.map(|[a, b, e]| e + a * dx + b * r);
-            let z = z_first + zx * dx as f32 + zy * r as f32;
-            run.draw(edge, z, row + (left + dx) as usize, x - dx, s.id, pixels);
-            x += LANES as i32;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::bins::Bands;
@@ -349,9 +247,11 @@ mod tests {
             .collect();
         assert!(large.len() > 100 && small.len() > 200);
         let (grid, cover) = (Grid::new(size, Bands::new(size)), None);
-        let work = Entries { entries: &small, vertices: &vertices, extra: &[], large: &large, grid, cover };
-        let drawn = |plain: bool, large: &[LargeSetup], cover: Option<Tiles>, first_row: i32, rows: i32| {
-            let work = Entries { large, cover, ..work };
+        let work =
+            Entries { entries: &small, vertices: &vertices, extra: &[], large: &large, large_here: &[], grid, cover };
+        let all_large: Vec<u32> = (0..large.len() as u32).collect();
+        let drawn = |plain: bool, large: &[u32], cover: Option<Tiles>, first_row: i32, rows: i32| {
+            let work = Entries { large_here: large, cover, ..work };
             let n = size[0] as usize * rows as usize;
             let (mut depth, mut id) = (vec![IdPixels::FAR; n], vec![u32::MAX; n]);
             let pixels = &mut IdPixels { depth: &mut depth, id: &mut id };
@@ -384,7 +284,7 @@ mod tests {
         };
         for (first_row, rows) in [(0, 70), (32, 32), (64, 6), (69, 1)] {
             let (plain, best) =
-                (drawn(true, &large, None, first_row, rows), drawn(false, &large, None, first_row, rows));
+                (drawn(true, &all_large, None, first_row, rows), drawn(false, &all_large, None, first_row, rows));
             assert!(plain.1.iter().any(|&id| id != u32::MAX));
             assert_eq!(plain, best);
             // Large ones lie before nearly all others.

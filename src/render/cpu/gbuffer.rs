@@ -130,12 +130,16 @@ impl Surface {
             map.translation -= camera.eye();
             map
         };
-        let local = mesh.triangles()[triangle as usize].map(|i| mesh.positions_local()[i as usize].as_dvec3());
-        let [a, b, c] = local.map(|p| eye_from_local.transform_point3(p));
+        let corner = |i: u32| mesh.positions_local()[i as usize].as_dvec3();
+        let [a, b, c] = mesh.triangles()[triangle as usize];
+        let local = [corner(a), corner(b), corner(c)];
+        let placed = |p: DVec3| eye_from_local.transform_point3(p);
+        let [a, b, c] = [placed(local[0]), placed(local[1]), placed(local[2])];
         // Edges as differences of local coordinates: the world's translation has no part in them.
         let (ab, ac) = ((local[1] - local[0]), (local[2] - local[0]));
         let normal = unit_normal(eye_from_local.matrix3 * ab, eye_from_local.matrix3 * ac);
-        let depths = [a, b, c].map(|p| p.dot(camera.forward()));
+        let forward = camera.forward();
+        let depths = [a.dot(forward), b.dot(forward), c.dot(forward)];
         Self {
             id,
             triangle: triangle as i32,
@@ -146,11 +150,7 @@ impl Surface {
                 depths[0].min(depths[1]).min(depths[2]).max(camera.near()),
                 depths[0].max(depths[1]).max(depths[2]).min(camera.far()),
             ],
-            sides: [[b, c, a], [c, a, b], [a, b, c]].map(|[from, to, before]| {
-                let inwards = normal.cross(to - from);
-                let inwards = inwards / inwards.dot(before - from);
-                (inwards, -inwards.dot(from))
-            }),
+            sides: [side(normal, [b, c, a]), side(normal, [c, a, b]), side(normal, [a, b, c])],
         }
     }
 
@@ -204,6 +204,14 @@ impl Surface {
         };
         (t, normal)
     }
+}
+
+/// A direction in the plane and an offset: 1 at the last corner, 0 on the side between the others.
+#[inline(always)]
+fn side(normal: DVec3, [from, to, before]: [DVec3; 3]) -> (DVec3, f64) {
+    let inwards = normal.cross(to - from);
+    let inwards = inwards / inwards.dot(before - from);
+    (inwards, -inwards.dot(from))
 }
 
 /// The unit vector along the cross product, at any scale of the edges; zero where they are parallel.

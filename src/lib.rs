@@ -22,6 +22,7 @@ mod memory;
 mod names;
 pub mod note;
 pub mod parameterization;
+pub mod picture;
 pub mod progress;
 #[cfg(feature = "python")]
 mod python;

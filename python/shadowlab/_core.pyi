@@ -253,5 +253,24 @@ def predict_wrong(
 ) -> float:
     """Wrong pixels foretold from samples for maps of a resolution (10.9); `gaps` (H, W) float32 as of `mapped_gaps`, of their picture."""
 
+def png(picture: npt.NDArray[np.uint8]) -> bytes:
+    """The picture (H, W, 3) uint8 as the bytes of a PNG file. Threads may encode side by side."""
+
+def shade(
+    gbuffer: GBuffer,
+    mask: npt.ArrayLike,
+    *,
+    ways: npt.ArrayLike,
+    material: npt.ArrayLike,
+    sky: npt.ArrayLike,
+    coded: npt.ArrayLike,
+) -> npt.NDArray[np.uint8]:
+    """The eye view (H, W, 3) uint8 of a material under a mask (H, W) float32; see `shadowlab.pictures.eye.shade`.
+
+    Ways that the light travels (1, 1, 3) or (H, W, 3) float32; linear light (3, 3) float32 of each channel, of a face that
+    looks down, what one adds that looks up, and what the light adds; the sky (H, 3) uint8; the bytes (65536,) uint8 of linear
+    light from 0 to 1.
+    """
+
 def renamed_words() -> list[tuple[str, str, str, str]]:
     """Words of parameters that have another name now: technique, parameter, the old word and the new one."""

@@ -28,6 +28,8 @@ mod mask_settings;
 mod mesh;
 mod note;
 mod parameterization;
+mod picture;
+mod png;
 mod render;
 mod renderer_run;
 mod sample_states;
@@ -83,6 +85,10 @@ mod _core {
     use super::note::PyNote;
     #[pymodule_export]
     use super::parameterization::{PyParameterization, PyPartition};
+    #[pymodule_export]
+    use super::picture::shade;
+    #[pymodule_export]
+    use super::png::png;
     #[pymodule_export]
     use super::render::PyRenderer;
     #[pymodule_export]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _core
 from ..aliasing.codes import Difference
 from ..errors import ArgumentError
 from ..text.checked import a_count, a_gbuffer, a_light, checked, items_of, numbers_in
@@ -49,21 +50,10 @@ def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
         Share of the light that arrives. Not read where nothing is seen.
     """
     same_size(gbuffer, mask=mask)
-    normal, seen = np.asarray(gbuffer.normal, dtype=np.float32), np.asarray(gbuffer.triangle) >= 0
-    mask, travels = np.asarray(mask, dtype=np.float32), light_directions(gbuffer, light)
-    picture = np.empty((*seen.shape, 3), np.uint8)
-    sky = background(seen.shape)[:, :1]
-    for rows in row_bands(seen.shape):
-        way = travels[rows] if len(travels) > 1 else travels
-        along = sum(normal[rows, :, axis] * way[..., axis] for axis in range(3))
-        cosine = np.clip(-along, 0.0, 1.0)
-        arrives = cosine * np.nan_to_num(mask[rows], nan=0.0)
-        upward = 0.5 + 0.5 * normal[rows, :, 1]
-        # One channel at a time, in single precision: bytes come of it, and single planes are several times faster.
-        for i, (flat, rise, sun) in enumerate((ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).T.astype(np.float32)):
-            shades = srgb_bytes(flat + rise * upward + sun * arrives)
-            picture[rows, :, i] = np.where(seen[rows], shades, sky[rows, :, i])
-    return picture
+    # In single precision, a channel at a time: bytes come of it.
+    material = (ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).astype(np.float32)
+    ways, sky = light_directions(gbuffer, light), background(np.shape(mask))[:, 0]
+    return _core.shade(gbuffer, mask, ways=ways, material=material, sky=sky, coded=SRGB)
 
 
 def light_directions(gbuffer: GBuffer, light: Light) -> np.ndarray:
@@ -80,13 +70,6 @@ def background(shape: tuple[int, int]) -> np.ndarray:
     t = ((np.arange(shape[0]) + 0.5) / shape[0])[:, None, None]
     rows = BACKGROUND_TOP * (1.0 - t) + BACKGROUND_BOTTOM * t
     return np.broadcast_to(np.rint(rows).astype(np.uint8), (*shape, 3))
-
-
-def srgb_bytes(linear: np.ndarray) -> np.ndarray:
-    """Linear light in [0, 1] (clipped) as sRGB bytes, IEC 61966-2-1."""
-    steps = SRGB.size - 1
-    coded: np.ndarray = SRGB.take((np.clip(linear, 0.0, 1.0) * steps + 0.5).astype(np.intp))
-    return coded
 
 
 def same_size(gbuffer: GBuffer, **images: np.ndarray) -> None:
@@ -184,7 +167,7 @@ def marked(grey: np.ndarray, image: np.ndarray, colours: Mapping[int, RGB], widt
     if width > 1:
         # The pixels themselves stay, so that none is hidden by its neighbour.
         marks = np.where(marks > 0, marks, widened(marks, width))
-    wrong = np.flatnonzero(marks)
+    wrong = np.flatnonzero(marks > 0)
     table = np.array([(0, 0, 0), *colours.values()], np.uint8)
     picture.reshape(-1, 3)[wrong] = table[marks.reshape(-1)[wrong]]
     return picture

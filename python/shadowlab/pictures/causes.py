@@ -80,10 +80,12 @@ def cause_picture(
 
 def causes_over(grey: np.ndarray, codes: np.ndarray, width: int = 1) -> NDArray[np.uint8]:
     """The causes over an eye view in grey (H, W), 0 to 255, that is made pale here; see `cause_picture`."""
-    pale, columns = np.empty(codes.shape, np.uint8), np.arange(codes.shape[1])
+    pale = np.empty(codes.shape, np.uint8)
+    down, along = np.ogrid[:STRIPE_PX, : codes.shape[1]]
+    # Rows that come again and again.
+    stripes = np.where((down + along) % STRIPE_PX < 1, HATCH, 255).astype(np.uint8)
     for rows in row_bands(codes.shape):
-        lines = np.arange(rows.start, rows.stop)[:, None]
-        stripes = np.where((lines + columns) % STRIPE_PX < 1, HATCH, 255)
-        light = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey[rows] / 255.0)
-        pale[rows] = np.where(codes[rows] == NOT_COMPARED, stripes, light)
+        pale[rows] = np.rint(DARKEST + (LIGHTEST - DARKEST) * grey[rows] / 255.0)
+        turn = np.arange(rows.start, rows.stop) % STRIPE_PX
+        np.copyto(pale[rows], stripes[turn], where=codes[rows] == NOT_COMPARED)
     return marked(pale, codes, CAUSE_RGB, width)

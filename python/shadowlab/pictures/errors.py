@@ -141,10 +141,12 @@ def errors_over(tone: Floats, codes: NDArray[np.int16], errors: Floats) -> NDArr
     picture, lines = np.empty((*codes.shape, 3), np.uint8), hatching(codes.shape[1])
     for rows in row_bands(codes.shape):
         measured = codes[rows] >= 0
-        places = scale_places(np.where(measured, errors[rows], 1.0))
         turn = np.arange(rows.start, rows.stop) % HATCH_PX
-        grey = greys(codes[rows], tone[rows], {code: of[turn] for code, of in lines.items()})
-        put_colours(picture[rows], SCALE_AND_GREYS, np.where(measured, places, len(SCALE) + grey))
+        places = greys(codes[rows], tone[rows], {code: of[turn] for code, of in lines.items()})
+        places += len(SCALE)
+        # A logarithm is what takes longest.
+        places[measured] = scale_places(errors[rows][measured])
+        put_colours(picture[rows], SCALE_AND_GREYS, places)
     return picture
 
 

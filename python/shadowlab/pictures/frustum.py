@@ -94,13 +94,16 @@ def with_frustum(picture: np.ndarray, segments: np.ndarray) -> np.ndarray:
     for code, thick in enumerate((7 * unit, 3.4 * unit), start=1):
         for (x0, y0), (x1, y1) in pixels:
             draw.line((x0, y0, x1, y1), fill=code, width=round(thick))
-    # Two quarters of a pixel each.
+    # The quarters of a pixel, a byte each: of the upper two and of the lower two.
     pairs = np.asarray(drawn).view(np.uint16)
     upper, lower = pairs[0::2], pairs[1::2]
-    rows, columns = np.nonzero(upper | lower)
-    codes = np.stack([upper[rows, columns], lower[rows, columns]], axis=-1).view(np.uint8)
-    colours = np.array([(0, 0, 0), CASING_RGB, FRUSTUM_RGB], np.float32)[codes]
+    rows, columns = np.divmod(np.flatnonzero((upper | lower) != 0), width)
+    quarters = upper[rows, columns] | lower[rows, columns].astype(np.uint32) << 16
     made = picture.copy()
-    beneath = (codes == 0)[..., None] * picture[rows, columns][:, None]
-    made[rows, columns] = np.rint((colours + beneath).mean(axis=1))
+    beneath = made[rows, columns]
+    # How many of them are casing, and how many the line itself: the sum of the bytes comes into the uppermost one.
+    ones = np.uint32(0x01010101)
+    casing, line = (((quarters >> bit & ones) * ones >> 24).astype(np.float32)[:, None] for bit in (0, 1))
+    drawn_over = casing * np.float32(CASING_RGB) + line * np.float32(FRUSTUM_RGB)
+    made[rows, columns] = np.rint(((4 - casing - line) * beneath + drawn_over) / 4)
     return made

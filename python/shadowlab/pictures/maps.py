@@ -76,8 +76,9 @@ def relief(depth: np.ndarray) -> np.ndarray:
 
 def values_at(values: np.ndarray, *shares: float) -> list[float]:
     """The values (N,) that so many of all do not exceed. `np.percentile` loads masked arrays, which takes longer."""
-    ordered = np.sort(values)
-    return [float(ordered[round(share * (len(ordered) - 1))]) for share in shares]
+    places = [round(share * (len(values) - 1)) for share in shares]
+    ordered = np.partition(values, places)
+    return [float(ordered[place]) for place in places]
 
 
 def slopes(height: np.ndarray) -> np.ndarray:

@@ -212,7 +212,8 @@ def test_truths_are_the_same_with_and_without(capsys, monkeypatch):
     "function",
     [
         sl.advise, sl.compare, sl.explain_pixel, sl.prefiltered_maps, sl.scene_optimal_experiment, sl.smallest_bias,
-        sl.sweep, sl.aliasing.temporal, sl.aliasing.over_light_angle, sl.Study.save, sl.trace.shadow_mask, sl.blur,
+        sl.sweep, sl.aliasing.temporal, sl.aliasing.over_light_angle, sl.Advice.save, sl.Study.save,
+        sl.trace.shadow_mask, sl.blur,
     ],
 )  # fmt: skip
 def test_nothing_said_is_none_wherever_a_bar_may_be_asked_for(function):
@@ -227,3 +228,17 @@ def test_none_is_what_nothing_said_means_and_shows_no_bar_off_terminals(capfd):
     )
     sl.explain_pixel(view, "uniform", 8, 6, resolution=16, renderer="cpu", progress=None)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("terminal")
+def test_an_advice_shows_how_far_it_is_from_its_first_fit_to_its_report(capsys, tmp_path):
+    names, how = ("uniform", "lispsm"), {"size": (32, 18), "memory": "4 KiB", "renderer": "cpu", "phases": 1}
+    foretold = iter(range(100))
+    advice = sl.advise(*VIEW, techniques=names, predict=lambda *_, resolution: next(foretold), **how)
+    told = capsys.readouterr().err
+    assert all(f"{what} of {name}" in told for what in ("fits", "prediction") for name in names)
+    advice.save(tmp_path / "advice")
+    told = capsys.readouterr().err
+    assert all(f"report: {part}" in told for part in ("tables", "figure", "pictures"))
+    advice.save(tmp_path / "silent", progress=False)
+    assert capsys.readouterr().err == ""

@@ -14,6 +14,7 @@ from ..techniques.variant import MapReading
 from ..text import shown
 from ..text.checked import a_path, a_text
 from ..text.checks import renderer_of
+from ..text.progress import checked_progress
 from ..travel import Value
 from .candidates import Candidate, Outcome
 from .choice import Choice, Gain, choice_of, gains
@@ -229,8 +230,10 @@ class Advice(Value):
 
         return advice_figure(self)
 
-    def save(self, directory: str | Path) -> Path:
+    def save(self, directory: str | Path, *, progress: bool | None = None) -> Path:
         """Writes report.html (stands alone), advice.csv, runs.csv, switches.csv, advice.json and advice.png.
+
+        A progress bar shows on terminals and in notebooks unless `progress` is off.
 
         Returns
         -------
@@ -246,7 +249,7 @@ class Advice(Value):
         """
         from ..reports.html.advice import save_advice
 
-        return save_advice(self, a_path("directory", directory))
+        return save_advice(self, a_path("directory", directory), checked_progress(progress))
 
     @classmethod
     def load(cls, path: str | Path, *, scene: Scene | None = None) -> Advice:

@@ -140,7 +140,10 @@ def advise(
     draw = Draw(renderer, read, measure)
     foretell = chosen_predict(predict, renderer, read.bias, screens=not named and bool(measure.population))
     drawn = checked_predict(foretell, drawn)
-    plans, worse = shortlisted(planned(draw, candidates, views, budgets), views, foretell, drawn)
+    predictions = len(budgets) if foretell is not None else 0
+    with steps_of_call(len(candidates) * (1 + predictions), progress) as step:
+        plans = planned(draw, candidates, views, budgets, step)
+        plans, worse = shortlisted(plans, views, foretell, drawn, step)
     with steps_of_call(len(views) * (2 + len(plans)), progress) as step:
         outcomes, filled = outcomes_of(draw, plans, views, step)
     if measure.population:

@@ -154,10 +154,18 @@ class BudgetPlan:
 
 
 def planned(
-    draw: Draw, candidates: Sequence[Candidate], views: Sequence[LabelledView], budgets: Sequence[int]
+    draw: Draw,
+    candidates: Sequence[Candidate],
+    views: Sequence[LabelledView],
+    budgets: Sequence[int],
+    step: Callable[[str], None],
 ) -> list[BudgetPlan]:
-    """The plans of all candidates with all budgets."""
-    return [plan for one in candidates for plan in plans_of(draw, one, views, budgets)]
+    """The plans of all candidates with all budgets; `step` is called with the name of each candidate's."""
+    plans: list[BudgetPlan] = []
+    for one in candidates:
+        step(f"fits of {one.label}")
+        plans += plans_of(draw, one, views, budgets)
+    return plans
 
 
 def plans_of(

@@ -13,7 +13,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from ..errors import ArgumentError, ShadowlabError
@@ -74,9 +74,16 @@ def checked_predict(predict: Predict | None, drawn: object) -> int:
 
 
 def shortlisted(
-    plans: Sequence[BudgetPlan], views: Sequence[LabelledView], predict: Predict | None, drawn: int
+    plans: Sequence[BudgetPlan],
+    views: Sequence[LabelledView],
+    predict: Predict | None,
+    drawn: int,
+    step: Callable[[str], None],
 ) -> tuple[list[BudgetPlan], list[Untried]]:
-    """The plans that are drawn, in their order, and the others with what was predicted of them."""
+    """The plans that are drawn, in their order, and the others with what was predicted of them.
+
+    Where there is a prediction `step` is called with the name of each plan's.
+    """
     if predict is None:
         return list(plans), []
     kept: set[int] = set()
@@ -85,6 +92,7 @@ def shortlisted(
         known: list[tuple[float, int]] = []
         for i, plan in enumerate(plans):
             if plan.memory == memory:
+                step(f"prediction of {plan.candidate.label}")
                 uniform = plan.candidate.technique == BASELINE
                 wrong = None if uniform else predicted(plan, views, predict)
                 if wrong is None:

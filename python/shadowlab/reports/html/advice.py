@@ -18,6 +18,7 @@ from ...experiments.memory import memory_text
 from ...experiments.run import done
 from ...pictures.backdrop import Backdrop
 from ...text import listed
+from ...text.progress import steps_of_call
 from ..advice_record import advice_data, figure_png
 from ..reproduce_advice import snippet_of, whole_advice
 from ..saved import ADVICE_FILE, file_text
@@ -58,7 +59,7 @@ MOST_VIEWS = 3
 CANDIDATE = ADVICE_HEADS.index("candidate")
 
 
-def save_advice(advice: Advice, directory: Path) -> Path:
+def save_advice(advice: Advice, directory: Path, progress: bool | None = None) -> Path:
     """Writes report.html, the tables, the data and the figure into a directory, which is made; the report's path.
 
     Raises
@@ -66,14 +67,17 @@ def save_advice(advice: Advice, directory: Path) -> Path:
     ArgumentError
         Where it cannot be made or written.
     """
-    data = file_text(advice_data(advice), advice)
     path = directory / "report.html"
-    with report_folder(directory):
+    with steps_of_call(3, progress) as step, report_folder(directory):
+        step("report: tables")
+        data = file_text(advice_data(advice), advice)
         for name, table in (("advice", advice.table), ("runs", advice.runs), ("switches", advice.switches)):
             table.to_csv(directory / f"{name}.csv", index=False)
+        step("report: figure")
         drawn = figure_png(advice)
         (directory / "advice.png").write_bytes(drawn)
         (directory / ADVICE_FILE).write_text(data, encoding="utf-8")
+        step("report: pictures")
         path.write_text(advice_page(advice, drawn), encoding="utf-8")
     return path
 

@@ -46,9 +46,11 @@ pub fn footprint(
     for (k, plane) in planes.chunks_mut(pixels).enumerate() {
         out.iter_mut().zip(plane.chunks_mut(width)).for_each(|(out, row)| out.planes[k] = row);
     }
+    progress.set_total(out.len() as u64);
     out.par_iter_mut().enumerate().try_for_each(|(y, out)| {
         progress.check()?;
         rows.row(y * width, out);
+        progress.advance(1);
         Ok::<_, Error>(())
     })?;
     // SAFETY: every row has been written, or the error has been returned.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 import threading
 import time
@@ -241,4 +242,19 @@ def test_an_advice_shows_how_far_it_is_from_its_first_fit_to_its_report(capsys, 
     told = capsys.readouterr().err
     assert all(f"report: {part}" in told for part in ("tables", "figure", "pictures"))
     advice.save(tmp_path / "silent", progress=False)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("terminal")
+def test_a_file_that_is_read_shows_how_much_of_it_is(capsys, tmp_path):
+    file = tmp_path / "triangle.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    sl.load_scene(file)
+    told = capsys.readouterr().err
+    assert "reading:   0%" in told
+    assert re.search(r"reading: +[1-4]\d%", told), told
+    assert "making the scene:  50%" in told
+    with Steps(1, False) as step:
+        step("silent")
+        sl.load_scene(file)
     assert capsys.readouterr().err == ""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError, LoadError, SceneError, ShadowlabError
 from ..text import shown
+from ..text.progress import steps_of_wait
 from .axes import Y_UP_FROM_X_UP, Y_UP_FROM_Z_UP, up_axis
 from .formats.archives import ARCHIVES, PACKED
 from .formats.limits import Limits
@@ -88,14 +89,17 @@ def load_scene(
     if not isinstance(limits, Limits):
         raise ArgumentError(f"limits: expected sl.Limits, got {shown(limits)}; try limits=sl.Limits(size=10**9)")
     given = given_source(source, ending, limits)
-    found = gathered_file(given)
-    try:
-        scene = Scene(*found.arrays())._with(found.cameras, found.lights)
-    except SceneError as e:
-        raise SceneError(f"{given.name}: {e}") from e
-    except ArgumentError as e:
-        raise LoadError(f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file") from e
-    scene = _in_metres(given.name, scene, found, up, metres)
+    with steps_of_wait(2) as step:
+        step("reading")
+        found = gathered_file(given)
+        step("making the scene")
+        try:
+            scene = Scene(*found.arrays())._with(found.cameras, found.lights)
+        except SceneError as e:
+            raise SceneError(f"{given.name}: {e}") from e
+        except ArgumentError as e:
+            raise LoadError(f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file") from e
+        scene = _in_metres(given.name, scene, found, up, metres)
     found.warn(stacklevel=3)
     if isinstance(source, (str, os.PathLike)):
         scene.source = given.name

@@ -146,6 +146,17 @@ def steps_of_call(steps: int, progress: object) -> Steps:
     return Steps(steps, asked is not False, anywhere=asked is True)
 
 
+def steps_of_wait(steps: int) -> contextlib.AbstractContextManager[Callable[[str], None]]:
+    """The steps of a call without such an argument; they are a part of the step that it is within, if it is within one."""
+    return contextlib.nullcontext(lambda _: None) if _all_within() else Steps(steps, is_main_thread())
+
+
+def tell(done: int, total: int) -> None:
+    """Shows how much is done of the step that this thread is within, if it is within one."""
+    if within := _all_within():
+        within[-1].tell(done, total)
+
+
 class OutOfTimeError(Exception):
     """Work that took longer than it may. No error of the package, so that nothing takes it for a refusal."""
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import LoadError
+from ...text.progress import tell
 from .blockwise import concatenated
 from .given import Given
 from .obj_words import FACE, KEPT_KINDS, UNKNOWN, VERTEX, VERTEX_NORMAL, VERTEX_TEXTURE, kinds_of
@@ -132,6 +133,8 @@ class ObjLines:
             else:
                 text = text.replace(b"\n" + word, b"\n")[1:]
             count = text.count(b"\n")
+            # Kinds mostly come one after the other.
+            tell(int(stops[runs[-1]]), len(self.text))
             yield lines[row : row + count], text
             row += count
 

@@ -190,6 +190,7 @@ impl ViewVolume {
         m
     }
     /// NDC z of a depth, 0 at near and 1 at far.
+    #[inline(always)]
     pub fn ndc_depth(&self, depth: f64) -> f64 {
         let Self { near, far, .. } = *self;
         match self.lens {

@@ -4,6 +4,7 @@ pub mod against_truth;
 pub mod cause_counts;
 pub mod causes;
 pub mod footprint;
+pub(crate) mod placed;
 pub(crate) mod receivers;
 pub mod selection;
 pub mod summary;

@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::footprint::{check_surfaces, local_maps};
+use super::placed::{Placed, only_matrix, place, texel_of};
+use super::receivers::{RUN, Receivers, Shown};
 use crate::error::{Error, Result};
 use crate::image::{Footprint, Surfaces};
 use crate::memory::{check_images, with_room};
@@ -54,25 +56,37 @@ pub fn locate(
         texel.resize(filled, [f64::NAN; 2]);
         map.resize(filled, Footprint::NOTHING);
     }
+    let only = only_matrix(&local);
     let rows = texel.par_chunks_mut(width).zip(map.par_chunks_mut(width)).enumerate();
-    rows.try_for_each(|(y, (texel, map))| {
-        progress.check()?;
-        for x in 0..width {
-            let Some((p_local, normal)) = surfaces.receiver(y * width + x) else { continue };
-            let p_world = surfaces.origin + p_local;
-            if !light.illuminates(p_world, normal) {
-                map[x] = Footprint::AVERTED;
-                continue;
+    rows.try_for_each_init(
+        || (Receivers::NONE, Placed::NONE),
+        |(run, placed), (y, (texel, map))| {
+            progress.check()?;
+            for x in (0..width).step_by(RUN) {
+                let (first, count) = (y * width + x, RUN.min(width - x));
+                run.read(surfaces, first, count);
+                if let Some(only) = only {
+                    place(only, size, run, placed);
+                }
+                for (i, shown) in run.shown(surfaces, light, first, count).into_iter().take(count).enumerate() {
+                    (texel[x + i], map[x + i]) = match (shown, only) {
+                        (Shown::Nothing, _) => continue,
+                        (Shown::Averted, _) => ([f64::NAN; 2], Footprint::AVERTED),
+                        (Shown::Facing, Some(_)) if placed.is_held[i] => ([placed.texel[0][i], placed.texel[1][i]], 0),
+                        (Shown::Facing, Some(_)) => ([f64::NAN; 2], Footprint::NO_MAP),
+                        (Shown::Facing, None) => {
+                            let p = run.point(i);
+                            match local.choose(p, camera.depth_of(surfaces.origin + p)) {
+                                Some(k) => (texel_of(local.partitions[k].project(p).0, size), k as i16),
+                                None => ([f64::NAN; 2], Footprint::NO_MAP),
+                            }
+                        }
+                    };
+                }
             }
-            map[x] = Footprint::NO_MAP;
-            if let Some(k) = local.choose(p_local, camera.depth_of(p_world)) {
-                let (ndc, _) = local.partitions[k].project(p_local);
-                texel[x] = [(0.5 + 0.5 * ndc.x) * size[0], (0.5 - 0.5 * ndc.y) * size[1]];
-                map[x] = k as i16;
-            }
-        }
-        Ok::<_, Error>(())
-    })?;
+            Ok::<_, Error>(())
+        },
+    )?;
     Ok(Located { texel, map })
 }
 

@@ -67,7 +67,7 @@ pub fn reads<'py>(
             let read = |pixel: usize, map: usize, count: &mut dyn FnMut([i64; 2])| {
                 let Some((point, normal)) = surfaces.receiver(pixel) else { return };
                 let place = DVec2::from_array(located.texel[pixel]);
-                lookups.map(map).taps_at(point, normal, place).iter().for_each(|tap| count(tap.texel));
+                lookups.map(map).texels_at(point, normal, place, count);
             };
             let pixels = located.map.iter().filter(|&&map| map >= 0).count();
             Ok((usage::reads(&located, layers, resolution, read, progress)?, pixels))

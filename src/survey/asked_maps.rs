@@ -2,6 +2,8 @@
 
 use glam::{DMat2, DVec2};
 
+use crate::aliasing::placed::{Placed, only_matrix, place};
+use crate::aliasing::receivers::{RUN, Receivers};
 use crate::aliasing::texel::{Eye, TexelMap, warped_texel};
 use crate::error::{Error, Result};
 use crate::focus::{Picture, Samples, Shadows};
@@ -59,11 +61,36 @@ impl<'a> AskedMaps<'a> {
     pub fn lost(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
         self.unheld(samples.filter(|&i| self.counts(i)), progress)
     }
-    /// Those of some samples that no map holds, whether they count or not.
+    /// Those of all samples that are lost.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
-    pub fn unheld(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
+    pub fn all_lost(&self, progress: &Progress) -> Result<Vec<usize>> {
+        let Some(matrix) = only_matrix(&self.local) else {
+            // Those that count, found in one sweep, before a map is asked.
+            let (camera, light) = (&self.picture.camera, &self.shadows.light);
+            let facing = self.samples.facing_watched(camera, light, &Region::ALL, || progress.check())?;
+            return self.unheld(facing.into_iter().map(|i| i as usize), progress);
+        };
+        // A map holds most of them, which takes less to know than whether they count.
+        let (mut run, mut placed, mut lost) = (Receivers::NONE, Placed::NONE, Vec::new());
+        let (count, origin) = (self.samples.len(), self.samples.origin.to_array());
+        for first in (0..count).step_by(RUN) {
+            if first.is_multiple_of(AT_ONCE) {
+                progress.check()?;
+            }
+            let some = first..count.min(first + RUN);
+            for (i, p) in self.samples.points[some.clone()].iter().enumerate() {
+                // Rounded as the world position is.
+                (0..3).for_each(|axis| run.p[axis][i] = origin[axis] + f64::from(p[axis]) - origin[axis]);
+            }
+            place(matrix, [1.0; 2], &run, &mut placed);
+            lost.extend(some.filter(|i| !placed.is_held[i - first]).filter(|&i| self.counts(i)));
+        }
+        Ok(lost)
+    }
+    /// Those of some samples that no map holds, whether they count or not.
+    fn unheld(&self, samples: impl Iterator<Item = usize>, progress: &Progress) -> Result<Vec<usize>> {
         let mut found = Vec::new();
         for (n, i) in samples.enumerate() {
             if n.is_multiple_of(AT_ONCE) {

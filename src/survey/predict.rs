@@ -7,7 +7,7 @@ use super::reading::{Reading, Receiver};
 use crate::error::{Error, Result};
 use crate::focus::Samples;
 use crate::image::TruthMask;
-use crate::parameterization::{Parameterization, Region};
+use crate::parameterization::Parameterization;
 use crate::progress::Progress;
 use crate::render::cpu::lookup::Lookups;
 use crate::render::{Bias, Filter, MaskSettings, Stored};
@@ -78,10 +78,7 @@ pub fn predict(
 pub fn outside(samples: &Samples, p: &Parameterization, progress: &Progress) -> Result<[usize; 2]> {
     let asked = AskedMaps::new(samples, p, p.resolution)?;
     let states = &asked.shadows.states;
-    let (camera, light) = (&asked.picture.camera, &asked.shadows.light);
-    // Those that count, found in one sweep, before a map is asked.
-    let facing = samples.facing_watched(camera, light, &Region::ALL, || progress.check())?;
-    let lost = asked.unheld(facing.iter().map(|&i| i as usize), progress)?.into_iter();
+    let lost = asked.all_lost(progress)?.into_iter();
     let count = |[all, dark]: [usize; 2], i: usize| [all + 1, dark + usize::from(states[i] == TruthMask::SHADOW)];
     Ok(lost.fold([0; 2], count))
 }

@@ -57,6 +57,12 @@ impl Kernel {
         }
     }
 
+    /// The texel that a place falls into.
+    pub fn nearest(place: DVec2) -> [i64; 2] {
+        let at = place.floor();
+        [at.x as i64, at.y as i64]
+    }
+
     /// The texels about a place with their weights, rows from the top; those of a disc as its points come, each texel once.
     pub fn taps(&self, disc: &[DVec2], place: DVec2) -> Vec<Tap> {
         let grid = |x: Weights, y: Weights| {
@@ -64,10 +70,7 @@ impl Kernel {
             y.each().flat_map(row).collect()
         };
         match self {
-            Self::Nearest => {
-                let at = place.floor();
-                vec![Tap { texel: [at.x as i64, at.y as i64], weight: 1.0 }]
-            }
+            Self::Nearest => vec![Tap { texel: Self::nearest(place), weight: 1.0 }],
             Self::Bilinear => grid(Weights::of_two(place.x), Weights::of_two(place.y)),
             Self::Box(size) => grid(Weights::of_box(place.x, size.x), Weights::of_box(place.y, size.y)),
             Self::Tent(size) => grid(Weights::of_tent(place.x, size.x), Weights::of_tent(place.y, size.y)),

@@ -44,6 +44,14 @@ impl MapLookup {
         self.kernel_at(p, normal).taps(self.kernels.disc(), place)
     }
 
+    /// Calls `read` with the column and row of each of them.
+    pub fn texels_at(&self, p: DVec3, normal: DVec3, place: DVec2, read: &mut dyn FnMut([i64; 2])) {
+        match self.kernel_at(p, normal) {
+            Kernel::Nearest => read(Kernel::nearest(place)),
+            kernel => kernel.taps(self.kernels.disc(), place).iter().for_each(|tap| read(tap.texel)),
+        }
+    }
+
     /// How far from a receiver without bias the centre of a texel that is compared can lie along each axis, texels.
     pub fn reach_at(&self, p: DVec3, normal: DVec3) -> DVec2 {
         self.kernel_at(p, normal).reach()

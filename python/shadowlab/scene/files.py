@@ -98,7 +98,9 @@ def load_scene(
         except SceneError as e:
             raise SceneError(f"{given.name}: {e}") from e
         except ArgumentError as e:
-            raise LoadError(f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file") from e
+            raise LoadError(
+                f"{given.name}: expected a mesh that can be drawn, got another ({e}); check the file"
+            ) from e
         scene = _in_metres(given.name, scene, found, up, metres)
     found.warn(stacklevel=3)
     if isinstance(source, (str, os.PathLike)):

@@ -147,7 +147,7 @@ def steps_of_call(steps: int, progress: object) -> Steps:
 
 
 def steps_of_wait(steps: int) -> contextlib.AbstractContextManager[Callable[[str], None]]:
-    """The steps of a call without such an argument; they are a part of the step that it is within, if it is within one."""
+    """The steps of a call without such an argument; a part of the step that it is within, if it is within one."""
     return contextlib.nullcontext(lambda _: None) if _all_within() else Steps(steps, is_main_thread())
 
 

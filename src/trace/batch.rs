@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::hierarchy::{Inner, Tracer};
 use super::kernel::Kernel;
+use super::nearby::{MOST, Nearby, Order};
 use super::rays::{ALL, BUNDLE, Each, RayBits, WorldRays};
 use super::rows::{RUN, Runs, bundles, row_of};
 use super::walk::{Blocked, Closest, Stack, Stacks, Touched, first_of_ties, tie_reach, traverse_together};
@@ -68,7 +69,6 @@ impl Tracer {
             let expected = format!("{} values, one a ray", origins.len());
             return Err(Error::argument("t_max", expected, t_max.len(), "give one limit for each ray"));
         }
-        // Shadow rays start from the same pixels, but those that see nothing are mostly left out, so that no rows are left.
         let rays = Rays { origins, directions, t_max: Some(t_max), row: None };
         run(rays, progress, false, |rays, out| blocked(&self.inner, rays, out))
     }
@@ -127,8 +127,13 @@ fn run<'a, T: Copy + Send + Sync>(
     // Rays are checked where they are traced, bundle by bundle, on all cores. The first bad row is told however the work is
     // divided: only chunks behind a bad row are left out.
     let bad = AtomicUsize::new(usize::MAX);
-    // Whole rows of squares.
-    let size = rays.row.map_or(CHUNK, |row| CHUNK.next_multiple_of(RUN * row));
+    let size = match (rays.t_max, rays.row) {
+        // Of shadow rays, which start from the same pixels, those that see nothing are mostly left out, so that no rows are left.
+        (Some(_), _) => MOST,
+        // Whole rows of squares.
+        (None, Some(row)) => CHUNK.next_multiple_of(RUN * row),
+        (None, None) => CHUNK,
+    };
     let chunks = out.spare_capacity_mut()[..count].par_chunks_mut(size);
     chunks.enumerate().try_for_each(|(chunk, out)| {
         progress.check()?;
@@ -187,6 +192,28 @@ fn fill(world: &mut WorldRays<BUNDLE>, rays: &Rays, runs: Runs, scene_origin: DV
             }
         }
     }
+    let bits = ALL >> BUNDLE.saturating_sub(count - runs.first);
+    (is_sound(world) || are_good(rays, bits, |r| runs.index(r))).then_some(bits)
+}
+
+/// Takes up a bundle of rays that lie apart. The rays that are there; none where not all of them have an answer.
+#[inline(always)]
+fn gather(world: &mut WorldRays<BUNDLE>, rays: &Rays, some: Nearby, scene_origin: DVec3) -> Option<RayBits> {
+    let scene_origin = scene_origin.to_array();
+    for r in 0..BUNDLE {
+        let (origin, direction) = (&rays.origins[some.index(r)], &rays.directions[some.index(r)]);
+        for a in 0..3 {
+            world.origin[a][r] = origin[a] - scene_origin[a];
+            world.direction[a][r] = direction[a];
+        }
+    }
+    let bits = some.bits();
+    (is_sound(world) || are_good(rays, bits, |r| some.index(r))).then_some(bits)
+}
+
+/// Whether all rays of a bundle are numbers with a direction, as far as can be told at once.
+#[inline(always)]
+fn is_sound(world: &WorldRays<BUNDLE>) -> bool {
     // Zero times a number is zero, of either sign, and of infinities and NaN it is not a number; side by side, without branches.
     let mut wrong = 0;
     let ([u, v, w], [x, y, z]) = (&world.origin, &world.direction);
@@ -194,15 +221,14 @@ fn fill(world: &mut WorldRays<BUNDLE>, rays: &Rays, runs: Runs, scene_origin: DV
         let sum = ((u[r] * 0.0 + v[r] * 0.0) + w[r] * 0.0) + ((x[r] * 0.0 + y[r] * 0.0) + z[r] * 0.0);
         wrong |= (sum.to_bits() << 1) | u64::from((x[r] == 0.0) & (y[r] == 0.0) & (z[r] == 0.0));
     }
-    let bits = ALL >> BUNDLE.saturating_sub(count - runs.first);
-    (wrong == 0 || are_good(rays, runs, bits)).then_some(bits)
+    wrong == 0
 }
 
 /// Whether each of some rays has an answer. Those whose way from the scene's origin is longer than f64 tells have one, too.
 #[cold]
 #[inline(never)]
-fn are_good(rays: &Rays, runs: Runs, bits: RayBits) -> bool {
-    Each(bits).all(|r| rays.is_good(runs.index(r)))
+fn are_good(rays: &Rays, bits: RayBits, index: impl Fn(usize) -> usize) -> bool {
+    Each(bits).all(|r| rays.is_good(index(r)))
 }
 
 #[inline(always)]
@@ -211,9 +237,10 @@ fn first_hits_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [Hit]) -> boo
     let nothing = Closest::<false>::new(0.0, f64::INFINITY, 0.0);
     for runs in bundles(out.len(), rays.row) {
         let Some(bits) = fill(&mut world, &rays, runs, scene.scene.origin()) else { return false };
+        let ties = tie_reach(scene, &world);
         let mut closest = [nothing; BUNDLE];
-        for (closest, tie) in closest.iter_mut().zip(tie_reach(scene, &world)) {
-            *closest = nothing.with_ties(tie);
+        for r in 0..BUNDLE {
+            closest[r].note_ties(ties[r]);
         }
         traverse_together::<K, _>(scene, &world, bits, &mut closest, &mut stacks);
         for r in Each(bits) {
@@ -236,15 +263,15 @@ fn blocked_with<K: Kernel>(scene: &Inner, rays: Rays, out: &mut [bool]) -> bool 
     if t_max.iter().any(|t| t.is_nan()) {
         return false;
     }
-    for runs in bundles(out.len(), None) {
-        let Some(bits) = fill(&mut world, &rays, runs, scene.scene.origin()) else { return false };
+    for some in Order::new(rays.origins, rays.directions).bundles() {
+        let Some(bits) = gather(&mut world, &rays, some, scene.scene.origin()) else { return false };
         let mut blocked = [Blocked { t_max: f64::INFINITY, except: None, touched: Touched::NONE }; BUNDLE];
         for r in Each(bits) {
-            blocked[r].t_max = t_max[runs.index(r)];
+            blocked[r].t_max = t_max[some.index(r)];
         }
         let ended = traverse_together::<K, _>(scene, &world, bits, &mut blocked, &mut stacks);
         for r in Each(bits) {
-            out[runs.index(r)] = (ended >> r) & 1 != 0;
+            out[some.index(r)] = (ended >> r) & 1 != 0;
         }
     }
     true

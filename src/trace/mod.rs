@@ -4,13 +4,14 @@
 //!
 //! [`hierarchy`] is what rays walk through; [`rays`] takes them into its frames; [`kernel`] has the tests on the way,
 //! [`walk`] the way itself. [`shading`] puts rays together into the answer for a pixel, from what is [`seen`] there. [`batch`], in
-//! the bundles of [`rows`], [`one_by_one`], [`surfaces`] and [`visibility`] answer the questions asked from outside.
+//! the bundles of [`rows`] and [`nearby`], [`one_by_one`], [`surfaces`] and [`visibility`] answer the questions asked from outside.
 //! [`mod@moved_surfaces`] takes points along with what they lie on.
 
 mod batch;
 mod hierarchy;
 mod kernel;
 mod moved_surfaces;
+mod nearby;
 mod one_by_one;
 mod rays;
 mod rows;

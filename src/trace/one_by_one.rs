@@ -34,7 +34,8 @@ impl OneByOne<'_> {
 #[inline(always)]
 fn first_with<K: Kernel>(scene: &Inner, ray: WorldRay, t_max: f64, stack: &mut Stack) -> Hit {
     let [tie] = tie_reach(scene, &WorldRays::from([ray]));
-    let mut closest = Closest::<false>::new(0.0, t_max, 0.0).with_ties(tie);
+    let mut closest = Closest::<false>::new(0.0, t_max, 0.0);
+    closest.note_ties(tie);
     traverse_one::<K, _>(scene, &ray, &mut closest, stack);
     let Closest { t, face: Some(first), is_tied, .. } = closest else { return Hit::NONE };
     let (instance, triangle) = if is_tied { first_of_ties::<K>(scene, &ray, (t, first), t_max, stack) } else { first };

@@ -162,8 +162,9 @@ impl<const BAND: bool> Closest<BAND> {
         Self { t_min, band, t: t_max, face: None, tie: 0.0, is_tied: false, t_near_edge: f64::INFINITY }
     }
     /// Notes ties: see [`first_of_ties`](super::first_of_ties).
-    pub fn with_ties(self, tie: f64) -> Self {
-        Self { tie, ..self }
+    #[inline(always)]
+    pub fn note_ties(&mut self, tie: f64) {
+        self.tie = tie;
     }
     /// Whether a ray within the band of this one may meet another triangle first.
     pub fn is_near_edge(&self) -> bool {

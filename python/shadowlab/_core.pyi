@@ -257,7 +257,8 @@ def png(picture: npt.NDArray[np.uint8]) -> bytes:
     """The picture (H, W, 3) uint8 as the bytes of a PNG file. Threads may encode side by side."""
 
 def shade(
-    gbuffer: GBuffer,
+    normal: npt.ArrayLike,
+    triangle: npt.ArrayLike,
     mask: npt.ArrayLike,
     *,
     ways: npt.ArrayLike,
@@ -265,7 +266,8 @@ def shade(
     sky: npt.ArrayLike,
     coded: npt.ArrayLike,
 ) -> npt.NDArray[np.uint8]:
-    """The eye view (H, W, 3) uint8 of a material under a mask (H, W) float32; see `shadowlab.pictures.eye.shade`.
+    """The eye view (H, W, 3) uint8 of normals (H, W, 3) float32 and triangles (H, W) int32 under a mask (H, W) float32; see
+    `shadowlab.pictures.eye.shade`.
 
     Ways that the light travels (1, 1, 3) or (H, W, 3) float32; linear light (3, 3) float32 of each channel, of a face that
     looks down, what one adds that looks up, and what the light adds; the sky (H, 3) uint8; the bytes (65536,) uint8 of linear

@@ -53,7 +53,8 @@ def shade(gbuffer: GBuffer, light: Light, mask: np.ndarray) -> np.ndarray:
     # In single precision, a channel at a time: bytes come of it.
     material = (ALBEDO * (BOUNCE, SKY - BOUNCE, SUN)).astype(np.float32)
     ways, sky = light_directions(gbuffer, light), background(np.shape(mask))[:, 0]
-    return _core.shade(gbuffer, mask, ways=ways, material=material, sky=sky, coded=SRGB)
+    seen = gbuffer.normal, gbuffer.triangle
+    return _core.shade(*seen, mask, ways=ways, material=material, sky=sky, coded=SRGB)
 
 
 def light_directions(gbuffer: GBuffer, light: Light) -> np.ndarray:

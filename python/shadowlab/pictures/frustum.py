@@ -104,6 +104,6 @@ def with_frustum(picture: np.ndarray, segments: np.ndarray) -> np.ndarray:
     # How many of them are casing, and how many the line itself: the sum of the bytes comes into the uppermost one.
     ones = np.uint32(0x01010101)
     casing, line = (((quarters >> bit & ones) * ones >> 24).astype(np.float32)[:, None] for bit in (0, 1))
-    drawn_over = casing * np.float32(CASING_RGB) + line * np.float32(FRUSTUM_RGB)
+    drawn_over = casing * np.array(CASING_RGB, np.float32) + line * np.array(FRUSTUM_RGB, np.float32)
     made[rows, columns] = np.rint(((4 - casing - line) * beneath + drawn_over) / 4)
     return made

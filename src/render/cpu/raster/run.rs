@@ -1,4 +1,4 @@
-//! [`LANES`] neighbouring columns of a triangle, filled row by row.
+//! [`LANES`](super::simd::LANES) neighbouring columns of a triangle, filled row by row.
 
 use super::lanes::Lanes;
 use super::pixels::Pixels;

@@ -119,7 +119,7 @@ def test_a_map_that_holds_what_is_not_there_is_named(surface):
     view = StoredView(joined(slab(-3, 3, (-20, -20), (20, 20)), slab(2.5, 0.5)), CAMERA, SUN, (160, 90))
     p = sl.technique("uniform").by_body().parameterize(view.scene, view.camera, view.light, resolution=128)
     maps = np.asarray(view.renderer.shadow_map(view.scene, p, resolution=128, stored=surface)).copy()
-    maps[maps < 1] -= 0.3
+    maps[maps < 1] = np.maximum(maps[maps < 1] - 0.3, 0)
     mask = sl.aliasing.look_up(maps, view.gbuffer, view.camera, view.light, p, stored=surface)
     found = sl.aliasing.causes(
         view.scene, view.camera, view.light, p, mask, view.truth, gbuffer=view.gbuffer, maps=maps, stored=surface

@@ -26,9 +26,9 @@ pub fn shade<'py>(
     coded: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
     let py = mask.py();
-    let triangle = array::<i32>(triangle, "triangle", &[None, None])?;
-    let (h, w) = (triangle.shape()[0], triangle.shape()[1]);
-    let normal = array::<f32>(normal, "normal", &[Some(h), Some(w), Some(3)])?;
+    let normal = array::<f32>(normal, "normal", &[None, None, Some(3)])?;
+    let (h, w) = (normal.shape()[0], normal.shape()[1]);
+    let triangle = array::<i32>(triangle, "triangle", &[Some(h), Some(w)])?;
     let mask = array::<f32>(mask, "mask", &[Some(h), Some(w)])?;
     let one: PyReadonlyArrayDyn<'_, f32> = array(ways, "ways", &[None, None, Some(3)])?;
     let is_one = one.shape()[..2] == [1, 1];

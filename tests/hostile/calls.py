@@ -264,6 +264,11 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "_core.blended": {"pixels": lambda: [[8, 6]]},
     "_core.predict_wrong": {"gaps": lambda: np.zeros(world().truth.shape, np.float32)},
     "_core.depth_rows": {"origin": lambda: (0.0, 1.0, 0.0)},
+    "_core.shade": {
+        "normal": lambda: world().gbuffer.normal, "triangle": lambda: world().gbuffer.triangle,
+        "ways": lambda: np.array([[[0.0, -1.0, 0.0]]], np.float32), "sky": lambda: np.zeros((9, 3), np.uint8),
+        "material": lambda: np.full((3, 3), 0.3, np.float32), "coded": lambda: np.zeros(1 << 16, np.uint8),
+    },
     "_core.face_corners": {"instance": lambda: 0, "face": lambda: 0},
     "_core.summarize": {
         "map": lambda: world().footprint.map, "maps": lambda: 1, "percentiles": lambda: [5.0, 50.0],

@@ -72,6 +72,7 @@ def check_map_depths(name: str, maps: object) -> None:
     """
     if not isinstance(maps, np.ndarray) or maps.dtype.kind != "f" or not maps.size:
         return
+    maps = np.asarray(maps)  # Of a class of somebody's own, what numpy makes of it.
     if maps.dtype == np.float32 and maps.view(np.uint32).max() <= _BITS_OF_ONE:
         return  # One look, where two would be needed.
     low, high = float(maps.min()), float(maps.max())

@@ -105,17 +105,14 @@ pub fn run_sized<T: Send>(
     py.detach(|| work(&Progress::new())).or_raise(py)
 }
 
-/// Runs work with parallel parts as [`run_watched`] does where it may take long, and without looking at signals, on the pool,
-/// where it is over soon.
+/// The same of work with parallel parts, which are the pool's where it is over soon, too.
 pub fn run_parallel<T: Send>(
     py: Python<'_>,
     takes_long: bool,
     work: impl FnOnce(&Progress) -> Result<T> + Send,
 ) -> PyResult<T> {
-    if takes_long {
-        return run_watched(py, None, work);
-    }
-    py.detach(|| threads::install(|| work(&Progress::new()))?).or_raise(py)
+    let on_pool = |progress: &Progress| if takes_long { work(progress) } else { threads::install(|| work(progress))? };
+    run_sized(py, takes_long, on_pool)
 }
 
 /// Calls `work` with one run of `0..n` after the other; where there are many, it may be stopped between two of them.

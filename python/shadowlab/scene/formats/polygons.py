@@ -59,8 +59,8 @@ def triangulated(points: NDArray[Any], corners: NDArray[Any], counts: Indices, *
     """Triangles of simple polygons, convex or not.
 
     Corners that repeat the one before are passed over, and so are those that only stand in its place where ear clipping
-    stumbles over them. Polygons that cross or overlap themselves, and those without
-    area, become fans from their first corner.
+    stumbles over them. Polygons that cross or overlap themselves, and those without area, become fans from their first
+    corner.
 
     Parameters
     ----------
@@ -246,10 +246,10 @@ def clipped(polygons: NDArray[np.float64]) -> tuple[Indices, NDArray[np.bool_]]:
 
 
 def _without_repeats(polygon: Points) -> Indices | None:
-    """Triangles (n - 2, 3) of a polygon that goes on to the place where it is, which ear clipping may not follow.
+    """Triangles (n - 2, 3) of a polygon without the corners that stand where the one before does.
 
-    Where it does so there are as many triangles without corners of their own: of the first corner alone. None where it
-    never does, or is not simple all the same.
+    Triangles that are missing for that have the first corner three times. None where no corner stands so, or the
+    polygon is not simple without them either.
     """
     size = len(polygon)
     kept = np.flatnonzero((polygon != np.roll(polygon, 1, axis=0)).any(axis=1))

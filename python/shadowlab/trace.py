@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from enum import IntEnum
 from typing import overload
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .errors import ArgumentError
+from .errors import ArgumentError, ShadowlabWarning
 from .text.checked import A_CAMERA, A_SCENE, a_count, a_flag, checked, one_or_more_lights, optional
 from .text.checks import picture_of
 from .text.progress import steps_of_call
@@ -20,6 +21,8 @@ __all__ = ["Truth", "first_hit", "occluded", "shadow_mask", "soft_shadow_mask"]
 
 # Rays along each side of a pixel: 4,096 of them know its average to better than one in a hundred.
 MOST_RAYS = 64
+# From this share of the visible pixels on, what is undecided is said: differences between techniques are of this size.
+MUCH_UNDECIDED = 0.01
 
 
 class Truth(IntEnum):
@@ -82,13 +85,42 @@ def shadow_mask(
     ------
     ArgumentError
         For arguments of another type or out of range, and no light.
+
+    Warns
+    -----
+    ShadowlabWarning
+        Where one in a hundred of the visible pixels or more is undecided.
     """
     lights = one_or_more_lights("light", light)
     with steps_of_call(1, progress) as step:
         step("truth")
         if isinstance(lights, tuple):
-            return tuple(_core.trace_shadow_masks(scene, camera, lights, size=size))
-        return _core.trace_shadow_mask(scene, camera, lights, size=size)
+            masks = tuple(_core.trace_shadow_masks(scene, camera, lights, size=size))
+            _warn_of_undecided(scene, masks)
+            return masks
+        mask = _core.trace_shadow_mask(scene, camera, lights, size=size)
+    _warn_of_undecided(scene, [mask])
+    return mask
+
+
+def _warn_of_undecided(scene: _core.Scene, masks: Iterable[npt.NDArray[np.int8]]) -> None:
+    """Says how much the worst of the masks leaves undecided, if that is much, to the caller of a public function."""
+    worst = 0.0
+    for mask in masks:
+        visible = int(np.count_nonzero(mask != Truth.NOTHING))
+        worst = max(worst, int(np.count_nonzero(mask == Truth.UNDECIDED)) / max(visible, 1))
+    if worst < MUCH_UNDECIDED:
+        return
+    low, high = scene.bounds
+    across = float((high - low).max())
+    resolved = across / 2 * 2.0**-22
+    warnings.warn(
+        f"{worst:.0%} of the visible pixels are undecided: their answer changes when rays move by about "
+        f"{resolved:.2g} units, what single precision resolves in a scene {across:.3g} units across; leave out "
+        "instances far from all others, and surfaces that lie on others",
+        ShadowlabWarning,
+        stacklevel=3,
+    )
 
 
 @overload

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -46,6 +47,11 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
     camera = sl.Camera.look_at((0, 1.5, 2), (0, 0, 0), aspect=1.0, near=0.1, far=10)
     light = sl.DirectionalLight((0.4, -1, 0.3))
     placed = np.tile(np.eye(4), (400_000, 1, 1))
+    stone = sl.Scene.from_arrays(np.eye(3), [[0, 1, 2]])
+    places = np.tile(np.eye(4), (1_000_000, 1, 1))
+    places[:, :3, 3] = np.random.default_rng(3).uniform(-1e3, 1e3, (len(places), 3))
+    crowd = sl.Scene(stone.meshes, np.zeros(len(places), np.int64), places)
+    pickled = pickle.dumps(crowd)
 
     def fresh() -> Any:
         return sl.Scene([_core.Mesh(vertices, faces)], [0], np.eye(4)[None])
@@ -60,6 +66,11 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
     yield "_core.Mesh", lambda: lambda: _core.Mesh(vertices, faces)
     yield "_core.Scene", lambda: lambda: _core.Scene([mesh] * 40, range(40), placed[:40])
     yield "Scene of many instances", lambda: lambda: _core.Scene([mesh], np.zeros(400_000, np.int64), placed)
+    yield "joined scenes", lambda: lambda: crowd + stone
+    yield "moved instances", lambda: lambda: crowd.with_transforms(np.arange(len(places)), places)
+    yield "moved scene", lambda: lambda: crowd.transformed(np.diag((2.0, 1, 1, 1)))
+    yield "pickled scene", lambda: lambda: pickle.dumps(crowd)
+    yield "unpickled scene", lambda: lambda: pickle.loads(pickled)
     yield "content_hash", lambda: hashed(fresh())
     yield "hierarchy", lambda: traced(fresh())
     yield "to_arrays", lambda: lambda: sl.Scene([mesh], [0] * 8, placed[:8]).to_arrays()
@@ -93,8 +104,8 @@ def calls() -> Iterator[tuple[str, Callable[[], Callable[[], Any]]]]:
     yield "counts of causes", lambda: lambda: _core.cause_counts(wrong, away)
     rows = np.random.default_rng(1).normal(size=(6_000_000, 3))
     yield "project", lambda: lambda: p.partitions[0].project(rows)
-    places = np.abs(rows[:, :2])
-    yield "rays", lambda: lambda: camera.rays(places, 4096)
+    pixels = np.abs(rows[:, :2])
+    yield "rays", lambda: lambda: camera.rays(pixels, 4096)
     long = rows[:1_500_000].tolist()
     yield "lists", lambda: lambda: camera.depth(long)
     wide, dark = np.zeros((16_000, 16_000), np.float32), np.zeros((16_000, 16_000), np.int8)

@@ -75,7 +75,7 @@ class Mesh:
 
 @disjoint_base
 class Scene:
-    """Meshes and their instances; the package's `Scene` adds loading and joining."""
+    """Meshes and their instances; the package's `Scene` adds loading."""
 
     def __new__(
         cls,
@@ -145,6 +145,8 @@ class Scene:
         >>> a.content_hash == b.content_hash, a == b, a is b
         (True, True, False)
         """
+    def __add__(self, value: object, /) -> Scene: ...
+    def __radd__(self, value: object, /) -> Scene: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

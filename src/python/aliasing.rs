@@ -45,8 +45,9 @@ impl PyMisclassified {
             })
         })?;
         let image = stored::<i8>(py, parts, 0, &[None, None])?.into_any().cast_into::<PyArray2<i8>>()?.unbind();
-        let (found, mut added) = (Self { m, image }, Ok(()));
-        parts.check_seal(py, |digest| added = found.add_image(py, digest)).and(added).map(|()| found)
+        let found = Self { m, image };
+        parts.check_seal(py, |digest| found.add_image(py, digest))?;
+        Ok(found)
     }
 }
 
@@ -108,9 +109,8 @@ impl PyMisclassified {
         Ok(first_eight(&digest.finish()))
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let (head, mut added) = (self.head(), Ok(()));
-        let seal = seal(NAME, VERSION, head.bytes(), |digest| added = self.add_image(py, digest));
-        added?;
+        let head = self.head();
+        let seal = seal(NAME, VERSION, head.bytes(), |digest| self.add_image(py, digest))?;
         reduced(py, NAME, VERSION, head.bytes(), &seal, vec![self.image.bind(py).clone().into_any()])
     }
     fn __repr__(&self) -> String {

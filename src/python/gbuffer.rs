@@ -157,8 +157,8 @@ impl PyGBuffer {
             triangle: indices(3)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
             instance: indices(4)?.into_any().cast_into::<PyArray2<i32>>()?.unbind(),
         };
-        let mut arrays = Ok(());
-        parts.check_seal(py, |digest| arrays = found.add_arrays(py, digest)).and(arrays).map(|()| found)
+        parts.check_seal(py, |digest| found.add_arrays(py, digest))?;
+        Ok(found)
     }
 
     /// One that takes over the core's arrays.
@@ -352,15 +352,13 @@ impl PyGBuffer {
     }
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let head = self.head(Numbers::Exact);
-        let mut added = Ok(());
         // One that is a whole picture stays of the version that knows no other, and without a camera of the one that has none.
         let version = match (self.whole == self.size, &self.camera) {
             (false, _) => VERSION,
             (true, Some(_)) => WHOLE_VERSIONS[1],
             (true, None) => WHOLE_VERSIONS[0],
         };
-        let seal = seal(NAME, version, head.bytes(), |digest| added = self.add_arrays(py, digest));
-        added?;
+        let seal = seal(NAME, version, head.bytes(), |digest| self.add_arrays(py, digest))?;
         let arrays = vec![
             self.depth.bind(py).clone().into_any(),
             self.relative.bind(py).clone().into_any(),

@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 
 use super::arrays::borrowed;
 use super::camera::PyCamera;
-use super::convert::{OrRaise, image};
+use super::convert::{SOON, image, run_parallel};
 use super::light::{PyDirectionalLight, PyPointLight, PySpotLight};
-use super::state::{Fault, Parts, Reader, State, Writer, seal};
+use super::state::{Fault, OTHER_SEAL, Parts, Reader, State, Writer, seal};
 use crate::digest::{Digest, Numbers};
 use crate::error::Result;
 use crate::focus::{EdgeSample, Picture, Samples, Shadows};
@@ -79,9 +79,7 @@ fn read_head(from: &mut Reader<'_>) -> std::result::Result<(glam::DVec3, Option<
 
 /// The digest of all of them.
 pub fn sealed(samples: &Samples, numbers: Numbers, progress: &Progress) -> Result<[u8; 32]> {
-    let mut added = Ok(());
-    let seal = seal(NAME, VERSION, head_of(samples, numbers).bytes(), |digest| added = add(samples, digest, progress));
-    added.map(|()| seal)
+    seal(NAME, VERSION, head_of(samples, numbers).bytes(), |digest| add(samples, digest, progress))
 }
 
 /// What equal samples share: numbers as numbers, and NaN to NaN.
@@ -160,8 +158,10 @@ pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Samples> {
     let edges = zipped.map(|((sample, normal), weight)| EdgeSample { sample, normal, weight }).collect();
     let known = light.map(|light| Shadows { light, states, edges, shaded, image: pixels });
     found.shadows = known;
-    let mut added = Ok(());
-    parts.check_seal(py, |digest| added = add(&found, digest, &Progress::new()))?;
-    added.or_raise(py)?;
-    Ok(py.detach(|| found.outlined()))
+    let sealed = parts.sealed();
+    let restored = run_parallel(py, found.points.len() > SOON, |progress| {
+        let is_whole = sealed.is_of(|digest| add(&found, digest, progress))?;
+        Ok(is_whole.then(|| found.outlined()))
+    })?;
+    restored.ok_or_else(|| parts.error(py, OTHER_SEAL))
 }

@@ -26,7 +26,7 @@ use crate::trace::Tracer;
 /// Between two looks at whether another thread has built the acceleration structure.
 const BUILD_POLL: Duration = Duration::from_millis(1);
 
-/// Meshes and their instances; the package's `Scene` adds loading and joining.
+/// Meshes and their instances; the package's `Scene` adds loading.
 #[pyclass(name = "Scene", subclass, frozen, module = "shadowlab._core")]
 pub struct PyScene {
     pub scene: Scene,
@@ -169,6 +169,9 @@ impl PyScene {
         }
         let mut instances = Vec::with_capacity(transforms.len());
         for (i, (&mesh, rows)) in mesh_index.iter().zip(transforms).enumerate() {
+            if i.is_multiple_of(SOON) {
+                py.check_signals()?;
+            }
             let world_from_mesh = placement(py, || format!("transforms[{i}]"), rows)?;
             let Some(mesh) = u32::try_from(mesh).ok().filter(|&mesh| (mesh as usize) < meshes.len()) else {
                 let expected = format!("the place of one of the {} meshes, from 0", meshes.len());
@@ -226,12 +229,22 @@ impl PyScene {
             })
         };
         let indices = indices.iter().enumerate().map(index).collect::<PyResult<Vec<_>>>()?;
-        let map = |(k, rows)| placement(py, || format!("matrices[{k}]"), rows);
-        let maps = matrices.iter().enumerate().map(map).collect::<PyResult<Vec<_>>>()?;
+        let mut maps = Vec::with_capacity(matrices.len());
+        for (k, rows) in matrices.iter().enumerate() {
+            if k.is_multiple_of(SOON) {
+                py.check_signals()?;
+            }
+            maps.push(placement(py, || format!("matrices[{k}]"), rows)?);
+        }
         let points: usize = indices.iter().map(|&i| self.scene.mesh_of(i).triangles().len()).sum();
         let is_long = points + count > SOON;
         let scene = run_parallel(py, is_long, |progress| self.scene.with_transforms(&indices, &maps, progress))?;
         Ok(Self { scene, traced: Traced::within(Arc::clone(&self.traced.family)) })
+    }
+    fn __add__(&self, other: PyRef<'_, Self>) -> PyResult<Self> {
+        let (py, added) = (other.py(), &other.scene);
+        let is_long = self.scene.instances().len() + added.instances().len() > SOON;
+        Ok(run_parallel(py, is_long, |progress| self.scene.joined(added, progress))?.into())
     }
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         let (a, b) = (&self.scene, &other.scene);

@@ -15,12 +15,13 @@ use pyo3::prelude::*;
 
 use super::alpha_states::{BorrowedTests, OF_TESTS, Tests, with_tests};
 use super::arrays::{borrowed, cut, uncounted};
-use super::convert::image;
-use super::state::{Parts, Reduced, reduced, seal};
+use super::convert::{image, run_parallel, run_sized};
+use super::mesh::SOON;
+use super::state::{Fault, OTHER_SEAL, Parts, Reduced, reduced, seal};
 use crate::digest::Digest;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::progress::Progress;
 use crate::scene::{AlphaTexture, Instance, Mesh, Scene, Stored};
-use crate::threads;
 
 const MESH: &str = "Mesh";
 const SCENE: &str = "Scene";
@@ -52,10 +53,11 @@ struct Borrowed<'a> {
 }
 
 impl Meshes {
-    fn of(meshes: &[Arc<Mesh>]) -> Self {
+    fn of(meshes: &[Arc<Mesh>], progress: &Progress) -> Result<Self> {
         let mut all = Self::default();
         let mut textures: Vec<&Arc<AlphaTexture>> = Vec::new();
         for (index, mesh) in meshes.iter().enumerate() {
+            progress.check()?;
             all.positions.extend(mesh.positions_local().iter().flat_map(|p| p.to_array()));
             all.triangles.extend_from_slice(mesh.triangles().as_flattened());
             all.source_faces.extend_from_slice(mesh.source_faces());
@@ -69,7 +71,7 @@ impl Meshes {
                 all.tests.push(index as u32, test, &mut textures);
             }
         }
-        all
+        Ok(all)
     }
     fn borrowed(&self) -> Borrowed<'_> {
         let Self { positions, triangles, source_faces, frames, counts, tests } = self;
@@ -95,21 +97,28 @@ impl Meshes {
 }
 
 impl Borrowed<'_> {
-    fn add_to(&self, digest: &mut Digest) {
-        digest.list(self.positions);
-        digest.list(self.triangles);
-        digest.list(self.source_faces);
-        digest.list(self.frames);
-        digest.list(self.counts);
+    fn add_to(&self, digest: &mut Digest, progress: &Progress) -> Result<()> {
+        let check = || progress.check();
+        digest.watched_list(self.positions, check)?;
+        digest.watched_list(self.triangles, check)?;
+        digest.watched_list(self.source_faces, check)?;
+        digest.watched_list(self.frames, check)?;
+        digest.watched_list(self.counts, check)?;
         self.tests.add_to(digest);
+        progress.check()
+    }
+    /// Whether it takes long to look at them.
+    fn are_many(&self) -> bool {
+        self.triangles.len() > SOON
     }
     /// The meshes, each bit as it was.
-    fn meshes(&self) -> Result<Vec<Arc<Mesh>>> {
+    fn meshes(&self, progress: &Progress) -> Result<Vec<Arc<Mesh>>> {
         let mut rest = (self.positions, self.triangles, self.source_faces);
         let mut made = Vec::new();
         let mut tests = self.tests.tests(self.counts)?.into_iter().peekable();
         let frames = self.frames.as_chunks::<4>().0;
         for (&[v, m, dropped], &[scale, x, y, z]) in self.counts.as_chunks::<3>().0.iter().zip(frames) {
+            progress.check()?;
             let s = if dropped > 0 { m } else { 0 };
             let index = made.len() as u32;
             let alpha_test = tests.next_if(|(mesh, _)| *mesh == index).map(|(_, test)| test);
@@ -133,34 +142,36 @@ impl Borrowed<'_> {
 }
 
 /// Adds instances.
-fn add_instances(digest: &mut Digest, index: &[u32], transforms: &[f64]) {
-    digest.list(index);
-    digest.list(transforms);
+fn add_instances(digest: &mut Digest, index: &[u32], transforms: &[f64], progress: &Progress) -> Result<()> {
+    digest.watched_list(index, || progress.check())?;
+    digest.watched_list(transforms, || progress.check())
 }
 
 /// `__reduce__` of a mesh.
 pub fn reduce_mesh<'py>(py: Python<'py>, mesh: &Arc<Mesh>) -> PyResult<Reduced<'py>> {
-    let (meshes, seal) = py.detach(|| {
-        let meshes = Meshes::of(std::slice::from_ref(mesh));
-        let seal = seal(MESH, meshes.version(), &[], |digest| meshes.borrowed().add_to(digest));
-        (meshes, seal)
-    });
+    let (meshes, seal) = run_sized(py, mesh.triangles().len() > SOON, |progress| {
+        let meshes = Meshes::of(std::slice::from_ref(mesh), progress)?;
+        let seal = seal(MESH, meshes.version(), &[], |digest| meshes.borrowed().add_to(digest, progress))?;
+        Ok((meshes, seal))
+    })?;
     let version = meshes.version();
     reduced(py, MESH, version, &[], &seal, meshes.into_arrays(py, Vec::new())?)
 }
 
 /// `__reduce__` of a scene.
 pub fn reduce_scene<'py>(py: Python<'py>, scene: &Scene) -> PyResult<Reduced<'py>> {
-    let (meshes, index, transforms, seal) = py.detach(|| {
-        let meshes = Meshes::of(scene.meshes());
+    let triangles: usize = scene.meshes().iter().map(|mesh| mesh.triangles().len()).sum();
+    let is_long = triangles + scene.instances().len() > SOON;
+    let (meshes, index, transforms, seal) = run_sized(py, is_long, |progress| {
+        let meshes = Meshes::of(scene.meshes(), progress)?;
         let index: Vec<u32> = scene.instances().iter().map(|i| i.mesh).collect();
         let transforms: Vec<f64> = scene.instances().iter().flat_map(|i| i.world_from_mesh.to_cols_array()).collect();
         let seal = seal(SCENE, meshes.version(), &[], |digest| {
-            meshes.borrowed().add_to(digest);
-            add_instances(digest, &index, &transforms);
-        });
-        (meshes, index, transforms, seal)
-    });
+            meshes.borrowed().add_to(digest, progress)?;
+            add_instances(digest, &index, &transforms, progress)
+        })?;
+        Ok((meshes, index, transforms, seal))
+    })?;
     let count = index.len();
     let version = meshes.version();
     let instances = vec![image(py, index, [count])?.into_any(), image(py, transforms, [count, 12])?.into_any()];
@@ -198,13 +209,34 @@ fn with_meshes<'py, T>(
     with_tests(py, parts, |tests| work(&Borrowed { tests, ..meshes }))
 }
 
+/// What `make` makes of a state whose seal is that of what `add` adds.
+fn restored<T: Send>(
+    py: Python<'_>,
+    parts: &Parts<'_>,
+    takes_long: bool,
+    add: impl FnOnce(&mut Digest, &Progress) -> Result<()> + Send,
+    make: impl FnOnce(&Progress) -> Result<T> + Send,
+) -> PyResult<T> {
+    let sealed = parts.sealed();
+    let made = run_parallel(py, takes_long, |progress| {
+        if !sealed.is_of(|digest| add(digest, progress))? {
+            return Ok(Err(OTHER_SEAL.into()));
+        }
+        match make(progress) {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            made => Ok(made.map_err(|e| e.to_string())),
+        }
+    })?;
+    made.map_err(|fault: Fault| parts.error(py, fault))
+}
+
 /// The mesh of a state.
 pub fn restored_mesh<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Arc<Mesh>> {
     check(py, parts, OF_MESHES)?;
     parts.read(py, |_| Ok(()))?;
     let found = with_meshes(py, parts, |arrays| {
-        parts.check_seal(py, |digest| arrays.add_to(digest))?;
-        py.detach(|| arrays.meshes()).map_err(|e| parts.error(py, e))
+        let add = |digest: &mut Digest, progress: &Progress| arrays.add_to(digest, progress);
+        restored(py, parts, arrays.are_many(), add, |progress| arrays.meshes(progress))
     })?;
     match found.as_slice() {
         [one] => Ok(Arc::clone(one)),
@@ -221,18 +253,17 @@ pub fn restored_scene<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Scen
     let transforms = borrowed::<f64>(py, parts, OF_MESHES + 1, &[Some(index.len()), Some(12)])?;
     let transforms = transforms.as_slice()?;
     with_meshes(py, parts, |arrays| {
-        parts.check_seal(py, |digest| {
-            arrays.add_to(digest);
-            add_instances(digest, index, transforms);
-        })?;
-        let made = py.detach(|| {
+        let add = |digest: &mut Digest, progress: &Progress| {
+            arrays.add_to(digest, progress)?;
+            add_instances(digest, index, transforms, progress)
+        };
+        restored(py, parts, arrays.are_many() || index.len() > SOON, add, |progress| {
             let place = |(&mesh, columns): (&u32, &[f64; 12])| Instance {
                 mesh,
                 world_from_mesh: DAffine3::from_cols_array(columns),
             };
             let instances = index.iter().zip(transforms.as_chunks::<12>().0).map(place).collect();
-            threads::install(|| Scene::new(arrays.meshes()?, instances))?
-        });
-        made.map_err(|e| parts.error(py, e))
+            Scene::watched(arrays.meshes(progress)?, instances, progress)
+        })
     })
 }

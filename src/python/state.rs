@@ -8,6 +8,7 @@
 //! `==` and `hash`.
 
 use std::collections::BTreeSet;
+use std::convert::Infallible;
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::LazyLock;
 
@@ -204,18 +205,31 @@ pub fn reduce<'py, T: State>(py: Python<'py>, value: &T) -> PyResult<Reduced<'py
     let mut head = Writer::new(Numbers::Exact);
     value.write(&mut head);
     let version = value.version();
-    let seal = seal(T::NAME, version, head.bytes(), |_| {});
+    let Ok(seal) = seal(T::NAME, version, head.bytes(), nothing_more);
     reduced(py, T::NAME, version, head.bytes(), &seal, Vec::new())
 }
 
+/// What values without arrays add to their seals.
+fn nothing_more(_: &mut Digest) -> Result<(), Infallible> {
+    Ok(())
+}
+
 /// The digest of all that a state is made of; `arrays` adds what stands beside the head.
-pub fn seal(name: &str, version: u32, head: &[u8], arrays: impl FnOnce(&mut Digest)) -> [u8; SEAL] {
+///
+/// # Errors
+/// Those of `arrays`.
+pub fn seal<E>(
+    name: &str,
+    version: u32,
+    head: &[u8],
+    arrays: impl FnOnce(&mut Digest) -> Result<(), E>,
+) -> Result<[u8; SEAL], E> {
     let mut digest = Digest::new("shadowlab state", Numbers::Exact);
     digest.text(name);
     digest.list(&[version]);
     digest.list(head);
-    arrays(&mut digest);
-    digest.finish()
+    arrays(&mut digest)?;
+    Ok(digest.finish())
 }
 
 /// `__reduce__` of parts.
@@ -238,6 +252,28 @@ pub fn state_error(py: Python<'_>, name: &str, what: impl std::fmt::Display) -> 
     let message =
         format!("{name}: expected the state that pickle wrote, but {what}; copy it again, or make a new {name}");
     exception(py, "StateError", message)
+}
+
+/// What is wrong where a seal is not that of the rest.
+pub const OTHER_SEAL: &str = "its checksum is another";
+
+/// A seal and what it is of, beside arrays; it may cross threads.
+#[derive(Clone, Copy)]
+pub struct Sealed<'a> {
+    name: &'a str,
+    version: u32,
+    head: &'a [u8],
+    seal: &'a [u8],
+}
+
+impl Sealed<'_> {
+    /// Whether the seal is that of the head and of what `arrays` adds.
+    ///
+    /// # Errors
+    /// Those of `arrays`.
+    pub fn is_of<E>(&self, arrays: impl FnOnce(&mut Digest) -> Result<(), E>) -> Result<bool, E> {
+        Ok(seal(self.name, self.version, self.head, arrays)?[..] == self.seal[..])
+    }
 }
 
 /// What `restore` got.
@@ -296,17 +332,21 @@ impl<'py> Parts<'py> {
         }
         Ok(())
     }
+    /// The seal.
+    pub fn sealed(&self) -> Sealed<'_> {
+        Sealed { name: &self.name, version: self.version, head: &self.head, seal: &self.seal }
+    }
     /// An error unless the seal is that of the head and of what `arrays` adds.
-    pub fn check_seal(&self, py: Python<'_>, arrays: impl FnOnce(&mut Digest)) -> PyResult<()> {
-        if seal(&self.name, self.version, &self.head, arrays)[..] == self.seal[..] {
-            return Ok(());
-        }
-        Err(self.error(py, "its checksum is another"))
+    pub fn check_seal<E>(&self, py: Python<'_>, arrays: impl FnOnce(&mut Digest) -> Result<(), E>) -> PyResult<()>
+    where
+        PyErr: From<E>,
+    {
+        if self.sealed().is_of(arrays)? { Ok(()) } else { Err(self.error(py, OTHER_SEAL)) }
     }
     /// The value of a state without arrays.
     pub fn value<T: State>(&self, py: Python<'py>) -> PyResult<T> {
         self.check(py, T::VERSION, 0)?;
-        self.check_seal(py, |_| {})?;
+        self.check_seal(py, nothing_more)?;
         self.read(py, T::read)
     }
     /// What a function reads of the head, all of it.

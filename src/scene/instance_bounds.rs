@@ -98,6 +98,7 @@ pub(super) fn bounds_of<'a>(
     // The instances that reach out farthest bound most of the rest. Each is looked at once: often one reaches farthest all around.
     let mut farthest = Vec::new();
     for axis in 0..3 {
+        progress.check()?;
         let key = |i: &usize, sign: f64| {
             let b = &hulls[*i].bounds;
             if sign < 0.0 { -b.min[axis] } else { b.max[axis] }
@@ -113,6 +114,7 @@ pub(super) fn bounds_of<'a>(
             found = found.union(exact(i)?);
         }
     }
+    progress.check()?;
     let rest = hulls.par_iter().enumerate().filter(|(i, hull)| !farthest.contains(i) && hull.may_exceed(&found));
     let rest = rest.map(|(i, _)| exact(i)).try_reduce(empty, |a, b| Ok(a.union(b)))?;
     Ok(found.union(rest))

@@ -15,7 +15,9 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::geometry::Aabb;
+use crate::progress::Progress;
 
 /// Logarithm of the children of a group and of the instances of a run.
 const LOG2_WIDTH: u32 = 3;
@@ -53,24 +55,31 @@ pub enum Enter {
 
 impl InstanceTree {
     /// The tree over some boxes, at least one, which `of` finds in what is there for each instance.
-    pub(super) fn new<T: Sync>(items: &[T], of: impl Fn(&T) -> &Aabb + Sync) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub(super) fn new<T: Sync>(items: &[T], of: impl Fn(&T) -> &Aabb + Sync, progress: &Progress) -> Result<Self> {
+        progress.check()?;
         let union = || Aabb::EMPTY;
         let centers = items.par_iter().map(|item| of(item).center());
         let centers = centers.fold(union, Aabb::with_point).reduce(union, Aabb::union);
         let per_unit = f64::from(1u32 << CODE_BITS) / centers.extent();
         let code = |item: &T| z_order((of(item).center() - centers.min) * per_unit);
         let mut coded: Vec<(u64, u32)> = items.par_iter().enumerate().map(|(i, item)| (code(item), i as u32)).collect();
+        progress.check()?;
         coded.par_sort_unstable();
+        progress.check()?;
         let order: Vec<u32> = coded.into_iter().map(|(_, i)| i).collect();
         let runs = order.par_chunks(1 << LOG2_WIDTH);
         let hull = |run: &[u32]| run.iter().fold(Aabb::EMPTY, |all, &i| all.union(*of(&items[i as usize])));
         let mut levels: Vec<Vec<Aabb>> = vec![runs.map(hull).collect()];
+        progress.check()?;
         while let Some(last) = levels.last().filter(|last| last.len() > 1) {
             let groups = last.chunks(1 << LOG2_WIDTH).map(|g| g.iter().copied().fold(Aabb::EMPTY, Aabb::union));
             let groups = groups.collect();
             levels.push(groups);
         }
-        Self { order, levels }
+        Ok(Self { order, levels })
     }
 
     /// Meets groups, from the largest on, and the instances of those that are entered, until told to stop. What `meet` says of an
@@ -220,6 +229,10 @@ mod tests {
         (0..count).map(|i| Aabb { min: at(i) - 0.5, max: at(i) + 1.0 }).collect()
     }
 
+    fn tree(boxes: &[Aabb]) -> InstanceTree {
+        InstanceTree::new(boxes, |b| b, &Progress::new()).unwrap()
+    }
+
     #[test]
     fn scattered_numbers_are_all_numbers() {
         for count in [0, 1, 2, 3, 4, 8, 9, 157, 1000] {
@@ -243,7 +256,7 @@ mod tests {
     fn a_selection_is_what_a_loop_finds() {
         for count in [1, 2, 7, 8, 9, 64, 65, 513, 5000] {
             let boxes = boxes(count);
-            let tree = InstanceTree::new(&boxes, |b| b);
+            let tree = tree(&boxes);
             let inside = |b: &Aabb| b.min.x >= -20.0 && b.max.x <= 40.0;
             let touches = |b: &Aabb| b.max.x >= -20.0 && b.min.x <= 40.0;
             let enter = |b: &Aabb| match () {
@@ -274,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_walk_stops_when_told() {
-        let tree = InstanceTree::new(&boxes(1000), |b| b);
+        let tree = tree(&boxes(1000));
         let mut met = 0;
         let end = tree.visit(|seen| {
             met += usize::from(matches!(seen, Met::One(_)));
@@ -285,7 +298,7 @@ mod tests {
 
     #[test]
     fn equal_places_make_a_tree_too() {
-        let tree = InstanceTree::new(&vec![Aabb { min: DVec3::ONE, max: DVec3::ONE }; 700], |b| b);
+        let tree = tree(&vec![Aabb { min: DVec3::ONE, max: DVec3::ONE }; 700]);
         assert_eq!(tree.select(|_| Enter::All, |_| false).len(), 700);
         assert_eq!(tree.select(|_| Enter::Each, |i| i % 7 == 0).len(), 100);
     }

@@ -46,7 +46,9 @@ impl Scene {
             let (expected, got) = ("16 finite numbers", "a NaN or an infinity");
             return Err(Error::argument(format!("matrices[{k}]"), expected, got, "check what moves the instance"));
         }
+        progress.check()?;
         let mut instances = self.instances().to_vec();
+        progress.check()?;
         for (&index, &map) in indices.iter().zip(world_from_mesh) {
             instances[index].world_from_mesh = map;
         }

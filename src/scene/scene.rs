@@ -19,6 +19,9 @@ use crate::progress::Progress;
 /// What the hash of a scene begins with; the number changes with what goes in.
 const CONTENT: &str = "shadowlab scene 1";
 
+/// Instances between two looks at whether to go on: some milliseconds of work.
+const AT_ONCE: usize = 1 << 17;
+
 /// Instances up to which a walk over the hierarchy costs as much as one over all of them.
 const FEW: usize = 32;
 
@@ -91,8 +94,10 @@ impl Scene {
             let (mesh, world_from_local) = placed(i);
             Hull::new(mesh, &world_from_local)
         };
-        (0..instances.len()).into_par_iter().map(hull).collect_into_vec(&mut hulls);
-        progress.check()?;
+        for first in (0..instances.len()).step_by(AT_ONCE) {
+            progress.check()?;
+            hulls.par_extend((first..instances.len().min(first + AT_ONCE)).into_par_iter().map(hull));
+        }
         let bounds = bounds_of(&hulls, placed, progress)?;
         // A map that overflows gives infinite bounds; every later step divides by the extent.
         if !(bounds.extent().is_finite() && bounds.extent().length_squared().is_finite()) {
@@ -103,8 +108,7 @@ impl Scene {
                 "scale the scene down",
             ));
         }
-        progress.check()?;
-        let tree = InstanceTree::new(&hulls, |hull| &hull.bounds);
+        let tree = InstanceTree::new(&hulls, |hull| &hull.bounds, progress)?;
         drop(hulls);
         let mut first_triangles: Vec<u64> = with_room("instances", instances.len())?;
         let mut triangle_count = 0;
@@ -131,11 +135,17 @@ impl Scene {
         Self::new(vec![Arc::new(mesh)], vec![Instance { mesh: 0, world_from_mesh: DAffine3::IDENTITY }])
     }
     /// Both scenes in one; meshes stay shared.
-    pub fn joined(&self, other: &Self) -> Result<Self> {
+    ///
+    /// # Errors
+    /// As [`Scene::watched`].
+    pub fn joined(&self, other: &Self, progress: &Progress) -> Result<Self> {
         let offset = self.meshes().len() as u32;
         let meshes = self.meshes().iter().chain(other.meshes()).cloned().collect();
-        let moved = other.instances().iter().map(|i| Instance { mesh: i.mesh + offset, ..*i });
-        Self::new(meshes, self.instances().iter().copied().chain(moved).collect())
+        let mut instances = with_room("instances", self.instances().len() + other.instances().len())?;
+        instances.extend_from_slice(self.instances());
+        progress.check()?;
+        instances.extend(other.instances().iter().map(|i| Instance { mesh: i.mesh + offset, ..*i }));
+        Self::watched(meshes, instances, progress)
     }
     /// The whole scene moved by an affine map of the world.
     pub fn transformed(&self, map: &DAffine3) -> Result<Self> {

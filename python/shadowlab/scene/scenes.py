@@ -40,6 +40,9 @@ NONE: Mapping[str, Any] = MappingProxyType({})
 #: Of what is pickled.
 STATE_VERSION = 1
 
+#: Instances that are moved between two looks at whether to go on.
+_INSTANCES_AT_ONCE = 1 << 17
+
 #: A recipe is there to be read and run: it names this many matrices of one move, and has this many characters.
 _RECIPE_MATRICES, _RECIPE_LENGTH = 8, 4000
 
@@ -225,7 +228,10 @@ class Scene(_core.Scene):
         m: npt.NDArray[np.float64] = checked_array("matrix", matrix, shape=(4, 4))
         if not np.isfinite(m).all() or m[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             raise ArgumentError(f"matrix: expected a finite affine map, last row 0, 0, 0, 1, got {shown(m.tolist())}")
-        moved = type(self)._assemble(self.meshes, self.mesh_index, m @ self.transforms)
+        transforms = self.transforms
+        for first in range(0, len(transforms), _INSTANCES_AT_ONCE):
+            transforms[first : first + _INSTANCES_AT_ONCE] = m @ transforms[first : first + _INSTANCES_AT_ONCE]
+        moved = type(self)._assemble(self.meshes, self.mesh_index, transforms)
         moved.source, moved.taken = self.source, self.taken
         moved.world_from_source = m @ self.world_from_source
         moved.recipe = f"{self.recipe}.transformed({m.tolist()})" if self.recipe else ""
@@ -288,9 +294,7 @@ class Scene(_core.Scene):
     def __add__(self, other: object) -> Scene:
         if not isinstance(other, _core.Scene):
             return NotImplemented
-        index = np.concatenate([self.mesh_index, other.mesh_index + self.mesh_count])
-        transforms = np.concatenate([self.transforms, other.transforms])
-        joined = Scene._assemble(self.meshes + other.meshes, index, transforms)
+        joined = Scene.__new__(Scene, super().__add__(other))
         joined.source, joined.taken, joined.world_from_source = self.source, self.taken, self.world_from_source
         recipes = self.recipe, getattr(other, "recipe", "")
         joined.recipe = f"({recipes[0]} + {recipes[1]})" if all(recipes) else ""

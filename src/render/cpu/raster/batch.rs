@@ -342,7 +342,7 @@ mod tests {
                 |q: usize| [[0, 1, N as i64 + 2], [0, N as i64 + 2, N as i64 + 1]].map(|t| t.map(|i| corner(q) + i));
             let mesh = Mesh::new(&vertices, &(0..N * N).flat_map(pair).collect::<Vec<_>>()).unwrap();
             let one = Scene::from_mesh(mesh).unwrap();
-            all = Some(all.map_or(one.clone(), |all| all.joined(&one).unwrap()));
+            all = Some(all.map_or(one.clone(), |all| all.joined(&one, &Progress::new()).unwrap()));
         }
         all.expect("some sheets")
     }

@@ -161,14 +161,15 @@ def test_a_long_call_of_the_core_reports_how_far_it_is(told):
     assert max(done / total for done, total in told if total) > 0.2
 
 
-def test_a_large_map_reports_how_far_it_is(told):
+@pytest.mark.parametrize(("technique", "resolution"), [("z_partition:count=4", 8192), ("log_psm", 4096)])
+def test_a_large_map_reports_how_far_it_is(told, technique, resolution):
     side = 1200
     x, z = np.meshgrid(np.linspace(-1, 1, side + 1), np.linspace(-1, 1, side + 1))
     first = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
     faces = np.concatenate([np.stack([first, first + side + 1, first + 1], 1), np.stack([first + 1, first + side + 1, first + side + 2], 1)])  # fmt: skip  # noqa: E501
     scene = sl.Scene.from_arrays(np.stack([x, 0.1 * np.sin(9 * x * z), z], -1).reshape(-1, 3), faces)
     camera = sl.Camera.look_at((0, 2, 2), (0, 0, 0), aspect=1.0, near=0.1, far=10)
-    p = sl.technique("z_partition:count=4").parameterize(scene, camera, ROBOTS.light, resolution=8192)
+    p = sl.technique(technique).parameterize(scene, camera, ROBOTS.light, resolution=resolution)
     sl.Renderer("cpu").shadow_map(scene, p)
     known = [done / total for done, total in told if total]
     # Later maps begin where earlier ones end.

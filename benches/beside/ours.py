@@ -37,10 +37,10 @@ def _named(text: str) -> sl.Scene:
     return sl.library.scene(name, **{key: int(value) for key, value in options.items()})
 
 
-def shadow_mask(side: int, size: int, filter: str = "nearest") -> Work:
+def shadow_mask(side: int, size: int, filter: str = "nearest", technique: str = "lispsm") -> Work:
     """The look-up of every pixel in one map: G-buffer and map are there."""
     scene, eye, light, renderer = _scene(), camera(), _light(), sl.Renderer("cpu")
-    p = sl.technique("lispsm").parameterize(scene, eye, light, resolution=side)
+    p = sl.technique(technique).parameterize(scene, eye, light, resolution=side)
     maps, g = renderer.shadow_map(scene, p, resolution=side), renderer.gbuffer(scene, eye, size=(size, size))
     return Work(lambda: sl.aliasing.look_up(maps, g, eye, light, p, filter=filter), ABOUT)
 

@@ -152,6 +152,21 @@ ROWS: tuple[Row, ...] = (
         _ours("footprint", side=1024, size=1024),
         1.48,
     ),
+    *(
+        Row(
+            "uneven",
+            f"logarithmic map {side}², beside a lispsm map",
+            _ours("shadow_map", side=side, technique="log_psm"),
+            _ours("shadow_map", side=side),
+        )
+        for side in (1024, 4096)
+    ),
+    Row(
+        "uneven",
+        "look-up of 1024² pixels in a logarithmic map, beside one in a lispsm map",
+        _ours("shadow_mask", side=1024, size=1024, technique="log_psm"),
+        _ours("shadow_mask", side=1024, size=1024),
+    ),
     Row(
         "cascades",
         "four maps of 1024² of a z partition, in maps of 1024²",

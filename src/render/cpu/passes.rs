@@ -10,7 +10,7 @@ use super::raster::{
     BandArea, Bands, Batches, Bins, Cover, DepthPixels, Draw, Entries, IdPixels, LANES, LayerPixels, Pixels, Round,
     SLAB, Scratch, Tested, Tiles, Viewport, draw,
 };
-use super::rooms::Rooms;
+use super::rooms::{Rooms, Turn};
 use crate::error::{Error, Result};
 use crate::memory::{unwritten, written, written_part};
 use crate::progress::Progress;
@@ -103,7 +103,7 @@ impl Pass<'_> {
             parts.try_for_each_init(Vec::new, |spare, (part, tiles)| {
                 progress.check()?;
                 let (band, area) = (part.band, part.area);
-                part.draw(round, spare, |depth| {
+                part.draw(turn_of(round, band), spare, |depth| {
                     draw_band(round, band, area, image, tiles, &mut DepthPixels::<TO_FAR> { depth });
                 });
                 Ok(())
@@ -127,8 +127,8 @@ impl Pass<'_> {
             parts.try_for_each_init(Default::default, |spare: &mut [Vec<f32>; 2], ((part, part_of_second), tiles)| {
                 progress.check()?;
                 let (band, area, [spare, spare_of_second]) = (part.band, part.area, spare);
-                part.draw(round, spare, |first| {
-                    part_of_second.draw(round, spare_of_second, |second| {
+                part.draw(turn_of(round, band), spare, |first| {
+                    part_of_second.draw(turn_of(round, band), spare_of_second, |second| {
                         draw_band(round, band, area, image, tiles, &mut LayerPixels { first, second });
                     });
                 });
@@ -149,8 +149,8 @@ impl Pass<'_> {
             parts.try_for_each_init(spare, |(spare, spare_of_ids), ((part, part_of_ids), tiles)| {
                 progress.check()?;
                 let (band, area) = (part.band, part.area);
-                part.draw(round, spare, |depth| {
-                    part_of_ids.draw(round, spare_of_ids, |id| {
+                part.draw(turn_of(round, band), spare, |depth| {
+                    part_of_ids.draw(turn_of(round, band), spare_of_ids, |id| {
                         draw_band(round, band, area, image, tiles, &mut IdPixels { depth, id });
                     });
                 });
@@ -209,6 +209,11 @@ fn crop<T: Copy>(wide: &[T], wide_size: [u32; 2], narrow: &mut [MaybeUninit<T>],
             to.write(*from);
         }
     }
+}
+
+/// What a round leaves to a band.
+fn turn_of(round: Round, band: usize) -> Turn {
+    Turn { is_first: round.is_first, is_empty: round.is_empty(band) }
 }
 
 /// Draws what a round leaves to a band of an image of `size` pixels; `tiles` are its tiles.

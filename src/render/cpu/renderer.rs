@@ -112,7 +112,7 @@ impl Renderer for CpuRenderer {
         // Nearer is less.
         let clip_from_world = DMat4::from_scale(DVec3::new(1.0, 1.0, -1.0)) * camera.reversed_clip_from_world();
         self.scratches.lend(|scratch| {
-            let (faces, keep) = (Faces::All, Keep::InVolume);
+            let (faces, keep, scratch) = (Faces::All, Keep::InVolume, &mut scratch.raster);
             gbuffer(&mut Pass { scene, clip_from_world, size, faces, keep, scratch, progress }, camera)
         })
     }

@@ -8,7 +8,7 @@ use std::mem::MaybeUninit;
 
 use rayon::prelude::*;
 
-use super::raster::{BandArea, Bands, Round, is_small};
+use super::raster::{BandArea, Bands, is_small};
 use crate::memory::{copied, written_part};
 
 /// Memory for bands of an image.
@@ -21,6 +21,14 @@ pub struct Rooms<T> {
     kept: Vec<Vec<T>>,
     rows: usize,
     stride: usize,
+}
+
+/// What is left to a band by a round.
+#[derive(Debug, Clone, Copy)]
+pub struct Turn {
+    /// Whether nothing has been drawn before, to any band.
+    pub is_first: bool,
+    pub is_empty: bool,
 }
 
 /// A band with its place in the image.
@@ -70,14 +78,14 @@ impl<T: Copy + Send + Sync> Rooms<T> {
 
 impl<T: Copy> Part<'_, T> {
     /// Draws what a round leaves to the band, in `spare` memory unless it has its own.
-    pub fn draw(self, round: Round, spare: &mut Vec<T>, draw: impl FnOnce(&mut [T])) {
+    pub fn draw(self, turn: Turn, spare: &mut Vec<T>, draw: impl FnOnce(&mut [T])) {
         let BandArea { size: [width, _], stride, rows, .. } = self.area;
         let (width, is_kept) = (width as usize, self.kept.is_some());
         let room = self.kept.unwrap_or(spare);
-        if !round.is_first && round.is_empty(self.band) {
+        if !turn.is_first && turn.is_empty {
             return;
         }
-        if round.is_first {
+        if turn.is_first {
             room.clear();
             room.resize(rows as usize * stride, self.far);
         } else if !is_kept {

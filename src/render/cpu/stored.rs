@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::faces::Faces;
 use super::passes::{Pass, checked_matrix};
-use super::raster::Scratch;
+use super::scratches::Scratch;
 use super::uneven_lattice::Lattice;
 use crate::error::{Error, Result};
 use crate::memory::{unwritten, written_part};
@@ -39,11 +39,12 @@ impl StoredMap<'_> {
         let (scene, size, post_warp, keep) = (self.scene, self.size, &self.partition.post_warp, self.keep);
         let lattice = self.lattice(&clip_from_world)?;
         let faces = if surface == StoredSurface::Back { Faces::Averted } else { Faces::All };
-        let mut pass = Pass { scene, clip_from_world, size, faces, keep, scratch, progress };
+        let Scratch { raster, lattice: spare } = scratch;
+        let mut pass = Pass { scene, clip_from_world, size, faces, keep, scratch: raster, progress };
         if self.stored.is_plain() {
             match lattice {
                 None => pass.depth(map)?,
-                Some(lattice) => lattice.depth(scene, faces, keep, map, progress)?,
+                Some(lattice) => lattice.depth(scene, faces, keep, map, spare, progress)?,
             }
             if format == Format::F32 {
                 return Ok(());
@@ -56,7 +57,7 @@ impl StoredMap<'_> {
         if !surface.takes_two() {
             match lattice {
                 None => pass.depth_to_far(map)?,
-                Some(lattice) => lattice.depth_to_far(scene, faces, keep, map, progress)?,
+                Some(lattice) => lattice.depth_to_far(scene, faces, keep, map, spare, progress)?,
             }
             return self.in_rows(map, progress, |y, row| {
                 for (x, z) in row.iter_mut().enumerate() {
@@ -68,7 +69,7 @@ impl StoredMap<'_> {
         let mut second = unwritten::<f32>(map.len())?;
         match lattice {
             None => pass.layers_to_far(map, &mut second)?,
-            Some(lattice) => lattice.layers_to_far(scene, keep, map, &mut second, progress)?,
+            Some(lattice) => lattice.layers_to_far(scene, keep, map, &mut second, spare, progress)?,
         }
         // SAFETY: all of it has been drawn.
         let second = unsafe { &*written_part(&mut second) };

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::lookup::MapLookup;
 use super::parts::Parts;
 use super::projected::Projected;
+use super::warped::Warped;
 use crate::parameterization::PostWarp;
 use crate::render::Kernel;
 
@@ -36,7 +37,7 @@ pub struct Reference {
     p: DVec3,
     normal: DVec3,
     /// Depth without bias.
-    unbiased: f64,
+    pub(super) unbiased: f64,
     /// How depth on the receiver's plane changes with each texel, and how much it may.
     pub(super) plane: PlaneDepth,
     pub(super) limit: f64,
@@ -63,7 +64,7 @@ impl MapLookup {
     /// Where and with which depth a receiver is compared, `p` relative to the origin, `normal` its unit normal.
     #[inline(always)]
     pub fn compare_at(&self, p: DVec3, normal: DVec3) -> Comparison {
-        let (is_compared, reference) = self.compared(self.parts, &self.post_warp, p, normal);
+        let (is_compared, reference) = self.compared(self.parts, self.warped_at(p), p, normal);
         if is_compared { Comparison::At(reference) } else { Comparison::Lit }
     }
 
@@ -73,12 +74,12 @@ impl MapLookup {
     /// All derivatives are taken at the receiver itself; the world part of the bias moves it along its light ray, which
     /// leaves its place in the map alone (0.1), so only z and w are evaluated again.
     #[inline(always)]
-    pub(super) fn compared(&self, parts: Parts, post_warp: &PostWarp, p: DVec3, normal: DVec3) -> (bool, Reference) {
-        let (mut p, mut at) = (p, self.projected(parts, post_warp, p));
+    pub(super) fn compared(&self, parts: Parts, warped: Warped, p: DVec3, normal: DVec3) -> (bool, Reference) {
+        let (mut p, mut at) = (p, self.projected(parts, warped, p));
         let mut is_compared = at.is_inside;
         if parts.normal {
             p += self.bias.normal * at.texel * normal;
-            at = self.projected(parts, post_warp, p);
+            at = self.projected(parts, self.warped_at(p), p);
             is_compared &= at.is_inside;
         }
 
@@ -110,7 +111,7 @@ impl MapLookup {
                 plane.divisor = on_plane(at.grad_divisor);
             }
             let rises = [plane.per_texel.x > 0.0, plane.per_texel.y < 0.0];
-            let bends = self.bends(post_warp, at.plain.truncate(), rises, reach);
+            let bends = self.bends(parts, warped, at.plain.truncate(), rises, reach);
             // Along x, and how much farther it is along y.
             let (due, further) = (self.bias.slope * reach.x, reach.y / reach.x);
             if parts.is_limited {

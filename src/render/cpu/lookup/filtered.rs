@@ -60,7 +60,7 @@ impl MapLookup {
     /// The kernel at a receiver without bias; outside of the map, and before its near plane, it is lit without one.
     fn kernel_at(&self, p: DVec3, normal: DVec3) -> Kernel {
         self.kernels.fixed().unwrap_or_else(|| {
-            let at = self.projected(self.parts, &self.post_warp, p);
+            let at = self.projected(self.parts, self.warped_at(p), p);
             if at.is_inside { self.kernels.at(p, normal, [at.grad_x, at.grad_y]).0 } else { Kernel::Nearest }
         })
     }

@@ -11,6 +11,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use super::parts::Parts;
+use super::warped::{Warped, ln_w};
 use crate::aliasing::texel::Eye;
 use crate::error::{Error, Result};
 use crate::parameterization::{Held, Parameterization, Partition, PostWarp, Region};
@@ -106,13 +107,22 @@ impl MapLookup {
         if !self.region.contains(p) {
             return Held::Outside;
         }
-        self.holds_by(&self.post_warp, p)
+        self.holds_by(self.warped_at(p), p)
+    }
+    /// The post-warp at a receiver.
+    #[inline(always)]
+    pub(super) fn warped_at(&self, p: DVec3) -> Warped<'_> {
+        match &self.post_warp {
+            PostWarp::None => Warped::None,
+            &PostWarp::Log { scale, offset } => Warped::Log { scale, offset, ln_w: ln_w(self.rows[3], p) },
+            PostWarp::Rectilinear(warp) => Warped::Rectilinear(warp),
+        }
     }
     /// How a map with all rays holds a receiver; its post-warp is given for kernels that know it.
     #[inline(always)]
-    pub(super) fn holds_by(&self, post_warp: &PostWarp, p: DVec3) -> Held {
+    pub(super) fn holds_by(&self, warped: Warped, p: DVec3) -> Held {
         let [x, y, z, w] = self.rows.map(|row| row.dot(p.extend(1.0)));
-        Held::of(post_warp.apply(DVec3::new(x, y, z) / w, w), w)
+        Held::of(warped.apply(DVec3::new(x, y, z) / w), w)
     }
 
     /// How far a receiver lies from the map's middle towards its nearest edge: 1 at the edge.

@@ -8,12 +8,14 @@ mod filtered;
 #[expect(clippy::module_inception, reason = "the twin of lookup.wgsl has its stem")]
 mod lookup;
 mod mask;
+mod on_planes;
 mod parts;
 mod probe;
 mod projected;
 mod run_light;
 mod runs;
 mod states;
+mod warped;
 mod wide_run_light;
 
 pub use bias_distance::bias_distance;

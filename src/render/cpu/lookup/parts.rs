@@ -44,7 +44,7 @@ pub(super) trait Case: Copy {
     const PARTS: Parts;
 }
 
-/// A map without post-warp that stores projective depth, a kernel in texels, and a bias without the rare parts.
+/// A map without post-warp, or with a logarithm, that stores projective depth, a kernel in texels, and a bias without the rare parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Common<const PLACED: bool, const PLANE: bool, const LIMITED: bool>;
 

@@ -4,10 +4,11 @@
 //! equations), and the stored depth lies on that ray at a distance that solves a linear equation again, since clip z and w are
 //! affine along it.
 
-use glam::{DMat3, DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::comparison::Comparison;
 use super::lookup::MapLookup;
+use super::on_planes::meeting_point;
 use crate::aliasing::causes::{Probe, Tap};
 use crate::parameterization::PostWarp;
 use crate::render::stored::DepthMeasure;
@@ -172,8 +173,7 @@ impl MapLookup {
             PostWarp::Log { scale, offset } => (of(x, y).0, row_w - DVec4::W * ((y - offset) / scale).exp()),
             PostWarp::Rectilinear(warp) => of(warp.x.before(x), warp.y.before(y)),
         };
-        let m = DMat3::from_cols(across.truncate(), along.truncate(), normal).transpose();
-        let q = m.inverse() * DVec3::new(-across.w, -along.w, normal.dot(p));
+        let q = meeting_point(across, along, p, normal);
         q.is_finite().then_some(q)
     }
 

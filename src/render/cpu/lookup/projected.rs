@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::lookup::MapLookup;
 use super::parts::Parts;
-use crate::parameterization::PostWarp;
+use super::warped::Warped;
 
 /// A receiver in a map, with how what it is there changes about it.
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +37,12 @@ impl MapLookup {
     /// The receiver in the map, whose post-warp and parts in use are given for kernels that know them: without branches where
     /// they are constants.
     #[inline(always)]
-    pub(super) fn projected(&self, parts: Parts, post_warp: &PostWarp, p: DVec3) -> Projected {
+    pub(super) fn projected(&self, parts: Parts, warped: Warped, p: DVec3) -> Projected {
         let [row_x, row_y, row_z, row_w] = self.rows;
         let p4 = p.extend(1.0);
         let w = row_w.dot(p4);
         let plain = DVec3::new(row_x.dot(p4), row_y.dot(p4), row_z.dot(p4)) / w;
-        let ndc = post_warp.apply(plain, w);
+        let ndc = warped.apply(plain);
         let (u, v) = (0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
         let within = |x: f64| x.clamp(0.0, 1.0) == x;
         // A NaN (of a matrix at the limits of f64) is outside.
@@ -52,10 +52,10 @@ impl MapLookup {
         let per_w = 1.0 / w;
         let gradient = |row: DVec4, value: f64| (row.truncate() - value * row_w.truncate()) * per_w;
         let (mut grad_x, mut grad_y) = (gradient(row_x, plain.x), gradient(row_y, plain.y));
-        match post_warp {
-            PostWarp::None => {}
-            PostWarp::Log { scale, .. } => grad_y = row_w.truncate() * (scale * per_w),
-            PostWarp::Rectilinear(warp) => {
+        match warped {
+            Warped::None => {}
+            Warped::Log { scale, .. } => grad_y = row_w.truncate() * (scale * per_w),
+            Warped::Rectilinear(warp) => {
                 let slopes = warp.slopes(plain.truncate());
                 (grad_x, grad_y) = (grad_x * slopes.x, grad_y * slopes.y);
             }
@@ -109,18 +109,17 @@ pub(super) struct Bends {
 impl MapLookup {
     /// Of a place before the post-warp, of a plane whose depth rises along x, and along y up, or falls; over a reach in texels.
     #[inline(always)]
-    pub(super) fn bends(&self, post_warp: &PostWarp, at: DVec2, rises: [bool; 2], reach: DVec2) -> Bends {
-        match post_warp {
-            PostWarp::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
-            PostWarp::Log { scale, .. } => {
-                let rises_with_w = rises[1] == (*scale > 0.0);
-                let is_fixed = self.kernels.fixed().is_some();
-                let [rising, falling] = if is_fixed { self.bend } else { self.bend_over(reach.y) };
+    pub(super) fn bends(&self, parts: Parts, warped: Warped, at: DVec2, rises: [bool; 2], reach: DVec2) -> Bends {
+        match warped {
+            Warped::None => Bends { falling: DVec2::ONE, largest: DVec2::ONE },
+            Warped::Log { scale, .. } => {
+                let rises_with_w = rises[1] == (scale > 0.0);
+                let [rising, falling] = if parts.is_in_pixels { self.bend_over(reach.y) } else { self.bend };
                 let along = if rises_with_w { rising } else { falling };
                 Bends { falling: DVec2::new(1.0, along), largest: DVec2::new(1.0, rising.max(falling)) }
             }
             // Depth is affine before the warp: what counts is how far the reach goes there.
-            PostWarp::Rectilinear(warp) => {
+            Warped::Rectilinear(warp) => {
                 let reach = 2.0 * reach / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
                 if reach == DVec2::ZERO {
                     return Bends { falling: DVec2::ONE, largest: DVec2::ONE };

@@ -69,6 +69,10 @@ fn nearest_body(lookup: &MapLookup, map: &[f32], found: &Compared, light: &mut [
         z[i] = lookup.depth_in_run(found, i, texel + 0.5);
         index[i] = lookup.index_of(texel);
     }
+    if found.asks_planes {
+        let w = lookup.w_of_rows(found, |i| found.at[1][i].floor() + 0.5);
+        lookup.depths_on_planes(found, |i| found.at[0][i].floor() + 0.5, &w, &mut z);
+    }
     for i in 0..RUN {
         // SAFETY: the index has been held to the map, whose length the caller has checked.
         let lit = unsafe { lit(map, index[i], z[i]) } as f32;
@@ -92,6 +96,13 @@ fn bilinear_body(lookup: &MapLookup, map: &[f32], found: &Compared, light: &mut 
         for (k, step) in CORNERS.into_iter().enumerate() {
             z[k][i] = lookup.depth_in_run(found, i, corner + step + 0.5);
             index[k][i] = lookup.index_of(corner + step);
+        }
+    }
+    if found.asks_planes {
+        let centre = |axis: usize, step: f64| move |i: usize| (found.at[axis][i] - 0.5).floor() + step + 0.5;
+        let rows = [0.0, 1.0].map(|step| lookup.w_of_rows(found, centre(1, step)));
+        for (z, step) in z.iter_mut().zip(CORNERS) {
+            lookup.depths_on_planes(found, centre(0, step.x), &rows[step.y as usize], z);
         }
     }
     for i in 0..RUN {

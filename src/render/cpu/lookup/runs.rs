@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::lookup::MapLookup;
 use super::parts::{Case, Common, Parts};
+use super::warped::{Even, Logarithm, WarpedRun};
 use crate::aliasing::receivers::{RUN, Receivers};
 use crate::parameterization::{Held, PostWarp, Region};
 use crate::simd::dispatch;
@@ -21,10 +22,16 @@ pub(super) struct Compared {
     /// Where in the map, texels.
     pub(super) at: [[f64; RUN]; 2],
     /// Biased depth, but for the part that each texel has of its own.
-    z: [f64; RUN],
+    pub(super) z: [f64; RUN],
     /// How depth on the receiver's plane changes with each texel, and how much it may.
     per_texel: [[f64; RUN]; 2],
-    limit: [f64; RUN],
+    pub(super) limit: [f64; RUN],
+    /// Whether each texel asks where its ray meets the receiver's plane; of such maps alone the following is known: positions, normals,
+    /// and depths without bias.
+    pub(super) asks_planes: bool,
+    pub(super) p: [[f64; RUN]; 3],
+    pub(super) normal: [[f64; RUN]; 3],
+    pub(super) unbiased: [f64; RUN],
 }
 
 impl Compared {
@@ -35,6 +42,10 @@ impl Compared {
         z: [0.0; RUN],
         per_texel: [[0.0; RUN]; 2],
         limit: [0.0; RUN],
+        asks_planes: false,
+        p: [[0.0; RUN]; 3],
+        normal: [[0.0; RUN]; 3],
+        unbiased: [0.0; RUN],
     };
 }
 
@@ -42,8 +53,11 @@ impl MapLookup {
     /// How the map holds each receiver of a run: [`MapLookup::holds`].
     pub(super) fn holds_run(&self, run: &Receivers, held: &mut [Held; RUN]) {
         match &self.post_warp {
-            PostWarp::None => hold(self, run, held),
-            _ => (0..RUN).for_each(|i| held[i] = self.holds(run.point(i))),
+            PostWarp::None => hold(&Even, self, run, held),
+            &PostWarp::Log { scale, offset } => {
+                hold(&Logarithm::new(self.rows[3], scale, offset, run), self, run, held)
+            }
+            PostWarp::Rectilinear(_) => (0..RUN).for_each(|i| held[i] = self.holds(run.point(i))),
         }
     }
 
@@ -54,32 +68,47 @@ impl MapLookup {
         let [width, height] = self.size.map(u64::from);
         let is_countable = width > 0 && height > 0 && width <= MOST / height;
         let Parts { is_linear, is_in_pixels, normal, factor, units, .. } = self.parts;
-        is_countable && self.post_warp == PostWarp::None && !(is_linear || is_in_pixels || normal || factor || units)
+        let is_known = matches!(self.post_warp, PostWarp::None | PostWarp::Log { .. });
+        is_countable && is_known && !(is_linear || is_in_pixels || normal || factor || units)
     }
 
     /// How each receiver of a run is compared, of a map that [is common](MapLookup::is_common).
     pub(super) fn compare_run(&self, run: &Receivers, found: &mut Compared) {
-        let (parts, out) = (self.parts, found);
+        match &self.post_warp {
+            &PostWarp::Log { scale, offset } => {
+                self.compare_warped(&Logarithm::new(self.rows[3], scale, offset, run), run, found);
+                found.asks_planes = self.bias.plane != 0.0;
+                (found.p, found.normal) = (run.p, run.n);
+            }
+            _ => {
+                self.compare_warped(&Even, run, found);
+                found.asks_planes = false;
+            }
+        }
+    }
+
+    fn compare_warped<W: WarpedRun>(&self, warped: &W, run: &Receivers, out: &mut Compared) {
+        let parts = self.parts;
         match (parts.is_placed, parts.takes_plane, parts.is_limited) {
-            (false, false, _) => compare(Common::<false, false, false>, self, run, out),
-            (false, true, false) => compare(Common::<false, true, false>, self, run, out),
-            (false, true, true) => compare(Common::<false, true, true>, self, run, out),
-            (true, false, _) => compare(Common::<true, false, false>, self, run, out),
-            (true, true, false) => compare(Common::<true, true, false>, self, run, out),
-            (true, true, true) => compare(Common::<true, true, true>, self, run, out),
+            (false, false, _) => compare(Common::<false, false, false>, warped, self, run, out),
+            (false, true, false) => compare(Common::<false, true, false>, warped, self, run, out),
+            (false, true, true) => compare(Common::<false, true, true>, warped, self, run, out),
+            (true, false, _) => compare(Common::<true, false, false>, warped, self, run, out),
+            (true, true, false) => compare(Common::<true, true, false>, warped, self, run, out),
+            (true, true, true) => compare(Common::<true, true, true>, warped, self, run, out),
         }
     }
 }
 
 dispatch! {
-    /// How a map without post-warp holds receivers.
-    fn hold(lookup: &MapLookup, run: &Receivers, held: &mut [Held; RUN]) = hold_body
+    /// How a map holds receivers.
+    fn hold<W: WarpedRun>(warped: &W, lookup: &MapLookup, run: &Receivers, held: &mut [Held; RUN]) = hold_body
 }
 
 #[inline(always)]
-fn hold_body(lookup: &MapLookup, run: &Receivers, held: &mut [Held; RUN]) {
+fn hold_body<W: WarpedRun>(warped: &W, lookup: &MapLookup, run: &Receivers, held: &mut [Held; RUN]) {
     for i in 0..RUN {
-        held[i] = lookup.holds_by(&PostWarp::None, run.point(i));
+        held[i] = lookup.holds_by(warped.at(i), run.point(i));
     }
     for functional in lookup.region.functionals() {
         for i in 0..RUN {
@@ -90,20 +119,21 @@ fn hold_body(lookup: &MapLookup, run: &Receivers, held: &mut [Held; RUN]) {
 
 dispatch! {
     /// The comparisons of a run.
-    fn compare<C: Case>(case: C, lookup: &MapLookup, run: &Receivers, found: &mut Compared) = compare_body
+    fn compare<C: Case, W: WarpedRun>(case: C, warped: &W, lookup: &MapLookup, run: &Receivers, found: &mut Compared) = compare_body
 }
 
 #[inline(always)]
-fn compare_body<C: Case>(_: C, lookup: &MapLookup, run: &Receivers, found: &mut Compared) {
+fn compare_body<C: Case, W: WarpedRun>(_: C, warped: &W, lookup: &MapLookup, run: &Receivers, found: &mut Compared) {
     for i in 0..RUN {
         let p = run.point(i);
-        let (is_compared, reference) = lookup.compared(C::PARTS, &PostWarp::None, p, run.normal(i));
-        found.is_held[i] = lookup.holds_by(&PostWarp::None, p) != Held::Outside;
+        let (is_compared, reference) = lookup.compared(C::PARTS, warped.at(i), p, run.normal(i));
+        found.is_held[i] = lookup.holds_by(warped.at(i), p) != Held::Outside;
         found.is_compared[i] = is_compared;
         (found.at[0][i], found.at[1][i]) = reference.p_texel.into();
         found.z[i] = reference.z;
         (found.per_texel[0][i], found.per_texel[1][i]) = reference.plane.per_texel.into();
         found.limit[i] = reference.limit;
+        found.unbiased[i] = reference.unbiased;
     }
     for functional in lookup.region.functionals() {
         for i in 0..RUN {

@@ -28,12 +28,13 @@ fn wide_body(kernel: Kernel, lookup: &MapLookup, map: &[f32], found: &Compared, 
     }
 }
 
-/// How receivers compare with a texel each: 1 where it is lit, else 0.
+/// How receivers compare with a texel each: 1 where it is lit, else 0. `w` is [`MapLookup::w_of_rows`] of the texels.
 #[inline(always)]
 fn compared(
     lookup: &MapLookup,
     map: &[f32],
     found: &Compared,
+    w: &[f64; RUN],
     texel: impl Fn(usize) -> DVec2,
     mut take: impl FnMut(usize, f64),
 ) {
@@ -42,6 +43,9 @@ fn compared(
         let texel = texel(i);
         z[i] = lookup.depth_in_run(found, i, texel + 0.5);
         index[i] = lookup.index_of(texel);
+    }
+    if found.asks_planes {
+        lookup.depths_on_planes(found, |i| texel(i).x + 0.5, w, &mut z);
     }
     for i in 0..RUN {
         // SAFETY: the index has been held to the map, whose length the caller of `wide` has checked.
@@ -79,9 +83,10 @@ fn separable(
     let (mut sum, mut height) = ([0.0; RUN], [0.0; RUN]);
     for row in 0..texels_across(size.y) {
         let mut across = [0.0; RUN];
+        let w = &lookup.w_of_rows(found, |i| first[1][i] + row as f64 + 0.5);
         for (column, width) in columns.iter().enumerate() {
             let texel = |i: usize| DVec2::new(first[0][i] + column as f64, first[1][i] + row as f64);
-            compared(lookup, map, found, texel, |i, lit| across[i] += width[i] * lit);
+            compared(lookup, map, found, w, texel, |i, lit| across[i] += width[i] * lit);
         }
         weights(1, row, &mut height);
         for i in 0..RUN {
@@ -98,7 +103,8 @@ fn disc(lookup: &MapLookup, map: &[f32], found: &Compared, axes: DMat2) -> [f64;
     for q in points {
         let step = axes * *q;
         let texel = |i: usize| (DVec2::new(found.at[0][i], found.at[1][i]) + step).floor();
-        compared(lookup, map, found, texel, |i, lit| sum[i] += lit);
+        let w = &lookup.w_of_rows(found, |i| texel(i).y + 0.5);
+        compared(lookup, map, found, w, texel, |i, lit| sum[i] += lit);
     }
     sum.map(|sum| sum / points.len() as f64)
 }

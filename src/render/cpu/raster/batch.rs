@@ -24,7 +24,7 @@ const BATCH: usize = 1 << 20;
 const CHUNK: u32 = 1 << 12;
 /// Chunks that are binned before the bands are drawn: enough for many threads, and for meshes of half a million triangles one
 /// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most 32 MB whatever the scene.
-const ROUND: usize = 128;
+pub const ROUND: usize = 128;
 /// Chunks of a round of a small image: what is drawn hides triangles of later rounds before they are binned. A large one would
 /// leave the cache between two rounds.
 const SHORT_ROUND: usize = 16;
@@ -165,12 +165,7 @@ impl<'a> Batches<'a> {
                 if hides {
                     pieces.order(draws, viewport, grid, of_slab);
                 }
-                // The next chunk last.
-                let mut pending: Vec<Range<u32>> = (0..pieces.triangles)
-                    .step_by(CHUNK as usize)
-                    .map(|first| first..pieces.triangles.min(first + CHUNK))
-                    .rev()
-                    .collect();
+                let mut pending = chunks_of(pieces.triangles);
                 while !pending.is_empty() {
                     let before = count(&pending);
                     let work = Binning {
@@ -183,7 +178,9 @@ impl<'a> Batches<'a> {
                         bands,
                         numbered: numbered || is_tested,
                     };
-                    scratch.chunks = bin(&work, &mut pending, chunks, &mut scratch.bins, progress)?;
+                    let bins = &mut scratch.bins;
+                    scratch.chunks =
+                        fill_bins(&mut pending, chunks, bins, progress, |bins, chunk| fill(&work, bins, chunk))?;
                     let is_last = rest == 0 && pending.is_empty();
                     let tested = is_tested.then_some(&draws[..]);
                     draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
@@ -285,30 +282,36 @@ fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress:
     })
 }
 
-/// Bins at most so many chunks of a batch; how many. What has not found room in a chunk stays pending.
+/// Fills bins with at most so many chunks, those at the end of `pending` first; how many. `fill` bins the triangles of a chunk, or
+/// the first of them where they write too much, and says which is the first that is not binned: what has not found room stays pending.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
-fn bin(
-    work: &Binning,
+pub fn fill_bins<B: Default + Send>(
     pending: &mut Vec<Range<u32>>,
     chunks: usize,
-    bins: &mut Vec<Bins>,
+    bins: &mut Vec<B>,
     progress: &Progress,
+    fill: impl Fn(&mut B, Range<u32>) -> u32 + Sync,
 ) -> Result<usize> {
     let mut round = pending.split_off(pending.len().saturating_sub(chunks));
     // Nearest first.
     round.reverse();
     let count = round.len();
     if bins.len() < count {
-        bins.resize_with(count, Bins::default);
+        bins.resize_with(count, B::default);
     }
     bins[..count].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
         progress.check()?;
-        chunk.start = fill(work, bins, chunk.clone());
+        chunk.start = fill(bins, chunk.clone());
         Ok::<_, Error>(())
     })?;
     pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
     Ok(count)
+}
+
+/// So many triangles in chunks, the next one last.
+pub fn chunks_of(triangles: u32) -> Vec<Range<u32>> {
+    (0..triangles).step_by(CHUNK as usize).map(|first| first..triangles.min(first + CHUNK)).rev().collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::vertices::ScreenVertex;
 /// Pixels in a cache line.
 const LINE: u32 = 16;
 /// Bytes after which a chunk ends early; a slice more may be written.
-const CHUNK_BYTES: usize = 1 << 17;
+pub const CHUNK_BYTES: usize = 1 << 17;
 
 /// A triangle that may touch a band.
 #[derive(Debug, Clone, Copy, Default)]

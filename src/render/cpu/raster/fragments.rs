@@ -3,6 +3,7 @@
 use std::mem::MaybeUninit;
 
 use super::pixels::{Fragment, Pixels};
+use super::simd::LANES;
 
 /// Covered pixels of a band, in no order that matters.
 #[derive(Debug, Default)]
@@ -65,4 +66,10 @@ pub struct Room<'a> {
     pub z: &'a mut [MaybeUninit<f32>],
     /// Empty where nobody asks for numbers.
     pub id: &'a mut [MaybeUninit<u32>],
+}
+
+/// Room for [`LANES`] values from index `at`.
+#[inline(always)]
+pub fn lanes_of<T>(room: &mut [T], at: usize) -> &mut [T; LANES] {
+    room[at..].first_chunk_mut().expect("room for a group")
 }

@@ -24,14 +24,21 @@ mod triangle_setup;
 mod vertices;
 mod with_lanes;
 
-pub use batch::{Batches, Round, SLAB, Scratch, batches, by_test, is_small};
-pub use bins::{BandArea, Bands, Bins};
+#[cfg(target_arch = "x86_64")]
+pub use avx2::Avx2;
+pub use batch::{Batches, ROUND, Round, SLAB, Scratch, batches, by_test, chunks_of, fill_bins, is_small};
+pub use bins::{BandArea, Bands, Bins, CHUNK_BYTES};
 pub use cover::{Cover, Tiles};
 pub use drawn_mesh::Draw;
 pub use fill::{Entries, draw};
+pub use fragments::{Fragments, Room, lanes_of};
+pub use lanes::Lanes;
+#[cfg(test)]
 pub use lanes::two_nearest;
-pub use pixels::{DepthPixels, IdPixels, LayerPixels, Pixels};
+pub use pixels::{DepthPixels, Fragment, IdPixels, LayerPixels, Pixels};
+pub use plain::Plain;
 pub use simd::LANES;
 pub use tested::Tested;
-pub use triangle_setup::smaller;
+pub use triangle_setup::{larger, smaller};
 pub use vertices::Viewport;
+pub(super) use with_lanes::with_lanes;

@@ -9,7 +9,7 @@
 
 use super::bins::{Bands, Bin, Bins};
 use super::cover::Grid;
-use super::fragments::Room;
+use super::fragments::{Room, lanes_of};
 use super::lanes::Lanes;
 use super::simd::LANES;
 use super::triangle_setup::SmallSetup;
@@ -136,10 +136,4 @@ impl<L: Lanes> Tiny<'_, L> {
         // SAFETY: `count` values have been written at the beginning of each part of the room.
         unsafe { out.lengthen(count, self.numbered) };
     }
-}
-
-/// Room for [`LANES`] values from index `at`.
-#[inline(always)]
-fn lanes_of<T>(room: &mut [T], at: usize) -> &mut [T; LANES] {
-    room[at..].first_chunk_mut().expect("room for a group")
 }

@@ -3,14 +3,14 @@
 /// Declares a function that calls the inlined `$body` with the best [`Lanes`](super::lanes::Lanes) found at run time, compiled
 /// for what they ask for.
 macro_rules! with_lanes {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident $(<$generic:ident: $bound:path>)? ($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)? = $body:path) => {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident $(<$($generic:ident: $bound:path),+>)? ($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)? = $body:path) => {
         $(#[$meta])*
-        $vis fn $name $(<$generic: $bound>)? ($($arg: $ty),*) $(-> $ret)? {
+        $vis fn $name $(<$($generic: $bound),+>)? ($($arg: $ty),*) $(-> $ret)? {
             #[cfg(target_arch = "x86_64")]
             {
-                use super::avx2::Avx2;
+                use $crate::render::cpu::raster::Avx2;
                 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-                fn wide $(<$generic: $bound>)? (lanes: Avx2, $($arg: $ty),*) $(-> $ret)? {
+                fn wide $(<$($generic: $bound),+>)? (lanes: Avx2, $($arg: $ty),*) $(-> $ret)? {
                     $body(lanes, $($arg),*)
                 }
                 if let Some(lanes) = Avx2::detect() {
@@ -18,8 +18,8 @@ macro_rules! with_lanes {
                     return unsafe { wide(lanes, $($arg),*) };
                 }
             }
-            $body(super::plain::Plain, $($arg),*)
+            $body($crate::render::cpu::raster::Plain, $($arg),*)
         }
     };
 }
-pub(super) use with_lanes;
+pub(in crate::render::cpu) use with_lanes;

@@ -12,6 +12,8 @@
 
 use glam::{DMat4, DVec4};
 
+use super::ascending::Ascending;
+use super::places::EvenColumns;
 use crate::error::{Error, Result};
 use crate::geometry::Rows;
 use crate::parameterization::Rectilinear;
@@ -34,7 +36,7 @@ pub struct Lattice {
     /// Clip x, down, z, w of world points.
     pub(super) clip_from_world: DMat4,
     /// Where the centres of rows lie, from the top; ascending.
-    pub(super) rows: Vec<f64>,
+    pub(super) rows: Ascending,
     pub(super) columns: Columns,
     /// Where the map begins and ends: x/w, and down.
     pub(super) across: [f64; 2],
@@ -49,95 +51,7 @@ pub struct Lattice {
 #[derive(Debug)]
 pub(super) enum Columns {
     Even(EvenColumns),
-    Uneven(UnevenColumns),
-}
-
-/// Places of columns, even texels from the left.
-pub(super) trait Places {
-    /// How many there are.
-    fn count(&self) -> usize;
-    /// The centre of a column.
-    fn place(&self, column: usize) -> f64;
-    /// The first column whose centre is not left of a place, [`Places::count`] where all are.
-    fn first(&self, place: f64) -> usize;
-    /// How far to the right of a column's centre that of the `i`-th after it lies.
-    fn steps(&self, column: usize) -> impl Fn(usize) -> f64;
-}
-
-/// A texel apart.
-#[derive(Debug)]
-pub(super) struct EvenColumns {
-    width: f64,
-}
-
-/// Ascending, any distance apart.
-#[derive(Debug)]
-pub(super) struct UnevenColumns {
-    places: Vec<f64>,
-    /// For each even texel the first column whose centre is not left of it, and the number of columns.
-    begins: Vec<u32>,
-}
-
-impl Places for EvenColumns {
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.width as usize
-    }
-    #[inline(always)]
-    fn place(&self, column: usize) -> f64 {
-        column as f64 + 0.5
-    }
-    #[inline(always)]
-    fn first(&self, place: f64) -> usize {
-        (place - 0.5).ceil().clamp(0.0, self.width) as u32 as usize
-    }
-    #[inline(always)]
-    fn steps(&self, _column: usize) -> impl Fn(usize) -> f64 {
-        |i| i as f64
-    }
-}
-
-impl UnevenColumns {
-    fn new(places: Vec<f64>) -> Self {
-        let begins = (0..places.len()).map(|texel| places.partition_point(|p| *p < texel as f64) as u32);
-        let begins = begins.chain([places.len() as u32]).collect();
-        Self { places, begins }
-    }
-}
-
-impl Places for UnevenColumns {
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.places.len()
-    }
-    #[inline(always)]
-    fn place(&self, column: usize) -> f64 {
-        self.places[column]
-    }
-    #[inline(always)]
-    fn first(&self, place: f64) -> usize {
-        let last = self.places.len() - 1;
-        // Casts saturate. Columns of a map that is shifted by parts of a texel may lie off its own edge.
-        let texel = (place.max(0.0) as usize).min(last);
-        let low = if place < 0.0 { 0 } else { self.begins[texel] as usize };
-        let high = if texel == last { self.places.len() } else { self.begins[texel + 1] as usize };
-        low + self.places[low..high].partition_point(|p| *p < place)
-    }
-    #[inline(always)]
-    fn steps(&self, column: usize) -> impl Fn(usize) -> f64 {
-        let places = &self.places[column..];
-        move |i| places[i] - places[0]
-    }
-}
-
-impl Columns {
-    /// [`Places::first`].
-    pub(super) fn first(&self, place: f64) -> usize {
-        match self {
-            Self::Even(columns) => columns.first(place),
-            Self::Uneven(columns) => columns.first(place),
-        }
-    }
+    Uneven(Ascending),
 }
 
 impl Lattice {
@@ -160,10 +74,11 @@ impl Lattice {
             let fix = "check where the logarithm comes from";
             return Err(Error::argument("post_warp", expected, format!("scale {scale:e}, offset {offset:e}"), fix));
         }
+        let rows = ascending(centres(size[1]).map(|y| down_at(-y)));
         Ok(Self {
             clip_from_world,
-            rows: centres(size[1]).map(|y| down_at(-y)).collect(),
-            columns: Columns::Even(EvenColumns { width: f64::from(size[0]) }),
+            rows: if strong { Ascending::logarithmic(rows) } else { Ascending::even(rows) },
+            columns: Columns::Even(EvenColumns::new(size[0])),
             across: [-1.0, 1.0],
             down: [down_at(1.0), down_at(-1.0)],
             planes: planes(0.5 * (-steepness.abs()).exp()).to_vec(),
@@ -183,8 +98,8 @@ impl Lattice {
         planes.extend([[0.0, 0.0, -1.0, 2.0, 0.0], [0.0, 1.0, 0.0, GUARD, 0.0], [0.0, -1.0, 0.0, GUARD, 0.0]]);
         Self {
             clip_from_world: Rows { x, y: -y, z, w }.scaled(unit).matrix(),
-            rows: ascending(centres(size[1]).map(|y| -warp.y.before(-y))),
-            columns: Columns::Uneven(UnevenColumns::new(ascending(
+            rows: Ascending::even(ascending(centres(size[1]).map(|y| -warp.y.before(-y)))),
+            columns: Columns::Uneven(Ascending::even(ascending(
                 centres(size[0]).map(|x| (warp.x.before(x) + 1.0) * half),
             ))),
             across: [-1.0, 1.0].map(|x| warp.x.before(x)),
@@ -215,4 +130,10 @@ fn ascending(places: impl Iterator<Item = f64>) -> Vec<f64> {
 fn planes(least_w: f64) -> [[f64; 5]; 4] {
     let w = [0.0, 0.0, 0.0, 1.0, -least_w];
     [w, [0.0, 0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, GUARD, 0.0], [-1.0, 0.0, 0.0, GUARD, 0.0]]
+}
+
+/// How far a point is on the inner side of a plane whose last coefficient stands alone.
+#[inline(always)]
+pub fn distance(plane: &[f64; 5], clip: [f64; 4]) -> f64 {
+    plane[4] + (plane[0] * clip[0] + plane[1] * clip[1] + plane[2] * clip[2] + plane[3] * clip[3])
 }

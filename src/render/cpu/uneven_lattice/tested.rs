@@ -1,37 +1,28 @@
 //! Triangles with an alpha test between uneven rows and columns: only centres that exist are drawn.
 
-use std::ops::Range;
-
-use super::lattice::Places;
-use super::texels::Texels;
-use super::triangle::{EvenVertex, corners_of, spans};
+use super::fill::{Filling, less_of};
+use super::lists::List;
+use super::places::Places;
+use crate::render::cpu::raster::{Fragment, Pixels};
 use crate::render::cpu::tested_triangle::TestedTriangle;
 
-/// Draws triangles into the rows `band` of a map, as [`fill_band`](super::triangle::fill_band); `tested` gives the test of each.
-#[allow(clippy::too_many_arguments)]
-pub fn fill_tested<'a, C: Places, T: Texels>(
-    triangles: &[[u32; 3]],
+/// Draws listed triangles into a band, as [`fill`](super::fill::fill); `tested` gives the test of a triangle by its number.
+///
+/// Depths are the numbers of a triangle without a test, so texels that are kept have the same bits.
+pub fn fill_tested<'a, C: Places, P: Pixels>(
+    work: &Filling<C>,
+    list: &List,
     tested: impl Fn(usize) -> Option<TestedTriangle<'a>>,
-    vertices: &[EvenVertex],
-    extra: &[EvenVertex],
-    rows: &[f64],
-    columns: &C,
-    band: Range<usize>,
-    texels: &mut T,
+    pixels: &mut P,
 ) {
-    let width = columns.count();
-    let step = 2.0 / width as f64;
-    for (i, indices) in triangles.iter().enumerate() {
-        let test = tested(i);
-        spans(corners_of(*indices, vertices, extra), rows, columns, &band, |plane, row, span| {
-            let start = (row - band.start) * width;
-            let z = plane.along(columns, span.start, rows[row]);
-            for (i, column) in span.enumerate() {
-                let x = columns.place(column) * step - 1.0;
-                if test.is_none_or(|test| test.exists_at(x, rows[row])) {
-                    // The numbers of a span without a test, so that texels that are kept have the same bits.
-                    texels.draw(start + column..start + column + 1, |_| z(i));
-                }
+    let step = 2.0 / work.columns.count() as f64;
+    for (indices, number) in list.triangles.iter().zip(&list.numbers) {
+        let test = tested(*number as usize);
+        work.for_each_texel(*indices, less_of::<P>(), |row, column, z| {
+            let x = work.columns.place(column) * step - 1.0;
+            if test.is_none_or(|test| test.exists_at(x, work.rows[row])) {
+                let at = ((row - work.area.first_row as usize) * work.area.stride + column) as u32;
+                pixels.draw_fragment(&Fragment { at, z, id: 0 });
             }
         });
     }

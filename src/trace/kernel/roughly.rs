@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Kernel, Portable, exact};
 use crate::trace::hierarchy::{Box3, LEAF, NO_ITEM, Packet};
-use crate::trace::rays::{ALL, BUNDLE, Each, LocalRays, RayBits, WorldRay};
+use crate::trace::rays::{ALL, BUNDLE, Each, LocalRays, RayBits, Shared, WorldRay};
 
 struct Random(u64);
 
@@ -93,7 +93,16 @@ fn leaves_out_no_ray<K: Kernel>() {
             WorldRay { direction: if case % 5 == 4 { -ray.direction } else { ray.direction }, ..ray }
         });
         let mut rays = LocalRays::NONE;
-        rays.fill(&DAffine3::IDENTITY, &bounds, &world.into(), |_| [0.0, f64::INFINITY], band, ALL, true);
+        rays.fill(
+            &DAffine3::IDENTITY,
+            &bounds,
+            &world.into(),
+            Shared::Nothing,
+            |_| [0.0, f64::INFINITY],
+            band,
+            ALL,
+            true,
+        );
         let near = K::rays_near::<false>(&packet, &rays, ALL);
         let ahead = K::rays_near::<true>(&packet, &rays, ALL);
         // Where the band is narrow and the origin is near, the test is of use.

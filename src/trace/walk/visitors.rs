@@ -4,7 +4,7 @@ use super::alpha::{exists, sifted};
 use super::touched::Touched;
 use crate::trace::hierarchy::{Face, NO_ITEM, Packet, TracedMesh};
 use crate::trace::kernel::{Kernel, Lanes, Pass};
-use crate::trace::rays::{BUNDLE, Each, Line, LocalRays, RayBits};
+use crate::trace::rays::{BUNDLE, Each, Line, LocalRays, RayBits, Shared};
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor: Clone {
@@ -14,6 +14,8 @@ pub trait Visitor: Clone {
     const AHEAD: bool;
     /// Whether it sees those that a ray nearly meets, too.
     const NEARLY: bool;
+    /// What rays of a bundle with this visitor mostly have in common.
+    const SHARED: Shared;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
@@ -190,6 +192,7 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
     const IN_ORDER: bool = true;
     const AHEAD: bool = false;
     const NEARLY: bool = BAND;
+    const SHARED: Shared = Shared::Origin;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -224,6 +227,7 @@ impl Visitor for Blocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = true;
     const NEARLY: bool = false;
+    const SHARED: Shared = Shared::Direction;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -271,6 +275,7 @@ impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
     const NEARLY: bool = true;
+    const SHARED: Shared = Shared::Direction;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {

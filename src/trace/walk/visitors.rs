@@ -103,9 +103,8 @@ impl Shown<'_> {
             return false;
         }
         for lane in Lanes(meet.near & self.packet.used()) {
-            if let Some(pass) = self.sifted(lane, meet.of(lane), || *ray)
-                && see(self.face(lane), pass)
-            {
+            let face = self.face(lane);
+            if self.sifted(lane, meet.of(lane), || *ray, |pass| see(face, pass)) {
                 return true;
             }
         }
@@ -126,8 +125,8 @@ impl Shown<'_> {
         let (found, face) = (K::rays_pass(self.packet, lane, rays, bits), self.face(lane));
         let mut ended = 0;
         for r in Each(found.near) {
-            let pass = self.sifted(lane, found.of(r), || rays.line(r));
-            ended |= u32::from(pass.is_some_and(|pass| see(r, face, pass))) << r;
+            let is_seen = self.sifted(lane, found.of(r), || rays.line(r), |pass| see(r, face, pass));
+            ended |= u32::from(is_seen) << r;
         }
         ended
     }
@@ -136,10 +135,15 @@ impl Shown<'_> {
     fn is_there(&self, lane: usize, ray: impl FnOnce() -> Line) -> bool {
         !self.mesh.is_tested || exists(self.mesh, self.packet, lane, &ray())
     }
-    /// What is left of a triangle that a ray meets or nearly meets; the ray is asked for where that is in question.
+    /// Shows what is left of a triangle that a ray meets or nearly meets; the ray is asked for where that is in question.
     #[inline(always)]
-    fn sifted(&self, lane: usize, pass: Pass, ray: impl FnOnce() -> Line) -> Option<Pass> {
-        if self.mesh.is_tested { sifted(self.mesh, self.packet, lane, pass, &ray()) } else { Some(pass) }
+    fn sifted(&self, lane: usize, pass: Pass, ray: impl FnOnce() -> Line, see: impl FnOnce(Pass) -> bool) -> bool {
+        // Without a question the pass stays in registers, which an option of it does not.
+        if self.mesh.is_tested {
+            sifted(self.mesh, self.packet, lane, pass, &ray()).is_some_and(see)
+        } else {
+            see(pass)
+        }
     }
 }
 

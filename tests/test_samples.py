@@ -52,6 +52,31 @@ def test_samples_that_are_given_are_used(scene, seeing):
     assert ends(make["other"])[0] < ends(make["own"])[0]
 
 
+@pytest.mark.parametrize("shadows", ["mapped", "traced", None])
+def test_samples_of_a_view_are_those_of_its_gbuffer_light_by_light(scene, shadows):
+    lights = [
+        scene.light,
+        sl.DirectionalLight((0.4, -1, 0.2)),
+        sl.SpotLight((2, 12, 2), (0, -1, 0), cone_angle=1.2, range=60),
+    ]
+    view = sl.View(scene, scene.camera, lights, size=(64, 48))
+    g = view.gbuffer("cpu")
+    for light, samples in zip(lights, view.samples(shadows=shadows, renderer="cpu"), strict=True):
+        states = sl._core.mapped_states(scene, scene.camera, light, g)
+        if shadows == "traced":
+            states = sl.trace.shadow_mask(scene, scene.camera, light, size=(64, 48))
+        known = {} if shadows is None else {"light": light, "shadows": states}
+        assert samples == sl._core.Samples.from_gbuffer(g, scene.camera, **known)
+
+
+def test_samples_of_another_picture_are_refused(scene):
+    first, other = (sl.View(scene, scene.camera, scene.light, size=(24, 18 + k)).gbuffer("cpu") for k in range(2))
+    samples = sl._core.Samples.from_gbuffer(first, scene.camera)
+    states = sl._core.mapped_states(scene, scene.camera, scene.light, other)
+    with pytest.raises(ArgumentError, match="samples: expected"):
+        sl._core.samples_under(samples, other, scene.light, states, 64)
+
+
 @pytest.mark.parametrize("aspect", [1e-4, 1e4])
 def test_a_camera_of_any_aspect_has_samples(scene, seeing, aspect):
     c = scene.camera

@@ -102,6 +102,7 @@ __all__ = [
     "renamed_words",
     "restore",
     "same_instances",
+    "samples_under",
     "set_threads",
     "shadows_at",
     "summarize",
@@ -232,6 +233,13 @@ def library_build(name: str, seed: int, params: Sequence[tuple[str, float]]) -> 
 
 def mapped_states(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer) -> npt.NDArray[np.int8]:
     """Which pixels are in shadow by one uniform map of 1024 x 1024 texels over the body: (H, W) int8."""
+
+def samples_under(
+    samples: Samples, gbuffer: GBuffer, light: Light, shadows: npt.NDArray[np.int8], count: int
+) -> Samples:
+    """Samples that `from_gbuffer` made of this G-buffer without shadows, under a light; `shadows` and `count` as there. They share
+    positions and normals.
+    """
 
 def mapped_gaps(scene: Scene, camera: Camera, light: Light, gbuffer: GBuffer) -> npt.NDArray[np.float32]:
     """How far before what each pixel shows, towards the light, what shades it lies by that map: (H, W) float32, world units; 0 where

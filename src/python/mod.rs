@@ -92,7 +92,7 @@ mod _core {
     #[pymodule_export]
     use super::render::PyRenderer;
     #[pymodule_export]
-    use super::samples::PySamples;
+    use super::samples::{PySamples, samples_under};
     #[pymodule_export]
     use super::scene::PyScene;
     #[pymodule_export]

@@ -153,7 +153,7 @@ pub fn restored<'py>(py: Python<'py>, parts: &Parts<'py>) -> PyResult<Samples> {
         return Err(parts.error(py, "its arrays do not belong together"));
     }
     let mut found = Samples::default();
-    (found.origin, found.points, found.normals, found.picture) = (origin, points, normals, picture);
+    (found.origin, found.points, found.normals, found.picture) = (origin, points.into(), normals.into(), picture);
     let zipped = samples.into_iter().zip(edge_normals).zip(weights);
     let edges = zipped.map(|((sample, normal), weight)| EdgeSample { sample, normal, weight }).collect();
     let known = light.map(|light| Shadows { light, states, edges, shaded, image: pixels });

@@ -50,6 +50,34 @@ pub fn samples<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PySamples>
     instance_of(value, "samples", "view.samples() makes them, and a technique takes a GBuffer as well")
 }
 
+/// Samples that `from_gbuffer` made of this G-buffer without shadows, under a light; `shadows` and `count` as there. They share
+/// positions and normals.
+#[pyfunction]
+#[pyo3(signature = (samples, gbuffer, light, shadows, count))]
+pub fn samples_under(
+    #[pyo3(from_py_with = samples)] samples: Bound<'_, PySamples>,
+    #[pyo3(from_py_with = gbuffer)] gbuffer: Bound<'_, PyGBuffer>,
+    #[pyo3(from_py_with = light)] light: crate::Light,
+    shadows: &Bound<'_, PyAny>,
+    count: &Bound<'_, PyAny>,
+) -> PyResult<PySamples> {
+    let (py, samples) = (shadows.py(), &samples.get().samples);
+    let [w, h] = gbuffer.get().picture();
+    let states = states_of(shadows, "shadows", &[Some(h as usize), Some(w as usize)])?;
+    let count = kept_of(Some(count))?;
+    let samples = gbuffer.get().with_surfaces(py, |surfaces| {
+        let seen = surfaces.triangle.iter().filter(|&&triangle| triangle >= 0).count();
+        if samples.len() != seen || samples.picture.is_none_or(|picture| picture.size != [w, h]) {
+            let expected = format!("samples of the {seen} pixels that show something, of {w} x {h}");
+            return Err(argument_error(py, "samples", expected, samples.len(), "Samples.from_gbuffer makes them"));
+        }
+        run_watched(py, None, |progress| {
+            samples.clone().with_shadows_watched(&light, states, surfaces, count, || progress.check())
+        })
+    })?;
+    Ok(PySamples { samples })
+}
+
 #[pymethods]
 impl PySamples {
     /// The pixels of a picture as samples.

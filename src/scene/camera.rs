@@ -210,6 +210,7 @@ impl Camera {
         self.volume.half_size()
     }
     /// Depth of a world point along the view direction.
+    #[inline(always)]
     pub fn depth_of(&self, p_world: DVec3) -> f64 {
         (p_world - self.eye).dot(self.forward)
     }

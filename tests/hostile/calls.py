@@ -210,6 +210,7 @@ OWN: dict[str, dict[str, Callable[[], Any]]] = {
     "Samples.from_arrays": {"shadows": lambda: np.array([1, 0, 1, 0], np.int8)},
     "Run.over_phases": {"phases": lambda: 2},
     "Samples.from_gbuffer": {"shadows": _world("truth")},
+    "_core.samples_under": {"shadows": _world("truth")},
     "Samples.missed": {"holds": lambda: "shadow"},
     "View.gaps": {"shadows": lambda: "mapped"},
     "View.samples": {"shadows": lambda: "mapped"},

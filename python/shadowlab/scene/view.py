@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 KEPT_VIEWS = Kept(1 << 30)
 # Of a G-buffer: depth, relative position, normal, triangle, instance (36), and world positions in f64 where asked for.
 GBUFFER_BYTES_PER_PIXEL = 60
-# Of samples: position and normal, state, and its pixel's.
-SAMPLE_BYTES = 30
+# Of samples: position and normal, which the lights of a view share; of each light its states and those in shadow.
+SAMPLE_BYTES = 24
+STATE_BYTES = 6
 SAMPLE_COUNT = 4096
 ShadowSource: TypeAlias = Literal["mapped", "traced"]
 SHADOW_SOURCES = (*get_args(ShadowSource), None)
@@ -270,22 +271,34 @@ class View(Value):
     ) -> tuple[_core.Samples, float]:
         draw, light = renderer_of(renderer), light_of(self)
         whole("count", count)
+        own = size is None
         pixels = self.size if size is None else picture_of(size, self.camera)
 
         def make() -> tuple[_core.Samples, float]:
-            own = size is None
             gbuffer = self.gbuffer(draw) if own else draw.gbuffer(self.scene, self.camera, size=pixels)
             start = time.perf_counter()
-            states = None
+            unlit = self._unlit_samples(draw) if own else _core.Samples.from_gbuffer(gbuffer, self.camera)
+            if shadows is None:
+                return unlit, 1e3 * (time.perf_counter() - start)
             if shadows == "mapped":
                 states = _core.mapped_states(self.scene, self.camera, light, gbuffer)
-            elif shadows == "traced":
+            else:
                 states = cast("NDArray[np.int8]", replace(self, size=pixels).truth())
-            made = _core.Samples.from_gbuffer(gbuffer, self.camera, light, shadows=states, count=count)
+            made = _core.samples_under(unlit, gbuffer, light, states, count)
             return made, 1e3 * (time.perf_counter() - start)
 
         key = ("samples", self.light, pixels, shadows, count, *identity_of(draw))
-        return KEPT_VIEWS.get(self._seen, key, make, lambda made: SAMPLE_BYTES * made[0].receivers)
+        each = STATE_BYTES if own else SAMPLE_BYTES + STATE_BYTES
+        return KEPT_VIEWS.get(self._seen, key, make, lambda made: each * made[0].receivers)
+
+    def _unlit_samples(self, draw: RendererLike) -> _core.Samples:
+        """The pixels of the view as samples that know no shadows, made once for all lights."""
+        return KEPT_VIEWS.get(
+            self._seen,
+            ("unlit samples", *identity_of(draw)),
+            lambda: _core.Samples.from_gbuffer(self.gbuffer(draw), self.camera),
+            lambda made: SAMPLE_BYTES * made.receivers,
+        )
 
     def gaps(
         self, shadows: ShadowSource = "mapped", *, renderer: RendererArgument = None

@@ -12,10 +12,11 @@
 use glam::{DMat2, DVec2};
 
 use super::edges::evenly;
+use super::facing::counts;
 use super::outline::RayFrame;
 use super::part::pixel_per_ray;
 use super::picture::Picture;
-use super::samples::{Samples, Shadows, counts};
+use super::samples::{Samples, Shadows};
 use crate::error::Result;
 use crate::image::TruthMask;
 use crate::parameterization::Region;

@@ -19,6 +19,8 @@ pub(super) struct Growing {
     pub corners: Vec<DVec2>,
     settled: usize,
     sides: Vec<Sides>,
+    /// Those that a box of [`Growing::look`] is not within, or all.
+    open: Vec<Sides>,
     room: Vec<DVec2>,
 }
 
@@ -51,23 +53,51 @@ impl Growing {
     /// Whether a box surely lies in the hull so far.
     #[inline(always)]
     pub fn holds(&self, low: DVec2, high: DVec2) -> bool {
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let mut outside = u64::from(self.sides.is_empty());
-        for side in &self.sides {
-            for i in 0..LANES {
-                let inside = side.x[i] * middle.x + side.y[i] * middle.y
-                    - side.off[i]
-                    - (side.x[i].abs() * half.x + side.y[i].abs() * half.y);
-                // Written so that a NaN is outside.
-                outside |= u64::from(!(inside >= 0.0));
+        are_held_by(&self.sides, low, high)
+    }
+    /// The same of a box that lies in the one of the last [`Growing::look`].
+    #[inline(always)]
+    pub fn holds_seen(&self, low: DVec2, high: DVec2) -> bool {
+        are_held_by(&self.open, low, high)
+    }
+    /// Which squares about points, `reach` to each side, may lie outside of the hull so far, as far as the sides of the last
+    /// [`Growing::look`] tell.
+    #[inline(always)]
+    pub fn squares_beyond<const N: usize>(&self, x: &[f64; N], y: &[f64; N], reach: &[f64; N]) -> [bool; N] {
+        let mut outside = [self.open.is_empty(); N];
+        for side in &self.open {
+            for k in 0..LANES {
+                let across = side.x[k].abs() + side.y[k].abs();
+                for i in 0..N {
+                    let inside = side.x[k] * x[i] + side.y[k] * y[i] - side.off[k] - across * reach[i];
+                    // Written so that a NaN is outside.
+                    outside[i] |= !(inside >= 0.0);
+                }
             }
         }
-        outside == 0
+        outside
+    }
+    /// Looks for the sides beyond which a box may reach; false where it surely lies in the hull so far. Of a box without bounds
+    /// it is all of them.
+    #[inline(always)]
+    pub fn look(&mut self, within: Option<[DVec2; 2]>) -> bool {
+        self.open.clear();
+        let Some([low, high]) = within else {
+            self.open.extend_from_slice(&self.sides);
+            return true;
+        };
+        for side in &self.sides {
+            if !are_held_by(std::slice::from_ref(side), low, high) {
+                self.open.push(*side);
+            }
+        }
+        self.sides.is_empty() || !self.open.is_empty()
     }
     fn find_sides(&mut self) {
         let hull = &self.corners[..self.settled];
         let corners: Vec<DVec2> = hull.iter().step_by(hull.len().div_ceil(SIDES).max(1)).copied().collect();
         self.sides.clear();
+        self.open.clear();
         if corners.len() < 3 {
             return;
         }
@@ -85,7 +115,25 @@ impl Growing {
             }
             self.sides.push(sides);
         }
+        self.open.clone_from(&self.sides);
     }
+}
+
+/// Whether a box lies on the inner side of some sides; of none it does not.
+#[inline(always)]
+fn are_held_by(sides: &[Sides], low: DVec2, high: DVec2) -> bool {
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let mut outside = u64::from(sides.is_empty());
+    for side in sides {
+        for i in 0..LANES {
+            let inside = side.x[i] * middle.x + side.y[i] * middle.y
+                - side.off[i]
+                - (side.x[i].abs() * half.x + side.y[i].abs() * half.y);
+            // Written so that a NaN is outside.
+            outside |= u64::from(!(inside >= 0.0));
+        }
+    }
+    outside == 0
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What a camera sees, as points: for techniques that look at the receivers themselves.
 
 mod edges;
+mod facing;
 mod flips;
 mod growing;
 mod outline;

@@ -14,7 +14,7 @@ use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use super::growing::Growing;
 use super::picture::Picture;
-use super::runs::{Chosen, Run};
+use super::runs::{Chosen, RUN, Run};
 use crate::geometry::{Rows, clipped};
 use crate::rays::LightFrame;
 use crate::scene::Light;
@@ -198,22 +198,59 @@ dispatch! {
 fn hull_of_body(rays: &RayFrame, chosen: &Chosen) -> (Growing, DVec3) {
     let mut hull = Growing::default();
     // A hull of a few first, so that the pass over all hardly adds.
+    hull.look(None);
     for (p, n) in chosen.some((chosen.len() / SEED_SHARE).clamp(1, MOST_SEEDS)) {
         add(&mut hull, rays, chosen.picture, p, n);
     }
     hull.settle();
     let mut sum = DVec3::ZERO;
-    for run in &chosen.runs {
-        sum += run.middle * run.len() as f64;
-        let is_held = rays.range(run, chosen.picture).is_some_and(|[low, high]| hull.holds(low, high));
-        if !is_held {
-            for (p, n) in chosen.of_run(run) {
-                add(&mut hull, rays, chosen.picture, p, n);
+    for block in chosen.runs.chunks(BLOCK) {
+        let mut boxes = [None; BLOCK];
+        // Around all of them.
+        let (mut low, mut high, mut is_bound) = (DVec2::INFINITY, DVec2::NEG_INFINITY, true);
+        for (found, run) in boxes.iter_mut().zip(block) {
+            sum += run.middle * run.len() as f64;
+            *found = rays.range(run, chosen.picture);
+            match found {
+                Some([a, b]) if (*b - *a).is_finite() => (low, high) = (low.min(*a), high.max(*b)),
+                _ => is_bound = false,
+            }
+        }
+        if is_bound && hull.holds(low, high) {
+            continue;
+        }
+        for (found, run) in boxes.into_iter().zip(block) {
+            if hull.look(found) {
+                let (p, n) = chosen.side_by_side(run);
+                let is_out = beyond(&hull, rays, chosen.picture, &p, &n);
+                for i in (0..run.len()).filter(|&i| is_out[i]) {
+                    let vector = |v: &[[f64; RUN]; 3]| DVec3::new(v[0][i], v[1][i], v[2][i]);
+                    add(&mut hull, rays, chosen.picture, vector(&p), vector(&n));
+                }
             }
         }
     }
     hull.settle();
     (hull, sum)
+}
+
+/// Which samples of a run, or corners of their pixels, may lie beyond the hull so far.
+#[inline(always)]
+fn beyond(
+    hull: &Growing,
+    rays: &RayFrame,
+    picture: Option<&Picture>,
+    p: &[[f64; RUN]; 3],
+    n: &[[f64; RUN]; 3],
+) -> [bool; RUN] {
+    let (mut x, mut y, mut reach) = ([0.0; RUN], [0.0; RUN], [0.0; RUN]);
+    for i in 0..RUN {
+        let (p, n) = (DVec3::new(p[0][i], p[1][i], p[2][i]), DVec3::new(n[0][i], n[1][i], n[2][i]));
+        let ray = rays.ray(p);
+        (x[i], y[i]) = (ray.x, ray.y);
+        reach[i] = picture.map_or(0.0, |picture| rays.moved(p, ray, picture.reach(p, n)));
+    }
+    hull.squares_beyond(&x, &y, &reach)
 }
 
 /// Adds a sample and the corners of its pixel.
@@ -222,7 +259,7 @@ fn add(hull: &mut Growing, rays: &RayFrame, picture: Option<&Picture>, p: DVec3,
     let ray = rays.ray(p);
     let Some(picture) = picture else { return hull.add(ray) };
     let reach = rays.moved(p, ray, picture.reach(p, n));
-    if hull.holds(ray - reach, ray + reach) {
+    if hull.holds_seen(ray - reach, ray + reach) {
         return;
     }
     // Corners of a grazing plane, cut to a share of the depth, need not lie around the sample.
@@ -241,6 +278,8 @@ fn add(hull: &mut Growing, rays: &RayFrame, picture: Option<&Picture>, p: DVec3,
     }
 }
 
+/// Runs that are asked about together. Chosen because the box around so many mostly lies in the hull, too.
+const BLOCK: usize = 8;
 /// Samples that make the first hull: a share of all, and the most. Chosen because most of more would lie in it, and fewer leave
 /// more to the pass over all.
 const SEED_SHARE: usize = 61;

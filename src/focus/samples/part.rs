@@ -5,9 +5,10 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use super::facing::counts;
 use super::outline::RayFrame;
 use super::picture::Picture;
-use super::samples::{Samples, counts};
+use super::samples::Samples;
 use crate::parameterization::Region;
 use crate::scene::{Camera, Light};
 

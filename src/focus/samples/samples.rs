@@ -4,6 +4,8 @@
 //! `[chong2007]` (scene-optimized shadow maps: samples near shadow edges); Lauritzen, Salvi, Lefohn 2010 `[lauritzen2010]`
 //! (sample distribution shadow maps); theory.md 9, 10.1 to 10.3 and 12.1.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::edges::{EdgeSample, NO_SAMPLE, edges_of, thinned};
@@ -13,7 +15,6 @@ use super::runs::Chosen;
 use crate::error::Result;
 use crate::image::{Surfaces, TruthMask};
 use crate::parameterization::Region;
-use crate::rays::LightFrame;
 use crate::scene::{Camera, Light};
 
 /// Visible surface points with their normals, in the order of the pixels they were seen in.
@@ -21,10 +22,10 @@ use crate::scene::{Camera, Light};
 pub struct Samples {
     /// The world point that positions are relative to.
     pub origin: DVec3,
-    /// World positions minus the origin.
-    pub points: Vec<[f32; 3]>,
+    /// World positions minus the origin; shared by the samples of one picture under several lights, as the normals are.
+    pub points: Arc<Vec<[f32; 3]>>,
     /// Unit normals, on the side of the eye.
-    pub normals: Vec<[f32; 3]>,
+    pub normals: Arc<Vec<[f32; 3]>>,
     /// The picture they were seen in, where there is one.
     pub picture: Option<Picture>,
     /// Which of them are in shadow, where that is known.
@@ -49,7 +50,10 @@ pub struct Shadows {
 }
 
 /// Samples between two looks at whether to go on: some milliseconds of work.
-const AT_ONCE: usize = 1 << 16;
+pub(super) const AT_ONCE: usize = 1 << 16;
+
+/// Samples, or pixels, that are looked at side by side.
+pub(super) const TOGETHER: usize = 64;
 
 /// Outlines of the samples that face a light, for the whole picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,8 +64,10 @@ struct Outlines {
     shaded: Option<Outline>,
 }
 
-fn vector(v: [f32; 3]) -> DVec3 {
-    DVec3::from_array(v.map(f64::from))
+#[inline(always)]
+pub(super) fn vector(v: [f32; 3]) -> DVec3 {
+    // Not mapped: that is no part of a loop that is compiled for another set of instructions.
+    DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]))
 }
 
 impl Samples {
@@ -71,8 +77,8 @@ impl Samples {
         let single = |v: DVec3| v.as_vec3().to_array();
         Self {
             origin,
-            points: points.iter().map(|p| single(*p - origin)).collect(),
-            normals: normals.iter().map(|n| single(*n)).collect(),
+            points: Arc::new(points.iter().map(|p| single(*p - origin)).collect()),
+            normals: Arc::new(normals.iter().map(|n| single(*n)).collect()),
             ..Self::default()
         }
     }
@@ -93,7 +99,7 @@ impl Samples {
                 check()?;
                 seen.extend(some.iter().zip(triangles).filter(|(_, triangle)| **triangle >= 0).map(|(v, _)| *v));
             }
-            Ok(seen)
+            Ok(Arc::new(seen))
         };
         Ok(Self {
             origin: surfaces.origin,
@@ -122,20 +128,26 @@ impl Samples {
         check: impl Fn() -> Result<()>,
     ) -> Result<Self> {
         let Some(picture) = self.picture else { return Ok(self) };
-        let visible = (0..surfaces.triangle.len()).filter(|&i| surfaces.triangle[i] >= 0);
-        let states = visible.clone().map(|i| image[i]).collect();
+        let mut states = Vec::with_capacity(self.len());
+        for (some, triangles) in image.chunks(AT_ONCE).zip(surfaces.triangle.chunks(AT_ONCE)) {
+            check()?;
+            stretches(triangles, |pixel, _, count| states.extend_from_slice(&some[pixel..pixel + count]));
+        }
         // Of what the light can reach alone: the others are dark without a look at a map.
-        check()?;
         let facing = self.facing_watched(&picture.camera, light, &Region::ALL, &check)?;
         let mut sample_at = vec![NO_SAMPLE; image.len()];
-        let mut next = facing.iter().copied().peekable();
-        for (sample, pixel) in visible.enumerate() {
-            if sample.is_multiple_of(AT_ONCE) {
-                check()?;
-            }
-            if next.next_if_eq(&(sample as u32)).is_some() {
-                sample_at[pixel] = sample as u32;
-            }
+        let (mut first, mut left) = (0, &facing[..]);
+        for (some, triangles) in sample_at.chunks_mut(AT_ONCE).zip(surfaces.triangle.chunks(AT_ONCE)) {
+            check()?;
+            first += stretches(triangles, |pixel, sample, count| {
+                let sample = first + sample;
+                while let Some((&next, others)) = left.split_first()
+                    && (next as usize) < sample + count
+                {
+                    some[pixel + next as usize - sample] = next;
+                    left = others;
+                }
+            });
         }
         // Rays may see a surface where the picture has none.
         for (state, sample) in image.iter_mut().zip(&sample_at) {
@@ -206,79 +218,10 @@ impl Samples {
     pub fn positions(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
         self.points.iter().map(|p| self.origin + vector(*p))
     }
-    /// Position and normal of the samples that a map for a part of a view has to answer for: between the camera's near and
-    /// far planes, on the rays of `region`, facing the light and within its reach (of a spot: the pyramid around its cone, as a
-    /// face of a point light shines there too). The others are dark without a look.
-    pub fn lit<'a>(
-        &'a self,
-        camera: &'a Camera,
-        light: &'a Light,
-        region: &'a Region,
-    ) -> impl Iterator<Item = (DVec3, DVec3)> + Clone + 'a {
-        let all = self.points.iter().zip(&self.normals).map(|(p, n)| (self.origin + vector(*p), vector(*n)));
-        all.filter(move |(p, n)| counts(camera, light, region, *p, *n))
-    }
-    /// Whether a point is one that a map for a part of a view has to answer for.
-    pub fn counts(&self, camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
-        counts(camera, light, region, p, normal)
-    }
-    /// Indices of the samples that a map for a part of a view has to answer for.
-    fn facing(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
-        // As above.
-        self.facing_watched(camera, light, region, || Ok(())).unwrap_or_default()
-    }
-    /// The same, asking now and then whether to go on.
-    ///
-    /// # Errors
-    /// Those of `check`.
-    pub fn facing_watched(
-        &self,
-        camera: &Camera,
-        light: &Light,
-        region: &Region,
-        check: impl Fn() -> Result<()>,
-    ) -> Result<Vec<u32>> {
-        let (count, mut found) = (self.points.len() as u32, Vec::new());
-        let parts = (0..count).step_by(AT_ONCE).map(|first| first..count.min(first.saturating_add(AT_ONCE as u32)));
-        match light {
-            // The common case without a test that is always true.
-            Light::Directional(l) if region.functionals().is_empty() => {
-                let to_light = (-l.direction()).as_vec3();
-                let depths = camera.near()..=camera.far();
-                let faces = |&i: &u32| {
-                    let n = self.normals[i as usize];
-                    // In f32 as the normal is; what is undecided there is decided in f64.
-                    let cosine = n[0] * to_light.x + n[1] * to_light.y + n[2] * to_light.z;
-                    let faces = match cosine {
-                        c if c > 1e-5 => true,
-                        c if c < -1e-5 => false,
-                        _ => vector(n).dot(light.to_light(DVec3::ZERO)) > 0.0,
-                    };
-                    // Rounded as elsewhere: a split begins and ends at samples' depths.
-                    faces && depths.contains(&camera.depth_of(self.origin + vector(self.points[i as usize])))
-                };
-                for part in parts {
-                    check()?;
-                    found.extend(part.filter(faces));
-                }
-            }
-            _ => {
-                for part in parts {
-                    check()?;
-                    found.extend(part.filter(|&i| self.counts_at(i, camera, light, region)));
-                }
-            }
-        }
-        Ok(found)
-    }
     /// Of the samples in shadow and their neighbours those that a map for a part of a view has to answer for.
     fn shaded_of(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
         let shaded = self.shadows.iter().flat_map(|shadows| shadows.shaded.iter().copied());
         shaded.filter(|&i| self.counts_at(i, camera, light, region)).collect()
-    }
-    fn counts_at(&self, i: u32, camera: &Camera, light: &Light, region: &Region) -> bool {
-        let (p, n) = self.sample(i as usize);
-        counts(camera, light, region, p, n)
     }
     /// The outline of the samples that a map for a part of a view has to answer for; nothing where there is none.
     pub fn outline(&self, camera: &Camera, light: &Light, region: &Region) -> Option<Outline> {
@@ -325,6 +268,25 @@ impl Samples {
     }
 }
 
+/// Calls `visit` with runs of pixels that all show something: the first, the number of those before it that do, and how many; the
+/// number of all. Mostly all of many pixels do.
+fn stretches(triangles: &[i32], mut visit: impl FnMut(usize, usize, usize)) -> usize {
+    let mut before = 0;
+    for (first, some) in (0..).step_by(TOGETHER).zip(triangles.chunks(TOGETHER)) {
+        // The sign of any.
+        if some.iter().fold(0, |all, triangle| all | triangle) >= 0 {
+            visit(first, before, some.len());
+            before += some.len();
+            continue;
+        }
+        for (pixel, _) in (first..).zip(some).filter(|(_, triangle)| **triangle >= 0) {
+            visit(pixel, before, 1);
+            before += 1;
+        }
+    }
+    before
+}
+
 /// How far from its surface a position lies at most, which is f32 relative to an origin so far away.
 fn rounding_at(distance: f64) -> f64 {
     f64::from(f32::EPSILON) * distance
@@ -353,22 +315,3 @@ fn depths_of(camera: &Camera, chosen: &Chosen) -> Option<[f64; 2]> {
 
 /// Samples that are shown where none lies at an edge.
 const MOST_CHOSEN: usize = 4096;
-
-/// Whether a point is one that a map for a part of a view has to answer for.
-pub(super) fn counts(camera: &Camera, light: &Light, region: &Region, p: DVec3, normal: DVec3) -> bool {
-    (camera.near()..=camera.far()).contains(&camera.depth_of(p))
-        && normal.dot(light.to_light(p)) > 0.0
-        && can_reach(light, p)
-        && region.contains(p)
-}
-
-/// Whether a point is where a map of the light can be.
-fn can_reach(light: &Light, p: DVec3) -> bool {
-    let Light::Spot(spot) = light else { return light.reaches(p) };
-    let frame = LightFrame::any(spot.direction());
-    let from_light = p - spot.position();
-    let depth = from_light.dot(frame.along);
-    // Two faces of a point light meet: the tangent of the half angle is rounded, and a point on the seam is in one of them.
-    let half = depth * (0.5 * spot.cone_angle()).tan() * (1.0 + 4.0 * f64::EPSILON);
-    depth <= spot.range() && from_light.dot(frame.right).abs() <= half && from_light.dot(frame.up).abs() <= half
-}

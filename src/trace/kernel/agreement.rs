@@ -9,7 +9,7 @@ use super::{Avx2, Kernel, Portable, exact, has_avx2};
 use crate::progress::Progress;
 use crate::scene::Mesh;
 use crate::trace::hierarchy::{Box3, Item, LEAF, NO_ITEM, Packet, Tree, WIDTH};
-use crate::trace::rays::{ALL, BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, WorldRay, WorldRays};
+use crate::trace::rays::{ALL, BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, Shared, WorldRay, WorldRays};
 
 /// The range of every ray.
 const EVERYWHERE: fn(usize) -> [f64; 2] = |_| [0.0, f64::INFINITY];
@@ -45,7 +45,7 @@ fn kernels_agree_to_the_bit() {
         let band = [0.0, 1e-6, 1e-2][i % 3];
         let world = WorldRays::from([WorldRay { origin, direction }]);
         let mut ray = LocalRay::NONE;
-        ray.fill(&DAffine3::IDENTITY, &all, &world, EVERYWHERE, band, 1, false);
+        ray.fill(&DAffine3::IDENTITY, &all, &world, Shared::Nothing, EVERYWHERE, band, 1, false);
         if ray.together == 0 {
             continue;
         }
@@ -116,7 +116,7 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
             WorldRay { origin: origin + moved(), direction: towards + moved() }
         });
         let mut rays = LocalRays::NONE;
-        rays.fill(&DAffine3::IDENTITY, &tree.bounds, &world.into(), EVERYWHERE, 0.0, ALL, false);
+        rays.fill(&DAffine3::IDENTITY, &tree.bounds, &world.into(), Shared::Nothing, EVERYWHERE, 0.0, ALL, false);
         let bits = rays.together;
         if bits == 0 {
             continue;
@@ -134,7 +134,16 @@ fn bundles_miss_no_box_that_one_of_their_rays_meets() {
                 let mut alone = 0;
                 for r in Each(bits) {
                     let mut ray = LocalRay::NONE;
-                    ray.fill(&DAffine3::IDENTITY, &tree.bounds, &[world[r]].into(), EVERYWHERE, 0.0, 1, false);
+                    ray.fill(
+                        &DAffine3::IDENTITY,
+                        &tree.bounds,
+                        &[world[r]].into(),
+                        Shared::Nothing,
+                        EVERYWHERE,
+                        0.0,
+                        1,
+                        false,
+                    );
                     assert_eq!(ray.together, 1);
                     assert_eq!(ray.line(0), bundle.rays.line(r), "a ray is another one among others");
                     alone |= ((Avx2::boxes(node, &ray, f32::INFINITY).0 >> child) & 1) << r;

@@ -3,6 +3,7 @@
 
 use std::arch::x86_64::*;
 
+use super::exact::MOVED;
 use super::interface::{BandMeet, Meet};
 use crate::trace::hierarchy::{LEAF, Packet};
 use crate::trace::rays::{BUNDLE, Line, LocalRays, RayBits};
@@ -142,12 +143,23 @@ fn passes(vertices: &[Vertex; 3], band: __m256d, t_per_z: __m256d) -> Option<Pas
         _mm256_cmp_pd::<_CMP_LT_OQ>(edges[1], minus[1]),
         _mm256_cmp_pd::<_CMP_LT_OQ>(edges[2], minus[2]),
     );
-    let inside = _mm256_movemask_pd(_mm256_or_pd(inside_forward, inside_backward)) as u32;
+    let is_inside = _mm256_or_pd(inside_forward, inside_backward);
+    let inside = _mm256_movemask_pd(is_inside) as u32;
     let (hit, t) = meet(vertices, &edges, t_per_z);
     let t_of = |v: &Vertex| _mm256_mul_pd(v[2], t_per_z);
     let (ta, tb, tc) = (t_of(a), t_of(b), t_of(c));
     let t_low = _mm256_min_pd(_mm256_min_pd(ta, tb), tc);
-    let t_high = _mm256_max_pd(_mm256_max_pd(ta, tb), tc);
+    let mut t_high = _mm256_max_pd(_mm256_max_pd(ta, tb), tc);
+    if inside != 0 {
+        let area = _mm256_add_pd(_mm256_add_pd(edges[0], edges[1]), edges[2]);
+        let all = _mm256_add_pd(_mm256_add_pd(of_a, of_b), of_c);
+        let share = _mm256_div_pd(all, _mm256_andnot_pd(sign, area));
+        let along = _mm256_mul_pd(band, _mm256_andnot_pd(sign, t_per_z));
+        let across = _mm256_mul_pd(share, _mm256_sub_pd(t_high, t_low));
+        let reach = _mm256_mul_pd(_mm256_set1_pd(MOVED), _mm256_add_pd(across, along));
+        let is_bound = _mm256_and_pd(is_inside, _mm256_cmp_pd::<_CMP_LT_OQ>(reach, _mm256_set1_pd(1.0)));
+        t_high = _mm256_blendv_pd(t_high, _mm256_min_pd(_mm256_add_pd(t, reach), t_high), is_bound);
+    }
     Some(Passes { hit, inside, near, t, t_low, t_high })
 }
 

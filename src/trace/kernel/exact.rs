@@ -13,10 +13,20 @@ pub struct Pass {
     pub is_inside: bool,
     /// Where it meets it; of use where it does.
     pub t: f64,
-    /// Bounds on t over the triangle, whatever the displacement.
+    /// Bounds on t over the triangle, whatever the displacement; the upper one of a ray that passes inside holds for rays
+    /// beside it alone, as in [`MOVED`].
     pub t_low: f64,
     pub t_high: f64,
 }
+
+/// Rays that begin within this many bands of another and travel along it meet a triangle that it passes inside at no larger t than
+/// is told; those that meet it at t = 1 do so at a negative t where that is negative.
+///
+/// An edge function changes by at most its margin for each band that a ray moves, so t on the triangle's plane by at most
+/// `e = (sum of margins / area) * (t_high - t_low)`; a band along the ray adds as much as it takes to travel that far. Of rays that
+/// meet at t = 1, `t' = (t - e) / (1 - e)` has the sign of `t - e` where e is below 1. Chosen because such rays begin at most a band
+/// off across a surface and as much above it, which is 1.42; what f64 rounds is below half a band.
+pub const MOVED: f64 = 2.0;
 
 impl Pass {
     /// Of a ray that meets a triangle, where edges are not asked about.
@@ -89,11 +99,12 @@ pub fn triangle_band(packet: &Packet, lane: usize, ray: &Line) -> Option<Pass> {
     let inside_backward = (u < -over_a) & (v < -over_b) & (w < -over_c);
     let met = met(&vertices, edges, ray);
     let [ta, tb, tc] = [a[2] * ray.t_per_z, b[2] * ray.t_per_z, c[2] * ray.t_per_z];
-    Some(Pass {
-        is_hit: met.is_some(),
-        is_inside: inside_forward | inside_backward,
-        t: met.unwrap_or(0.0),
-        t_low: ta.min(tb).min(tc),
-        t_high: ta.max(tb).max(tc),
-    })
+    let (t, t_low, mut t_high) = (met.unwrap_or(0.0), ta.min(tb).min(tc), ta.max(tb).max(tc));
+    let is_inside = inside_forward | inside_backward;
+    let share = ((over_a + over_b) + over_c) / ((u + v) + w).abs();
+    let reach = MOVED * (share * (t_high - t_low) + ray.band * ray.t_per_z.abs());
+    if is_inside & (reach < 1.0) {
+        t_high = t_high.min(t + reach);
+    }
+    Some(Pass { is_hit: met.is_some(), is_inside, t, t_low, t_high })
 }

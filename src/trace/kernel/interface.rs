@@ -25,7 +25,7 @@ pub struct BandMeet<const N: usize> {
     pub near: u32,
     /// Of use where the bit of `hit` is set, and the bounds where that of `near` is.
     pub t: [f64; N],
-    /// Bounds on t over the triangle, whatever the displacement.
+    /// Bounds on t over the triangle, as in [`Pass`].
     pub t_low: [f64; N],
     pub t_high: [f64; N],
 }
@@ -38,7 +38,8 @@ impl<const N: usize> BandMeet<N> {
     #[inline(always)]
     pub fn of(&self, k: usize) -> Pass {
         let has = |bits: u32| (bits >> k) & 1 != 0;
-        let [t, t_low, t_high] = [self.t, self.t_low, self.t_high].map(|t| t[k]);
+        // One by one: a list of the lists would be a copy of them.
+        let (t, t_low, t_high) = (self.t[k], self.t_low[k], self.t_high[k]);
         Pass { is_hit: has(self.hit), is_inside: has(self.inside), t, t_low, t_high }
     }
 }

@@ -1,11 +1,11 @@
 //! The rough test against the exact ones: whatever rays and triangles it is given, it leaves out no ray that they keep. And the
-//! exact tests of a bundle against those of one ray: the same bits.
+//! exact tests of a bundle against those of one ray: the same bits. And what is told of rays beside one.
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Kernel, Portable, exact};
 use crate::trace::hierarchy::{Box3, LEAF, NO_ITEM, Packet};
-use crate::trace::rays::{ALL, BUNDLE, Each, LocalRays, RayBits, WorldRay};
+use crate::trace::rays::{ALL, BUNDLE, Each, LocalRay, LocalRays, RayBits, Shared, WorldRay};
 
 struct Random(u64);
 
@@ -93,7 +93,16 @@ fn leaves_out_no_ray<K: Kernel>() {
             WorldRay { direction: if case % 5 == 4 { -ray.direction } else { ray.direction }, ..ray }
         });
         let mut rays = LocalRays::NONE;
-        rays.fill(&DAffine3::IDENTITY, &bounds, &world.into(), |_| [0.0, f64::INFINITY], band, ALL, true);
+        rays.fill(
+            &DAffine3::IDENTITY,
+            &bounds,
+            &world.into(),
+            Shared::Nothing,
+            |_| [0.0, f64::INFINITY],
+            band,
+            ALL,
+            true,
+        );
         let near = K::rays_near::<false>(&packet, &rays, ALL);
         let ahead = K::rays_near::<true>(&packet, &rays, ALL);
         // Where the band is narrow and the origin is near, the test is of use.
@@ -135,6 +144,56 @@ fn leaves_out_no_ray<K: Kernel>() {
         "{ahead_met} {left_behind} of {behind}"
     );
     assert!(met > 10_000 && asked > 10_000 && spared * 10 > asked * 4, "{met} {spared} of {asked}");
+}
+
+/// Rays beside one that passes inside a triangle, as far off as shading moves them.
+#[test]
+fn rays_beside_one_meet_a_triangle_no_farther_than_is_told() {
+    let mut random = Random(11);
+    let bounds = Box3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
+    let (mut told, mut narrowed, mut behind, mut asked) = (0, 0, 0, 0);
+    for case in 0..30_000 {
+        let corners = triangle(&mut random, case).map(|p| p.as_vec3().as_dvec3());
+        let mut packet = Packet { vertices: [[[0.0; LEAF]; 3]; 3], triangles: [0, NO_ITEM, NO_ITEM, NO_ITEM] };
+        for vertex in 0..3 {
+            (0..3).for_each(|axis| packet.vertices[vertex][axis][0] = corners[vertex][axis] as f32);
+        }
+        let band = [1e-7, 1e-5, 1e-3][case % 3];
+        let line = |origin: DVec3, direction: DVec3| {
+            let rays = [WorldRay { origin, direction }].into();
+            let mut ray = LocalRay::NONE;
+            ray.fill(&DAffine3::IDENTITY, &bounds, &rays, Shared::Nothing, |_| [-1e9, 1e9], band, 1, false);
+            ray.line(0)
+        };
+        let origin = 2.0 * random.vector();
+        let target = corners[0].lerp(corners[1], random.number().abs()).lerp(corners[2], random.number().abs());
+        let direction = (target - origin) * [1.0, -1.0, -0.3, 7.0][case % 4];
+        let axis = (0..3).max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())).unwrap();
+        let farthest = corners.map(|p| (p[axis] - origin[axis]) / direction[axis]).into_iter().fold(f64::MIN, f64::max);
+        let Some(pass) = exact::triangle_band(&packet, 0, &line(origin, direction)) else { continue };
+        if !pass.is_inside {
+            continue;
+        }
+        told += 1;
+        if pass.t_high >= farthest * (1.0 - 1e-12 * farthest.signum()) {
+            continue;
+        }
+        narrowed += 1;
+        for _ in 0..8 {
+            let start = origin + random.vector().normalize() * (1.42 * band);
+            if let Some(t) = exact::triangle(&packet, 0, &line(start, direction)) {
+                asked += 1;
+                assert!(t <= pass.t_high, "case {case}: {t} {pass:?}");
+            }
+            if pass.t_high < 0.0
+                && let Some(t) = exact::triangle(&packet, 0, &line(start, origin + direction - start))
+            {
+                behind += 1;
+                assert!(t < 0.0, "case {case}: {t} {pass:?}");
+            }
+        }
+    }
+    assert!(narrowed * 2 > told && asked > 10_000 && behind > 3000, "{narrowed} of {told}, {asked}, {behind}");
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! is the same as when it travels alone: its triangles are tested by the same function, and no box that it enters is
 //! missed, since float operations are monotonous and both tests keep the error bounds of [`LocalRays`].
 
-use super::ray::LocalRays;
+use super::ray::{LocalRays, Shared};
 
 /// Rays of a bundle: two SIMD registers of f32. Chosen because sixteen rays enter about as many boxes as eight do.
 pub const BUNDLE: usize = 16;
@@ -68,13 +68,17 @@ impl Hull {
             is_in[r] = if (bits >> r) & 1 != 0 { u32::MAX } else { 0 };
         }
         for a in 0..3 {
-            let backward = rays.first_plane[a] & 1 != 0;
             let of = |x: &[f32; BUNDLE]| inside(x, &is_in, leader);
-            let (inverse, first, last) = (of(&rays.inverse[a]), of(&rays.first_origin[a]), of(&rays.last_origin[a]));
-            hull.inverse[a] = bounds(&inverse);
-            let least = |x: &[f32; BUNDLE]| most(x, |a, b| a < b);
-            [hull.first_origin[a], hull.last_origin[a]] =
-                if backward { [least(&first), largest(&last)] } else { [largest(&first), least(&last)] };
+            hull.inverse[a] = match rays.shared {
+                Shared::Direction => [rays.inverse[a][leader]; 2],
+                _ => bounds(&of(&rays.inverse[a])),
+            };
+            let [first, last] = [&rays.first_origin[a], &rays.last_origin[a]];
+            [hull.first_origin[a], hull.last_origin[a]] = match rays.shared {
+                Shared::Origin => [first[leader], last[leader]],
+                _ if rays.first_plane[a] & 1 != 0 => [least(&of(first)), largest(&of(last))],
+                _ => [largest(&of(first)), least(&of(last))],
+            };
         }
         hull
     }
@@ -93,7 +97,7 @@ fn inside(x: &[f32; BUNDLE], is_in: &[u32; BUNDLE], leader: usize) -> [f32; BUND
 /// The least and the largest.
 #[inline(always)]
 fn bounds(x: &[f32; BUNDLE]) -> [f32; 2] {
-    [most(x, |a, b| a < b), most(x, |a, b| a > b)]
+    [least(x), largest(x)]
 }
 
 /// The number that is before all others, in halves, as vector instructions do it.
@@ -111,6 +115,12 @@ fn most(x: &[f32; BUNDLE], is_before: impl Fn(f32, f32) -> bool) -> f32 {
         two[i] = if is_before(four[i], four[i + 2]) { four[i] } else { four[i + 2] };
     }
     if is_before(two[0], two[1]) { two[0] } else { two[1] }
+}
+
+/// The least.
+#[inline(always)]
+fn least(x: &[f32; BUNDLE]) -> f32 {
+    most(x, |a, b| a < b)
 }
 
 /// The largest.

@@ -9,14 +9,12 @@
 use glam::{DAffine3, DVec3};
 
 use super::rough::Rough;
-use crate::trace::hierarchy::{Box3, inverse_power_of_two, power_of_two_near};
+use super::ways::{Starts, Ways, larger, packed};
+use crate::trace::hierarchy::Box3;
 
 /// Bound on the roundings of a slab test relative to its result: direction to f32, its inverse, the product and the sum,
 /// 2^-24 each, on either side of the comparison; 12 of them are above those eight.
 pub const SLAB_SLACK: f32 = 1.0 + 6.0 * f32::EPSILON;
-/// Direction components below this share of the largest are raised to it, which keeps inverses finite. Over a path of
-/// length 64 in a box of size 2 that moves the ray by 2^-54, far below `pad`.
-const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 60) as f64;
 /// Bound on f32 roundings in the box test, relative to the largest of origin and box: origin to f32, its product with
 /// the inverse direction, and the plane's, 2^-24 each; four cover that what is rounded includes the pad.
 const F32_PAD: f64 = 4.0 * (f32::EPSILON as f64 / 2.0);
@@ -62,6 +60,38 @@ impl<const N: usize> WorldRays<N> {
     pub fn get(&self, ray: usize) -> WorldRay {
         let vector = |of: &[[f64; N]; 3]| DVec3::new(of[0][ray], of[1][ray], of[2][ray]);
         WorldRay { origin: vector(&self.origin), direction: vector(&self.direction) }
+    }
+}
+
+/// What the rays of a bundle have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shared {
+    Nothing,
+    /// As those towards a directional light.
+    Direction,
+    /// As those from an eye.
+    Origin,
+}
+
+impl Shared {
+    /// Whether those of some rays that are asked for (bits) share that.
+    #[inline(always)]
+    pub fn or_nothing<const N: usize>(self, rays: &WorldRays<N>, bits: u32) -> Self {
+        let of = match self {
+            Self::Nothing => return self,
+            Self::Direction => &rays.direction,
+            Self::Origin => &rays.origin,
+        };
+        let first = bits.trailing_zeros() as usize % N;
+        let mut differs = 0;
+        for axis in of {
+            let one = axis[first].to_bits();
+            for r in 0..N {
+                let is_in = 0u64.wrapping_sub(u64::from((bits >> r) & 1));
+                differs |= (axis[r].to_bits() ^ one) & is_in;
+            }
+        }
+        if differs == 0 { self } else { Self::Nothing }
     }
 }
 
@@ -114,6 +144,8 @@ pub struct LocalRays<const N: usize> {
     /// `s = t * s_per_t - s_entry` is the slab test's parameter.
     s_per_t: [f64; N],
     s_entry: [f64; N],
+    /// Whether all have one inverse direction, and one padded origin.
+    pub shared: Shared,
     /// For several rays at one triangle, where asked for.
     pub rough: Rough<N>,
     /// Those of the rays asked for that remain and have their largest axis and signs in common with the first.
@@ -124,6 +156,14 @@ pub struct LocalRays<const N: usize> {
 
 /// One ray.
 pub type LocalRay = LocalRays<1>;
+
+/// What rays are made ready for: see [`LocalRays::fill`].
+struct Goal<'a> {
+    bounds: &'a Box3,
+    band: f64,
+    asked: u32,
+    roughly: bool,
+}
 
 impl<const N: usize> LocalRays<N> {
     /// No ray: zeros, which are quick to write.
@@ -141,13 +181,14 @@ impl<const N: usize> LocalRays<N> {
         band: 0.0,
         s_per_t: [0.0; N],
         s_entry: [0.0; N],
+        shared: Shared::Nothing,
         rough: Rough::NONE,
         together: 0,
         apart: 0,
     };
 
     /// The rays `origin + t * direction` taken into a frame, those asked for (bits); `range_of` has each one's `t_min` and
-    /// `t_max`.
+    /// `t_max`. What they share (of those asked for, bit for bit) is taken there once.
     /// Left out are those that miss `bounds`, grown by the reach of `band` (both in the frame's unit). `roughly`: what
     /// [`Rough`] needs, too.
     #[inline(always)]
@@ -157,63 +198,71 @@ impl<const N: usize> LocalRays<N> {
         local_from_world: &DAffine3,
         bounds: &Box3,
         rays: &WorldRays<N>,
+        shared: Shared,
         range_of: impl Fn(usize) -> [f64; 2],
         band: f64,
         asked: u32,
         roughly: bool,
     ) {
-        let linear = local_from_world.matrix3.to_cols_array_2d();
-        let moved = local_from_world.translation.to_array();
-        let turned = |v: &[[f64; N]; 3], a: usize, r: usize| {
-            (linear[0][a] * v[0][r] + linear[1][a] * v[1][r]) + linear[2][a] * v[2][r]
-        };
-        let (mut origin, mut direction) = ([[0.0; N]; 3], [[0.0; N]; 3]);
-        for a in 0..3 {
-            for r in 0..N {
-                origin[a][r] = turned(&rays.origin, a, r) + moved[a];
-                direction[a][r] = turned(&rays.direction, a, r);
+        let goal = Goal { bounds, band, asked, roughly };
+        let first = asked.trailing_zeros() as usize % N;
+        let one = |v: &[[f64; N]; 3]| v.map(|axis| [axis[first]]);
+        match shared {
+            Shared::Direction => {
+                let ways = Ways::new(local_from_world, &one(&rays.direction), 1);
+                return self.fill_by(&ways, &Starts::new(local_from_world, &rays.origin), range_of, goal);
             }
+            Shared::Origin => {
+                let start = Starts::new(local_from_world, &one(&rays.origin));
+                // Origins far away are moved to the box, each ray's to a place of its own.
+                if start.reach[0] <= NEAR_ORIGIN {
+                    let ways = Ways::new(local_from_world, &rays.direction, asked);
+                    return self.fill_by(&ways, &start, range_of, goal);
+                }
+            }
+            Shared::Nothing => {}
         }
-        let (reach, size) = (largest_of(&origin), largest_of(&direction));
+        let ways = Ways::new(local_from_world, &rays.direction, asked);
+        self.fill_by(&ways, &Starts::new(local_from_world, &rays.origin), range_of, goal);
+    }
+    /// From directions and origins of all rays, or what they share of them.
+    #[inline(always)]
+    fn fill_by<const D: usize, const O: usize>(
+        &mut self,
+        ways: &Ways<D>,
+        starts: &Starts<O>,
+        range_of: impl Fn(usize) -> [f64; 2],
+        Goal { bounds, band, asked, roughly }: Goal,
+    ) {
+        const { assert!((D == N || D == 1) && (O == N || O == 1)) };
+        let Starts { origin, reach } = starts;
         // Otherwise so far out of this frame's scale that nothing in it has any extent.
-        let (mut without_scale, mut far) = ([0; N], [0; N]);
+        let (mut without_scale, mut is_far) = ([0; N], 0);
         for r in 0..N {
+            let (size, reach) = (ways.size[r % D], reach[r % O]);
             // Zero times a number is zero: comparisons with infinity would become a look at the bits of each by itself.
-            let has_scale = (size[r] > 0.0) & (size[r] * 0.0 + reach[r] * 0.0 == 0.0);
+            let has_scale = (size > 0.0) & (size * 0.0 + reach * 0.0 == 0.0);
             without_scale[r] = u64::from(!has_scale);
-            far[r] = u64::from(reach[r] > NEAR_ORIGIN);
+            is_far |= u64::from(reach > NEAR_ORIGIN);
         }
         let mut alive = asked & !packed(&without_scale);
-        let (mut scale, mut per_scale) = ([0.0; N], [0.0; N]);
-        for r in 0..N {
-            scale[r] = power_of_two_near(size[r]);
-            per_scale[r] = inverse_power_of_two(scale[r]);
-        }
-        let (mut unit, mut slab) = ([[0.0; N]; 3], [[0.0; N]; 3]);
-        for a in 0..3 {
-            for r in 0..N {
-                let x = direction[a][r] * per_scale[r];
-                unit[a][r] = x;
-                slab[a][r] = if x.abs() < SMALLEST_COMPONENT { SMALLEST_COMPONENT.copysign(x) } else { x };
-            }
-        }
 
-        let (mut entered, mut entry, mut entered_reach) = (origin, [0.0; N], [0.0; N]);
+        let (mut entered, mut entry, mut entered_reach) = (*origin, [0.0; O], [0.0; O]);
         let band_reach = BAND_REACH * band;
-        let mut pad = [0.0; N];
-        for r in 0..N {
+        let mut pad = [0.0; O];
+        for r in 0..O {
             entered_reach[r] = larger(reach[r], 1.0);
             pad[r] = F32_PAD * entered_reach[r] + F64_PAD * reach[r] + band_reach;
         }
-        if far.iter().fold(0, |any, far| any | far) != 0 {
+        if O == N && is_far != 0 {
             // Where the rays enter the padded box, in units of `unit`. The entered points have magnitude 1 and the pad.
             let (low, high) = (bounds.min.as_dvec3().to_array(), bounds.max.as_dvec3().to_array());
-            for r in (0..N).filter(|&r| reach[r] > NEAR_ORIGIN) {
+            for r in (0..O).filter(|&r| reach[r] > NEAR_ORIGIN) {
                 pad[r] = 2.0 * F32_PAD + F64_PAD * reach[r] + band_reach;
-                let [t_min, t_max] = range_of(r).map(|t| t * scale[r]);
+                let [t_min, t_max] = range_of(r).map(|t| t * ways.scale[r % D]);
                 let (mut first, mut last) = (t_min, t_max);
                 for a in 0..3 {
-                    let inverse = slab[a][r].recip();
+                    let inverse = ways.slab[a][r % D].recip();
                     let (s, t) =
                         ((low[a] - pad[r] - origin[a][r]) * inverse, (high[a] + pad[r] - origin[a][r]) * inverse);
                     (first, last) = (first.max(s.min(t)), last.min(s.max(t)));
@@ -223,58 +272,54 @@ impl<const N: usize> LocalRays<N> {
                     alive &= !(1 << r);
                 }
                 entry[r] = first;
-                (0..3).for_each(|a| entered[a][r] = origin[a][r] + unit[a][r] * first);
+                (0..3).for_each(|a| entered[a][r] = origin[a][r] + ways.unit[a][r % D] * first);
                 entered_reach[r] =
                     larger(1.0, larger(larger(entered[0][r].abs(), entered[1][r].abs()), entered[2][r].abs()));
             }
         }
-        // Signs and largest axis in one number.
-        let mut way = [0u64; N];
-        for r in 0..N {
-            let (x, y, z) = (unit[0][r].abs(), unit[1][r].abs(), unit[2][r].abs());
-            let axis = if (x >= y) & (x >= z) { 0 } else { 2 - u64::from(y >= z) };
-            let backward = |a: usize| u64::from(slab[a][r] < 0.0) << a;
-            way[r] = backward(0) | backward(1) | backward(2) | (axis << 3);
-        }
-        let leader = way[alive.trailing_zeros() as usize % N];
-        let backward = |a: usize| (leader >> a & 1) as usize;
-        let last = (leader >> 3) as usize % 3;
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last];
-        for r in 0..N {
-            way[r] ^= leader;
-        }
-        let together = alive & !packed(&way);
-
-        for r in 0..N {
-            let per_z = unit[last][r].recip();
-            self.shear[0][r] = unit[axes[0]][r] * per_z;
-            self.shear[1][r] = unit[axes[1]][r] * per_z;
-            self.t_per_z[r] = per_z * per_scale[r];
-        }
-        self.first_plane = [backward(0), 2 + backward(1), 4 + backward(2)];
+        let together = alive & !ways.others;
+        let axes = ways.axes;
+        self.first_plane = [0, 1, 2].map(|a| 2 * a + usize::from(ways.is_backward[a]));
         self.axes = axes;
-        for k in 0..3 {
-            self.origin[k] = origin[axes[k]];
-        }
         // A displacement of length b moves a sheared point by at most b * sqrt(1 + 1 + 1): both shears are at most 1.
         self.band = band * 3f64.sqrt();
-        self.s_per_t = scale;
-        self.s_entry = entry;
-        for a in 0..3 {
+        self.shared = match (D == N, O == N) {
+            (false, _) => Shared::Direction,
+            (_, false) => Shared::Origin,
+            _ => Shared::Nothing,
+        };
+        for r in 0..N {
+            self.shear[0][r] = ways.shear[0][r % D];
+            self.shear[1][r] = ways.shear[1][r % D];
+            self.t_per_z[r] = ways.t_per_z[r % D];
+            self.s_per_t[r] = ways.scale[r % D];
+            self.s_entry[r] = entry[r % O];
+        }
+        for k in 0..3 {
             for r in 0..N {
-                let padding = pad[r].copysign(slab[a][r]);
-                let inverse = 1.0 / slab[a][r] as f32;
-                let (first, last) = ((entered[a][r] + padding) as f32, (entered[a][r] - padding) as f32);
+                self.origin[k][r] = origin[axes[k]][r % O];
+            }
+        }
+        for a in 0..3 {
+            // The sign of all that remain together.
+            let sign = if ways.is_backward[a] { -1.0 } else { 1.0 };
+            let (mut first, mut last) = ([0.0; O], [0.0; O]);
+            for r in 0..O {
+                first[r] = (entered[a][r] + sign * pad[r]) as f32;
+                last[r] = (entered[a][r] - sign * pad[r]) as f32;
+            }
+            for r in 0..N {
+                let inverse = ways.inverse[a][r % D];
                 self.inverse[a][r] = inverse;
-                self.first_origin[a][r] = first;
-                self.last_origin[a][r] = last;
-                self.first_offset[a][r] = first * inverse;
-                self.last_offset[a][r] = last * inverse;
+                self.first_origin[a][r] = first[r % O];
+                self.last_origin[a][r] = last[r % O];
+                self.first_offset[a][r] = first[r % O] * inverse;
+                self.last_offset[a][r] = last[r % O] * inverse;
             }
         }
         if roughly {
             let points = [&entered[axes[0]], &entered[axes[1]], &entered[axes[2]]];
-            self.rough.fill(points, &self.shear, self.band, &entered_reach, &reach);
+            self.rough.fill(points, &ways.shear, self.band, &entered_reach, reach);
         }
         self.together = together;
         self.apart = alive & !together;
@@ -302,6 +347,7 @@ impl<const N: usize> LocalRays<N> {
             band: self.band,
             s_per_t: [self.s_per_t[ray]],
             s_entry: [self.s_entry[ray]],
+            shared: Shared::Nothing,
             rough: Rough::NONE,
             together: 1,
             apart: 0,
@@ -338,29 +384,4 @@ impl<const N: usize> LocalRays<N> {
         }
         limits
     }
-}
-
-/// Of numbers that are not NaN: one instruction, which `f64::max` is not.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// Per ray the largest magnitude of three numbers.
-#[inline(always)]
-pub fn largest_of<const N: usize>(v: &[[f64; N]; 3]) -> [f64; N] {
-    let mut out = [0.0; N];
-    for r in 0..N {
-        out[r] = larger(larger(v[0][r].abs(), v[1][r].abs()), v[2][r].abs());
-    }
-    out
-}
-
-/// A bit for each number that is not zero. Mostly none is.
-#[inline(always)]
-fn packed<const N: usize>(numbers: &[u64; N]) -> u32 {
-    if numbers.iter().fold(0, |any, x| any | x) == 0 {
-        return 0;
-    }
-    numbers.iter().enumerate().fold(0, |bits, (r, &x)| bits | u32::from(x != 0) << r)
 }

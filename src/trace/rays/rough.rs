@@ -48,30 +48,30 @@ impl<const N: usize> Rough<N> {
     pub const NONE: Self = Self { origin: [[0.0; N]; 3], shear: [[0.0; N]; 2], error: [0.0; N] };
 
     /// Of rays through points near the tree's box (`reach` is their magnitude or more, at least 1), whose origins are as far away as
-    /// `distance`.
+    /// `distance`; one of each where the rays share it.
     #[inline(always)]
-    pub fn fill(
+    pub fn fill<const D: usize, const O: usize>(
         &mut self,
-        points: [&[f64; N]; 3],
-        shear: &[[f64; N]; 2],
+        points: [&[f64; O]; 3],
+        shear: &[[f64; D]; 2],
         band: f64,
-        reach: &[f64; N],
-        distance: &[f64; N],
+        reach: &[f64; O],
+        distance: &[f64; O],
     ) {
         let mut is_rough = false;
         for r in 0..N {
-            let error = PER_REACH * reach[r] + PER_DISTANCE * (1.0 + distance[r]) + band;
+            let error = PER_REACH * reach[r % O] + PER_DISTANCE * (1.0 + distance[r % O]) + band;
             is_rough |= !(error < LARGEST);
             self.error[r] = error as f32;
         }
         for a in 0..3 {
             for r in 0..N {
-                self.origin[a][r] = points[a][r] as f32;
+                self.origin[a][r] = points[a][r % O] as f32;
             }
         }
         for a in 0..2 {
             for r in 0..N {
-                self.shear[a][r] = shear[a][r] as f32;
+                self.shear[a][r] = shear[a][r % D] as f32;
             }
         }
         if is_rough {

@@ -8,7 +8,7 @@ use super::stacks::{Stacks, Waiting};
 use super::visitors::Visitor;
 use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, Tree, WIDTH};
 use crate::trace::kernel::Kernel;
-use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, WorldRays, largest};
+use crate::trace::rays::{BUNDLE, Bundle, Each, Hull, LocalRay, LocalRays, RayBits, Shared, WorldRays, largest};
 
 /// Rays below which each goes alone. Of two together each node takes about as long as of both alone, but there are fewer of them.
 const FEW: u32 = 2;
@@ -21,6 +21,7 @@ struct Instances<'a> {
     scene: &'a Inner,
     top: &'a Tree,
     rays: &'a WorldRays<BUNDLE>,
+    shared: Shared,
 }
 
 impl Instances<'_> {
@@ -48,7 +49,7 @@ impl<V: Visitor> Leaves<V> for Instances<'_> {
     ) -> AtLeaf {
         let mut ended = 0;
         for i in self.of(leaf) {
-            ended |= instance_together::<K, V>(self.scene, i, self.rays, bits & !ended, visitors, stacks);
+            ended |= instance_together::<K, V>(self.scene, i, self.rays, self.shared, bits & !ended, visitors, stacks);
         }
         AtLeaf { ended, seen: bits }
     }
@@ -70,12 +71,13 @@ pub fn traverse_together<K: Kernel, V: Visitor>(
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
 ) -> RayBits {
+    let shared = V::SHARED.or_nothing(rays, bits);
     let Some(top) = &scene.top else {
-        return instance_together::<K, V>(scene, 0, rays, bits, visitors, stacks);
+        return instance_together::<K, V>(scene, 0, rays, shared, bits, visitors, stacks);
     };
     let map = DAffine3::from_scale(DVec3::splat(scene.top_per_world));
-    let leaves = Instances { scene, top, rays };
-    in_frame::<K, V, _>(top, &map, scene.top_per_world, &leaves, rays, bits, visitors, stacks)
+    let leaves = Instances { scene, top, rays, shared };
+    in_frame::<K, V, _>(top, &map, scene.top_per_world, &leaves, rays, shared, bits, visitors, stacks)
 }
 
 #[inline(always)]
@@ -83,6 +85,7 @@ fn instance_together<K: Kernel, V: Visitor>(
     scene: &Inner,
     instance: u32,
     rays: &WorldRays<BUNDLE>,
+    shared: Shared,
     bits: RayBits,
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
@@ -91,7 +94,7 @@ fn instance_together<K: Kernel, V: Visitor>(
     let mesh = &scene.meshes[placed.mesh as usize];
     let leaves = Triangles { mesh, instance };
     let (map, scale) = (&placed.frame.local_from_world, placed.frame.local_per_world);
-    in_frame::<K, V, _>(&mesh.tree, map, scale, &leaves, rays, bits, visitors, stacks)
+    in_frame::<K, V, _>(&mesh.tree, map, scale, &leaves, rays, shared, bits, visitors, stacks)
 }
 
 #[inline(always)]
@@ -102,6 +105,7 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     local_per_world: f64,
     leaves: &L,
     rays: &WorldRays<BUNDLE>,
+    shared: Shared,
     bits: RayBits,
     visitors: &mut [V; BUNDLE],
     stacks: &mut Stacks,
@@ -110,7 +114,9 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
     let band = visitors[0].band() * local_per_world;
     // Not a new one, which costs about as much to clear as a box to enter.
     let mut local = stacks.frames.pop().unwrap_or_else(|| Box::new(LocalRays::NONE));
-    local.fill(local_from_world, &tree.bounds, rays, |r| visitors[r].range(), band, bits, L::TRIANGLES);
+    // Of no third kind for this visitor, which the compiler then knows.
+    let shared = if shared == Shared::Nothing { shared } else { V::SHARED };
+    local.fill(local_from_world, &tree.bounds, rays, shared, |r| visitors[r].range(), band, bits, L::TRIANGLES);
     let (mut together, apart) = (local.together, local.apart);
     let mut ended = 0;
     if !V::IN_ORDER
@@ -125,7 +131,11 @@ fn in_frame<K: Kernel, V: Visitor, L: Leaves<V>>(
         }
     }
     let walk = Walk { tree, local_from_world, band, leaves, rays };
-    if together.count_ones() < FEW {
+    if tree.root & LEAF_BIT != 0 {
+        if together != 0 {
+            ended |= leaves.together::<K>((tree.root & !LEAF_BIT) as usize, &local, together, visitors, stacks).ended;
+        }
+    } else if together.count_ones() < FEW {
         ended |= walk.alone::<K, V>(tree.root, &local, together, visitors, stacks);
     } else {
         let bundle = Bundle { hull: Hull::new(&local, together), rays: &local };
@@ -181,7 +191,7 @@ impl<L> Walk<'_, L> {
             let visitor = &mut visitors[r];
             let (world, range) = (WorldRays::from([self.rays.get(r)]), visitor.range());
             let mut ray = LocalRay::NONE;
-            ray.fill(self.local_from_world, &self.tree.bounds, &world, |_| range, self.band, 1, false);
+            ray.fill(self.local_from_world, &self.tree.bounds, &world, Shared::Nothing, |_| range, self.band, 1, false);
             let is_there = ray.together != 0;
             let is_ended = is_there && self.one::<K, V>(self.tree.root, r, &ray, visitor, &mut stacks.alone);
             ended |= u32::from(is_ended) << r;

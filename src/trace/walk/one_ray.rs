@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use super::visitors::{Shown, Visitor};
 use crate::trace::hierarchy::{Inner, LEAF_BIT, NO_ITEM, Tree, WIDTH};
 use crate::trace::kernel::Kernel;
-use crate::trace::rays::{LocalRay, WorldRay, WorldRays};
+use crate::trace::rays::{LocalRay, Shared, WorldRay, WorldRays};
 
 /// Boxes still to be entered: the child's code and where the ray enters it.
 pub type Stack = Vec<(u32, f32)>;
@@ -17,7 +17,7 @@ pub fn traverse_one<K: Kernel, V: Visitor>(scene: &Inner, ray: &WorldRay, visito
     let map = DAffine3::from_scale(DVec3::splat(scene.top_per_world));
     let band = visitor.band() * scene.top_per_world;
     let mut local = LocalRay::NONE;
-    local.fill(&map, &top.bounds, &WorldRays::from([*ray]), |_| visitor.range(), band, 1, false);
+    local.fill(&map, &top.bounds, &WorldRays::from([*ray]), Shared::Nothing, |_| visitor.range(), band, 1, false);
     local.together != 0
         && walk::<K, V>(top, top.root, &local, visitor, stack, |leaf, visitor, stack| {
             let mut instances = top.leaves[leaf].into_iter().take_while(|&i| i != NO_ITEM);
@@ -40,7 +40,16 @@ pub fn traverse_instance<K: Kernel, V: Visitor>(
     let band = visitor.band() * frame.local_per_world;
     let bounds = &mesh.tree.bounds;
     let mut local = LocalRay::NONE;
-    local.fill(&frame.local_from_world, bounds, &WorldRays::from([*ray]), |_| visitor.range(), band, 1, false);
+    local.fill(
+        &frame.local_from_world,
+        bounds,
+        &WorldRays::from([*ray]),
+        Shared::Nothing,
+        |_| visitor.range(),
+        band,
+        1,
+        false,
+    );
     if local.together == 0 {
         return false;
     }

@@ -10,7 +10,7 @@ use super::one_ray::{Stack, traverse_one};
 use super::visitors::Visitor;
 use crate::trace::hierarchy::{Face, Inner};
 use crate::trace::kernel::{Kernel, Pass};
-use crate::trace::rays::{WorldRay, WorldRays, largest_of};
+use crate::trace::rays::{Shared, WorldRay, WorldRays, largest_of};
 
 /// f64 roundings of a point on a ray relative to the distance of its origin: position, direction (4), t (8).
 const RAY_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
@@ -63,6 +63,7 @@ impl Visitor for Gathered {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
     const NEARLY: bool = false;
+    const SHARED: Shared = Shared::Nothing;
 
     fn range(&self) -> [f64; 2] {
         self.range

@@ -4,7 +4,7 @@ use super::alpha::{exists, sifted};
 use super::touched::Touched;
 use crate::trace::hierarchy::{Face, NO_ITEM, Packet, TracedMesh};
 use crate::trace::kernel::{Kernel, Lanes, Pass};
-use crate::trace::rays::{BUNDLE, Each, Line, LocalRays, RayBits};
+use crate::trace::rays::{BUNDLE, Each, Line, LocalRays, RayBits, Shared};
 
 /// Looks at triangles until it has seen enough.
 pub trait Visitor: Clone {
@@ -14,6 +14,8 @@ pub trait Visitor: Clone {
     const AHEAD: bool;
     /// Whether it sees those that a ray nearly meets, too.
     const NEARLY: bool;
+    /// What rays of a bundle with this visitor mostly have in common.
+    const SHARED: Shared;
     /// The part of the ray that still matters.
     fn range(&self) -> [f64; 2];
     /// Half-width of the band about edges, world units; 0 where the visitor does not ask.
@@ -101,9 +103,8 @@ impl Shown<'_> {
             return false;
         }
         for lane in Lanes(meet.near & self.packet.used()) {
-            if let Some(pass) = self.sifted(lane, meet.of(lane), || *ray)
-                && see(self.face(lane), pass)
-            {
+            let face = self.face(lane);
+            if self.sifted(lane, meet.of(lane), || *ray, |pass| see(face, pass)) {
                 return true;
             }
         }
@@ -124,8 +125,8 @@ impl Shown<'_> {
         let (found, face) = (K::rays_pass(self.packet, lane, rays, bits), self.face(lane));
         let mut ended = 0;
         for r in Each(found.near) {
-            let pass = self.sifted(lane, found.of(r), || rays.line(r));
-            ended |= u32::from(pass.is_some_and(|pass| see(r, face, pass))) << r;
+            let is_seen = self.sifted(lane, found.of(r), || rays.line(r), |pass| see(r, face, pass));
+            ended |= u32::from(is_seen) << r;
         }
         ended
     }
@@ -134,10 +135,15 @@ impl Shown<'_> {
     fn is_there(&self, lane: usize, ray: impl FnOnce() -> Line) -> bool {
         !self.mesh.is_tested || exists(self.mesh, self.packet, lane, &ray())
     }
-    /// What is left of a triangle that a ray meets or nearly meets; the ray is asked for where that is in question.
+    /// Shows what is left of a triangle that a ray meets or nearly meets; the ray is asked for where that is in question.
     #[inline(always)]
-    fn sifted(&self, lane: usize, pass: Pass, ray: impl FnOnce() -> Line) -> Option<Pass> {
-        if self.mesh.is_tested { sifted(self.mesh, self.packet, lane, pass, &ray()) } else { Some(pass) }
+    fn sifted(&self, lane: usize, pass: Pass, ray: impl FnOnce() -> Line, see: impl FnOnce(Pass) -> bool) -> bool {
+        // Without a question the pass stays in registers, which an option of it does not.
+        if self.mesh.is_tested {
+            sifted(self.mesh, self.packet, lane, pass, &ray()).is_some_and(see)
+        } else {
+            see(pass)
+        }
     }
 }
 
@@ -190,6 +196,7 @@ impl<const BAND: bool> Visitor for Closest<BAND> {
     const IN_ORDER: bool = true;
     const AHEAD: bool = false;
     const NEARLY: bool = BAND;
+    const SHARED: Shared = Shared::Origin;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -224,6 +231,7 @@ impl Visitor for Blocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = true;
     const NEARLY: bool = false;
+    const SHARED: Shared = Shared::Direction;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {
@@ -271,6 +279,7 @@ impl Visitor for SurelyBlocked<'_> {
     const IN_ORDER: bool = false;
     const AHEAD: bool = false;
     const NEARLY: bool = true;
+    const SHARED: Shared = Shared::Direction;
 
     #[inline(always)]
     fn range(&self) -> [f64; 2] {

@@ -1,6 +1,8 @@
 //! Samples of what a camera sees: which of them count, what their outline holds, and how deep they are, against all corners of
 //! all pixels.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3, DVec4};
 use shadowlab::Progress;
 use shadowlab::focus::{Outline, Picture, RayFrame, Samples};
@@ -170,8 +172,8 @@ fn the_comparison_of_outlines_sees_one_pixel() {
     // The pixel that has the first corner.
     let has = |i: &usize| corners(&s, &outline.rays, [fewer.sample(*i)].into_iter()).contains(&expected[0]);
     let found = (0..fewer.len()).find(has).expect("a pixel");
-    fewer.points.remove(found);
-    fewer.normals.remove(found);
+    Arc::make_mut(&mut fewer.points).remove(found);
+    Arc::make_mut(&mut fewer.normals).remove(found);
     fewer.shadows = None;
     let without = fewer.outline(&s.camera, &s.light, &Region::ALL).expect("an outline");
     assert!(apart(&without.corners, &expected) > EXACT);

@@ -16,7 +16,7 @@ use super::runs::Compared;
 use crate::aliasing::receivers::{RUN, Receivers, Shown};
 use crate::error::{Error, Result};
 use crate::image::{ShadowMask, Surfaces};
-use crate::memory::{copied, unwritten, written, written_part};
+use crate::memory::{unwritten, written, written_part};
 use crate::parameterization::{Held, Parameterization};
 use crate::progress::Progress;
 use crate::render::MaskSettings;
@@ -57,36 +57,65 @@ pub fn look_up(
         let expected = format!("{} maps of {w} x {h} texels", lookups.count().max(1));
         return Err(Error::argument("maps", expected, format!("{} values", maps.len()), "render them with these maps"));
     }
-    MaskInput { surfaces, camera, light, lookups, progress }.mask(|k, into| {
-        copied(into, &maps[k * texels..(k + 1) * texels]);
-        Ok(())
-    })
+    MaskInput { surfaces, camera, light, lookups, progress }.mask_of(Given { maps, texels })
+}
+
+/// Where maps come from, one after the other.
+trait Maps {
+    /// All of the map with an index.
+    fn get(&mut self, k: usize) -> Result<&[f32]>;
+}
+
+/// Maps that are there, layer after layer.
+struct Given<'a> {
+    maps: &'a [f32],
+    texels: usize,
+}
+
+impl Maps for Given<'_> {
+    fn get(&mut self, k: usize) -> Result<&[f32]> {
+        Ok(&self.maps[k * self.texels..(k + 1) * self.texels])
+    }
+}
+
+/// Maps that are drawn into the same memory.
+struct Drawn<F> {
+    draw: F,
+    map: Vec<MaybeUninit<f32>>,
+}
+
+impl<F: FnMut(usize, &mut [MaybeUninit<f32>]) -> Result<()>> Maps for Drawn<F> {
+    fn get(&mut self, k: usize) -> Result<&[f32]> {
+        (self.draw)(k, &mut self.map)?;
+        // SAFETY: the map has been drawn; `MaybeUninit<f32>` has the layout of f32.
+        Ok(unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), self.map.len()) })
+    }
 }
 
 impl MaskInput<'_> {
     /// The light that arrives at each pixel; `draw` writes all of the map with an index.
-    pub fn mask(&self, mut draw: impl FnMut(usize, &mut [MaybeUninit<f32>]) -> Result<()>) -> Result<ShadowMask> {
+    pub fn mask(&self, draw: impl FnMut(usize, &mut [MaybeUninit<f32>]) -> Result<()>) -> Result<ShadowMask> {
+        self.mask_of(Drawn { draw, map: unwritten(self.lookups.texels())? })
+    }
+
+    fn mask_of(&self, mut maps: impl Maps) -> Result<ShadowMask> {
         let pixels = self.surfaces.triangle.len();
-        let mut map = unwritten::<f32>(self.lookups.texels())?;
         let (mut data, mut partition) = (unwritten::<f32>(pixels)?, unwritten::<i16>(pixels)?);
         let is_single = self.lookups.count() == 1;
-        if is_single {
-            draw(0, &mut map)?;
-        }
+        let only = if is_single { maps.get(0)? } else { &[] };
         let asked: Vec<AtomicBool> = (0..self.lookups.count()).map(|_| AtomicBool::new(false)).collect();
         self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
             if is_single {
-                // SAFETY: the map has been drawn.
-                self.light_by_only_map(unsafe { written_map(&map) }, first, light, chosen);
+                self.light_by_only_map(only, first, light, chosen);
             } else {
                 self.settle(first, light, chosen, &asked);
             }
         })?;
         for k in (0..asked.len()).filter(|&k| asked[k].load(Ordering::Relaxed)) {
-            draw(k, &mut map)?;
+            let map = maps.get(k)?;
             self.for_each_row(&mut data, &mut partition, |first, light, chosen| {
-                // SAFETY: the map has been drawn, the rows written when they were settled.
-                unsafe { self.look_up(k, written_map(&map), first, written_part(light), written_part(chosen)) };
+                // SAFETY: the rows were written when they were settled.
+                unsafe { self.look_up(k, map, first, written_part(light), written_part(chosen)) };
             })?;
         }
         // SAFETY: every row has been written, or the error has been returned.
@@ -243,13 +272,4 @@ fn without_map(shown: Shown) -> f32 {
         Shown::Averted => 0.0,
         Shown::Facing => 1.0,
     }
-}
-
-/// A map that has been drawn.
-///
-/// # Safety
-/// All of it has been written.
-unsafe fn written_map(map: &[MaybeUninit<f32>]) -> &[f32] {
-    // SAFETY: as the caller promises; `MaybeUninit<f32>` has the layout of f32.
-    unsafe { std::slice::from_raw_parts(map.as_ptr().cast(), map.len()) }
 }

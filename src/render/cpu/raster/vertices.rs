@@ -10,7 +10,9 @@
 
 use glam::{DMat4, DVec3, Vec3};
 
+use super::lanes::Lanes;
 use super::simd::LANES;
+use super::with_lanes::with_lanes;
 use crate::geometry::Aabb;
 use crate::render::precision::single_is_enough;
 use crate::simd::dispatch;
@@ -173,11 +175,22 @@ pub fn normalized(clip_from_local: &DMat4) -> [[f64; 4]; 4] {
     columns.map(|c| c.map(|x| x * first * second))
 }
 
-/// Clip coordinates of a vertex.
+/// Clip coordinates of vertices. Written in lanes: the compiler makes scalar code of loops over them.
 #[inline(always)]
-fn clip_position(clip_from_local: &[[f32; 4]; 4], p: Vec3) -> [f32; 4] {
+fn clip_positions<L: Lanes>(lanes: L, clip_from_local: &[[f32; 4]; 4], p: &[Vec3; LANES]) -> [[f32; LANES]; 4] {
     let [c0, c1, c2, c3] = clip_from_local;
-    std::array::from_fn(|i| p.x.mul_add(c0[i], p.y.mul_add(c1[i], p.z.mul_add(c2[i], c3[i]))))
+    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for l in 0..LANES {
+        (x[l], y[l], z[l]) = (p[l].x, p[l].y, p[l].z);
+    }
+    let (x, y, z) = (lanes.floats(x), lanes.floats(y), lanes.floats(z));
+    let mut clip = [[0.0; LANES]; 4];
+    for i in 0..4 {
+        let from_z = lanes.fused(z, lanes.float(c2[i]), lanes.float(c3[i]));
+        let from_y = lanes.fused(y, lanes.float(c1[i]), from_z);
+        clip[i] = lanes.to_floats(lanes.fused(x, lanes.float(c0[i]), from_y));
+    }
+    clip
 }
 
 #[inline(always)]
@@ -208,34 +221,39 @@ fn project_all_exactly_body(m: &[[f64; 4]; 4], viewport: &Viewport, positions: &
     }
 }
 
-dispatch! {
+with_lanes! {
     /// Projects vertices, `out` as long as `positions`.
     pub fn project_all(m: &[[f32; 4]; 4], viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) = project_all_body
 }
 
 #[inline(always)]
-fn project_all_body(m: &[[f32; 4]; 4], viewport: &Viewport, positions: &[Vec3], out: &mut [ScreenVertex]) {
+fn project_all_body<L: Lanes>(
+    lanes: L,
+    m: &[[f32; 4]; 4],
+    viewport: &Viewport,
+    positions: &[Vec3],
+    out: &mut [ScreenVertex],
+) {
     let (blocks, rest) = positions.as_chunks::<LANES>();
     let (out_blocks, out_rest) = out.as_chunks_mut::<LANES>();
     for (p, o) in blocks.iter().zip(out_blocks) {
-        *o = project_block(m, viewport, p);
+        *o = project_block(lanes, m, viewport, p);
     }
     if !rest.is_empty() {
         let mut padded = [Vec3::ZERO; LANES];
         padded[..rest.len()].copy_from_slice(rest);
-        out_rest.copy_from_slice(&project_block(m, viewport, &padded)[..rest.len()]);
+        out_rest.copy_from_slice(&project_block(lanes, m, viewport, &padded)[..rest.len()]);
     }
 }
 
 #[inline(always)]
-fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [ScreenVertex; LANES] {
-    let mut clip = [[0f32; LANES]; 4];
-    for l in 0..LANES {
-        for (row, c) in clip.iter_mut().zip(clip_position(m, p[l])) {
-            row[l] = c;
-        }
-    }
-    let [x, y, z, w] = clip;
+fn project_block<L: Lanes>(
+    lanes: L,
+    m: &[[f32; 4]; 4],
+    viewport: &Viewport,
+    p: &[Vec3; LANES],
+) -> [ScreenVertex; LANES] {
+    let [x, y, z, w] = clip_positions(lanes, m, p);
     let mut code = [0u32; LANES];
     let mut screen = [[0f32; LANES]; 3];
     for l in 0..LANES {
@@ -263,6 +281,7 @@ fn project_block(m: &[[f32; 4]; 4], viewport: &Viewport, p: &[Vec3; LANES]) -> [
 
 #[cfg(test)]
 mod tests {
+    use super::super::plain::Plain;
     use super::*;
 
     #[test]
@@ -278,7 +297,7 @@ mod tests {
         project_all_exactly_body(&m, &viewport, &positions, &mut plain);
         assert_eq!(best, plain);
         project_all(&single, &viewport, &positions, &mut best);
-        project_all_body(&single, &viewport, &positions, &mut plain);
+        project_all_body(Plain, &single, &viewport, &positions, &mut plain);
         assert_eq!(best, plain);
         assert!(best.iter().any(|v| v.code & CLIP != 0) && best.iter().any(|v| v.code == 0));
     }

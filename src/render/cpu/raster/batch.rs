@@ -10,6 +10,7 @@ use super::bins::{Bands, Bins};
 use super::cover::{Cover, Grid};
 use super::drawn_mesh::Draw;
 use super::pieces::Pieces;
+use super::projected::Projected;
 use super::vertices::{ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -32,8 +33,6 @@ const SHORT_ROUND: usize = 16;
 const SMALL_IMAGE: u64 = 1 << 20;
 /// Chunks of a slab of depth, whose triangles hide those of the next.
 pub const SLAB: usize = 16;
-/// Vertices that are projected at once.
-const VERTICES: usize = 1 << 12;
 /// Matrices that one thread forms at once: some 50 µs of work.
 const MATRICES: usize = 1 << 8;
 
@@ -154,7 +153,7 @@ impl<'a> Batches<'a> {
         for (instances, is_tested) in self.instances.iter().zip([false, true]) {
             for batch in batches(self.scene, instances, BATCH) {
                 let draws = &self.draws(batch);
-                project(draws, viewport, scratch, progress)?;
+                let mut projected = Projected::new(draws, &mut scratch.vertices);
                 let mut pieces = Pieces::new(draws);
                 let of_batch = batch.iter().map(triangles).sum::<u64>();
                 rest -= of_batch;
@@ -173,17 +172,30 @@ impl<'a> Batches<'a> {
                     .collect();
                 while !pending.is_empty() {
                     let before = count(&pending);
+                    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
+                    // Nearest first.
+                    round.reverse();
+                    let cover_of_round = (hides && !is_first).then_some(&cover);
+                    for chunk in &round {
+                        if let Some(cover) = cover_of_round {
+                            pieces.hide(chunk, cover);
+                        }
+                        projected.need(draws, pieces.of(chunk));
+                    }
+                    projected.project(draws, viewport, &mut scratch.vertices, progress)?;
                     let work = Binning {
                         draws,
                         pieces: &pieces,
-                        cover: (hides && !is_first).then_some(&cover),
+                        cover: cover_of_round,
                         grid,
                         vertices: &scratch.vertices,
                         viewport,
                         bands,
                         numbered: numbered || is_tested,
                     };
-                    scratch.chunks = bin(&work, &mut pending, chunks, &mut scratch.bins, progress)?;
+                    scratch.chunks = round.len();
+                    bin(&work, &mut round, &mut scratch.bins, progress)?;
+                    pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
                     let is_last = rest == 0 && pending.is_empty();
                     let tested = is_tested.then_some(&draws[..]);
                     draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
@@ -257,58 +269,18 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
     })
 }
 
-/// Projects the vertices of a batch.
-fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<()> {
-    let count = |draw: &Draw| draw.kept.positions.len();
-    let Some(last) = draws.last() else { return Ok(()) };
-    let vertex_count = last.first_vertex as usize + count(last);
-    if scratch.vertices.len() < vertex_count {
-        scratch.vertices.resize(vertex_count, ScreenVertex::default());
-    }
-    let mut rest = &mut scratch.vertices[..];
-    let mut work = Vec::with_capacity(draws.len());
-    for draw in draws {
-        let (own, after) = rest.split_at_mut(count(draw));
-        work.push((draw, own));
-        rest = after;
-    }
-    work.into_par_iter().try_for_each(|(draw, out)| {
-        let positions = draw.kept.positions.par_chunks(VERTICES);
-        let needed = draw.kept.vertices(VERTICES);
-        positions.zip(out.par_chunks_mut(VERTICES)).zip(needed).try_for_each(|((positions, out), needed)| {
-            progress.check()?;
-            if needed {
-                draw.projection.project(viewport, positions, out);
-            }
-            Ok(())
-        })
-    })
-}
-
-/// Bins at most so many chunks of a batch; how many. What has not found room in a chunk stays pending.
+/// Bins the chunks of a round. What has not found room in a chunk is left of it.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
-fn bin(
-    work: &Binning,
-    pending: &mut Vec<Range<u32>>,
-    chunks: usize,
-    bins: &mut Vec<Bins>,
-    progress: &Progress,
-) -> Result<usize> {
-    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
-    // Nearest first.
-    round.reverse();
-    let count = round.len();
-    if bins.len() < count {
-        bins.resize_with(count, Bins::default);
+fn bin(work: &Binning, round: &mut [Range<u32>], bins: &mut Vec<Bins>, progress: &Progress) -> Result<()> {
+    if bins.len() < round.len() {
+        bins.resize_with(round.len(), Bins::default);
     }
-    bins[..count].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
+    bins.par_iter_mut().zip(round).try_for_each(|(bins, chunk)| {
         progress.check()?;
         chunk.start = fill(work, bins, chunk.clone());
         Ok::<_, Error>(())
-    })?;
-    pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
-    Ok(count)
+    })
 }
 
 #[cfg(test)]
@@ -354,8 +326,10 @@ mod tests {
         let batches = Batches::new(scene, m, &viewport, Faces::All, Keep::All).unwrap();
         let draws = &batches.draws(&batches.instances[0]);
         let (mut scratch, progress) = (Scratch::default(), Progress::new());
-        project(draws, &viewport, &mut scratch, &progress).unwrap();
         let pieces = &Pieces::new(draws);
+        let mut projected = Projected::new(draws, &mut scratch.vertices);
+        projected.need(draws, pieces.of(&(0..pieces.triangles)));
+        projected.project(draws, &viewport, &mut scratch.vertices, &progress).unwrap();
         let (vertices, grid) = (&scratch.vertices[..], Grid::new(size, bands));
         let (cover, numbered, viewport) = (None, true, &viewport);
         let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };

@@ -29,7 +29,7 @@ const SLICE: u32 = 1 << 8;
 pub struct Binning<'a> {
     pub draws: &'a [Draw<'a>],
     pub pieces: &'a Pieces,
-    /// What has been drawn, where that may hide something.
+    /// What has been drawn, where that may hide something; the pieces have been held against it.
     pub cover: Option<&'a Cover>,
     /// The tiles of the image.
     pub grid: Grid,
@@ -64,9 +64,8 @@ fn fill_with<L: Lanes>(lanes: L, work: &Binning, bins: &mut Bins, range: Range<u
         }
         let draw = &draws[piece.draw as usize];
         let first = piece.first + (start - piece.start);
-        let hidden = cover.map_or(Hidden::None, |cover| cover.of(&piece.footprint));
-        if hidden != Hidden::All {
-            let cover = cover.filter(|_| hidden == Hidden::Some);
+        if piece.hidden != Hidden::All {
+            let cover = cover.filter(|_| piece.hidden == Hidden::Some);
             bins.bin_draw(lanes, work, cover, draw, first..first + (end - start));
         }
         start = end;
@@ -297,6 +296,9 @@ mod tests {
         });
         let mut drawn = Vec::new();
         for (numbered, cover) in [(false, None), (true, None), (false, Some(&cover)), (true, Some(&cover))] {
+            if let Some(cover) = cover {
+                pieces.hide(&(0..count), cover);
+            }
             let pieces = &pieces;
             let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };
             let (mut best, mut plain) = (Bins::default(), Bins::default());

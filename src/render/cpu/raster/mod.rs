@@ -16,6 +16,7 @@ mod lanes;
 mod pieces;
 mod pixels;
 mod plain;
+mod projected;
 mod run;
 mod simd;
 mod tested;

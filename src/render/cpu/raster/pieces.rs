@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::cover::{Footprint, Footprints, Grid};
+use super::cover::{Cover, Footprint, Footprints, Grid, Hidden};
 use super::drawn_mesh::Draw;
 use super::vertices::Viewport;
 
@@ -28,6 +28,8 @@ pub struct Piece {
     pub first: u32,
     pub count: u32,
     pub footprint: Footprint,
+    /// What becomes of it behind what is drawn already.
+    pub hidden: Hidden,
 }
 
 /// What is drawn of a batch.
@@ -45,7 +47,8 @@ impl Pieces {
         for (draw, i) in draws.iter().zip(0..) {
             for Range { start: first, end } in draw.kept.pieces() {
                 let (start, count) = (all.triangles, end - first);
-                all.list.push(Piece { start, draw: i, first, count, footprint: Footprint::default() });
+                let (footprint, hidden) = (Footprint::default(), Hidden::None);
+                all.list.push(Piece { start, draw: i, first, count, footprint, hidden });
                 all.triangles += count;
             }
         }
@@ -80,6 +83,23 @@ impl Pieces {
             piece.start = start;
             start += piece.count;
         }
+    }
+
+    /// The pieces of some triangles.
+    pub fn of(&self, triangles: &Range<u32>) -> &[Piece] {
+        &self.list[self.places(triangles)]
+    }
+
+    /// Looks which pieces of some triangles lie behind what is drawn.
+    pub fn hide(&mut self, triangles: &Range<u32>, cover: &Cover) {
+        let places = self.places(triangles);
+        self.list[places].par_iter_mut().with_min_len(FOOTPRINTS).for_each(|piece| {
+            piece.hidden = cover.of(&piece.footprint);
+        });
+    }
+
+    fn places(&self, triangles: &Range<u32>) -> Range<usize> {
+        if triangles.is_empty() { 0..0 } else { self.at(triangles.start)..self.at(triangles.end - 1) + 1 }
     }
 
     /// The place in the list of the piece that a triangle belongs to.

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::memory::filled;
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
-use crate::render::cpu::kept::Kept;
+use crate::render::cpu::kept::{Kept, RUN, vertices_of};
 use crate::render::cpu::raster::{Bands, batches, by_test};
 use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::render::{Keep, Volume};
@@ -25,7 +25,7 @@ use crate::scene::{Mesh, Scene};
 
 /// Vertices or triangles after which a batch ends; its vertices take 4 MB. One instance is never split.
 const BATCH: usize = 1 << 17;
-/// Vertices that are projected at once, and triangles that one thread bins at once.
+/// Triangles that one thread bins at once.
 const CHUNK: usize = 1 << 12;
 /// Chunks that are binned before the bands are drawn: 480 bytes a triangle where all are cut to heptagons, 63 MB; 710 bytes
 /// and 93 MB where they are cut to decagons, as in a rectilinear map.
@@ -217,16 +217,15 @@ impl Lattice {
             rest = after;
         }
         work.into_par_iter().try_for_each(|(draw, out)| {
-            let positions = draw.kept.positions.par_chunks(CHUNK);
-            let needed = draw.kept.vertices(CHUNK);
-            positions.zip(out.par_chunks_mut(CHUNK)).zip(needed).try_for_each(|((positions, out), needed)| {
+            let positions = draw.kept.positions.par_chunks(RUN);
+            let needed = draw.kept.needed();
+            positions.zip(out.par_chunks_mut(RUN)).zip(needed).try_for_each(|((positions, out), needed)| {
                 progress.check()?;
-                if !needed {
-                    return Ok(());
-                }
-                for (p, out) in positions.iter().zip(out) {
-                    let clip = clip_of(&draw.clip_from_local, *p);
-                    *out = if self.is_whole(clip) { self.vertex(clip) } else { EvenVertex::CUT };
+                for vertices in vertices_of(needed, out.len()) {
+                    for (p, out) in positions[vertices.clone()].iter().zip(&mut out[vertices]) {
+                        let clip = clip_of(&draw.clip_from_local, *p);
+                        *out = if self.is_whole(clip) { self.vertex(clip) } else { EvenVertex::CUT };
+                    }
                 }
                 Ok(())
             })

@@ -12,6 +12,7 @@ use super::vertices::{ScreenVertex, Viewport};
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::render::cpu::kept::{RUN, vertices_of};
+use crate::simd::prefetch;
 
 /// The blocks of a batch's vertices, a word for each run of a draw.
 #[derive(Debug)]
@@ -84,7 +85,12 @@ impl Projected {
         }
         work.into_par_iter().try_for_each(|(draw, fresh, positions, out)| {
             progress.check()?;
-            for vertices in vertices_of(fresh, out.len()) {
+            let mut ranges = vertices_of(fresh, out.len()).peekable();
+            while let Some(vertices) = ranges.next() {
+                if let Some(next) = ranges.peek() {
+                    prefetch(&positions[next.clone()]);
+                    prefetch(&out[next.clone()]);
+                }
                 draw.projection.project(viewport, &positions[vertices.clone()], &mut out[vertices]);
             }
             Ok(())

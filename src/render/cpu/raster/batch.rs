@@ -6,7 +6,7 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Binning, fill};
-use super::bins::{Bands, Bins};
+use super::bins::{Bands, Bins, CHUNK_BYTES};
 use super::cover::{Cover, Grid};
 use super::drawn_mesh::Draw;
 use super::pieces::Pieces;
@@ -24,8 +24,11 @@ const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
 /// Chunks that are binned before the bands are drawn: enough for many threads, and for meshes of half a million triangles one
-/// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most 32 MB whatever the scene.
+/// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most [`BINS_BYTES`] whatever the
+/// scene.
 const ROUND: usize = 128;
+/// Bytes that all bins may keep: 32 MB.
+const BINS_BYTES: usize = 2 * ROUND * CHUNK_BYTES;
 /// Chunks of a round of a small image: what is drawn hides triangles of later rounds before they are binned. A large one would
 /// leave the cache between two rounds.
 const SHORT_ROUND: usize = 16;
@@ -56,7 +59,7 @@ impl Scratch {
     pub fn shrink(&mut self) {
         self.vertices.truncate(2 * BATCH);
         self.vertices.shrink_to(2 * BATCH);
-        self.bins.iter_mut().for_each(Bins::shrink);
+        shrink(&mut self.bins);
         self.chunks = 0;
     }
 }
@@ -269,6 +272,13 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
     })
 }
 
+/// Gives memory back of bins with more than their share. Few of them may keep more than a chunk needs: neighbouring chunks fill
+/// the same bands, and what one has gathered fits the next.
+fn shrink(bins: &mut [Bins]) {
+    let most = BINS_BYTES / bins.len().max(1);
+    bins.iter_mut().for_each(|bins| bins.shrink(most));
+}
+
 /// Bins the chunks of a round. What has not found room in a chunk is left of it.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
@@ -276,6 +286,7 @@ fn bin(work: &Binning, round: &mut [Range<u32>], bins: &mut Vec<Bins>, progress:
     if bins.len() < round.len() {
         bins.resize_with(round.len(), Bins::default);
     }
+    shrink(bins);
     bins.par_iter_mut().zip(round).try_for_each(|(bins, chunk)| {
         progress.check()?;
         chunk.start = fill(work, bins, chunk.clone());

@@ -68,16 +68,30 @@ impl Pieces {
             // Casts saturate.
             ((from_near * SLABS as f32) as usize).min(SLABS - 1)
         };
-        let mut counts = [0; SLABS];
-        self.list.iter().for_each(|piece| counts[slab_of(piece)] += piece.count);
-        // Slabs whose first triangles fall into the same round are one.
-        let (mut before, mut round_of) = (0u32, [0; SLABS]);
-        for (round, count) in round_of.iter_mut().zip(counts) {
-            *round = before / slab;
-            before += count;
+        let (mut counts, mut pieces) = ([0; SLABS], [0; SLABS]);
+        for piece in &self.list {
+            counts[slab_of(piece)] += piece.count;
+            pieces[slab_of(piece)] += 1;
         }
-        // Stable.
-        self.list.sort_by_key(|piece| round_of[slab_of(piece)]);
+        // Slabs whose first triangles fall into the same round are one: their pieces lie behind those of all rounds before.
+        let (mut before, mut round, mut places, mut last) = (0, [0; SLABS], Vec::new(), None);
+        let mut placed = 0;
+        for s in 0..SLABS {
+            if last != Some(before / slab) {
+                last = Some(before / slab);
+                places.push(placed);
+            }
+            round[s] = places.len() - 1;
+            before += counts[s];
+            placed += pieces[s];
+        }
+        // In their order within a round.
+        let unsorted = self.list.clone();
+        for piece in unsorted {
+            let place = &mut places[round[slab_of(&piece)]];
+            self.list[*place] = piece;
+            *place += 1;
+        }
         let mut start = 0;
         for piece in &mut self.list {
             piece.start = start;

@@ -17,6 +17,7 @@ use crate::progress::Progress;
 use crate::render::cpu::faces::Faces;
 use crate::render::{Keep, Volume};
 use crate::scene::Scene;
+use crate::simd::prefetch;
 
 /// Vertices and triangles after which a batch ends. Its vertices take 16 bytes each, 16 MB. One instance is never split, so
 /// a mesh beyond this size is a batch of its own.
@@ -38,6 +39,8 @@ const SMALL_IMAGE: u64 = 1 << 20;
 pub const SLAB: usize = 16;
 /// Matrices that one thread forms at once: some 50 µs of work.
 const MATRICES: usize = 1 << 8;
+/// Instances from the one whose matrix is formed to the one that is brought to the cache.
+const AHEAD: usize = 8;
 
 /// Memory for one batch, kept from one call to the next: fresh pages cost more than the work on them.
 #[derive(Debug, Default)]
@@ -59,8 +62,21 @@ impl Scratch {
     pub fn shrink(&mut self) {
         self.vertices.truncate(2 * BATCH);
         self.vertices.shrink_to(2 * BATCH);
-        shrink(&mut self.bins);
+        self.shrink_bins();
         self.chunks = 0;
+    }
+    /// Begins a round of so many chunks.
+    fn start(&mut self, chunks: usize) {
+        if self.bins.len() < chunks {
+            self.bins.resize_with(chunks, Bins::default);
+        }
+        self.shrink_bins();
+        self.chunks = chunks;
+    }
+    /// Gives memory back of bins that have gathered more than their share, which is more than a chunk needs where they are few.
+    fn shrink_bins(&mut self) {
+        let most = BINS_BYTES / self.bins.len().max(1);
+        self.bins.iter_mut().for_each(|bins| bins.shrink(most));
     }
 }
 
@@ -179,25 +195,27 @@ impl<'a> Batches<'a> {
                     // Nearest first.
                     round.reverse();
                     let cover_of_round = (hides && !is_first).then_some(&cover);
-                    for chunk in &round {
-                        if let Some(cover) = cover_of_round {
-                            pieces.hide(chunk, cover);
+                    scratch.start(round.len());
+                    for (some, bins) in round.chunks_mut(short_round).zip(scratch.bins.chunks_mut(short_round)) {
+                        for chunk in &*some {
+                            if let Some(cover) = cover_of_round {
+                                pieces.hide(chunk, cover);
+                            }
+                            projected.need(draws, pieces.of(chunk));
                         }
-                        projected.need(draws, pieces.of(chunk));
+                        projected.project(draws, viewport, &mut scratch.vertices, progress)?;
+                        let work = Binning {
+                            draws,
+                            pieces: &pieces,
+                            cover: cover_of_round,
+                            grid,
+                            vertices: &scratch.vertices,
+                            viewport,
+                            bands,
+                            numbered: numbered || is_tested,
+                        };
+                        bin(&work, some, bins, progress)?;
                     }
-                    projected.project(draws, viewport, &mut scratch.vertices, progress)?;
-                    let work = Binning {
-                        draws,
-                        pieces: &pieces,
-                        cover: cover_of_round,
-                        grid,
-                        vertices: &scratch.vertices,
-                        viewport,
-                        bands,
-                        numbered: numbered || is_tested,
-                    };
-                    scratch.chunks = round.len();
-                    bin(&work, &mut round, &mut scratch.bins, progress)?;
                     pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
                     let is_last = rest == 0 && pending.is_empty();
                     let tested = is_tested.then_some(&draws[..]);
@@ -220,14 +238,19 @@ impl<'a> Batches<'a> {
     /// The draws of a batch.
     fn draws(&self, instances: &[u32]) -> Vec<Draw<'a>> {
         let scene = self.scene;
-        let draw = |&i: &u32| {
+        let draw = |(k, &i): (usize, &u32)| {
+            // They lie all over a large scene.
+            if let Some(&next) = instances.get(k + AHEAD) {
+                prefetch(std::slice::from_ref(&scene.instances()[next as usize]));
+                prefetch(std::slice::from_ref(&scene.first_triangles()[next as usize]));
+            }
             let mesh = scene.mesh_of(i as usize);
             let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
             // All numbers are below 2^32, see `new`.
             let first_id = scene.first_triangles()[i as usize] as u32;
             Draw::new(mesh, &clip_from_local, &self.volume, self.faces, first_id)
         };
-        let mut draws: Vec<Draw> = instances.par_iter().with_min_len(MATRICES).map(draw).collect();
+        let mut draws: Vec<Draw> = instances.par_iter().enumerate().with_min_len(MATRICES).map(draw).collect();
         let mut vertices = 0;
         for draw in &mut draws {
             draw.first_vertex = vertices;
@@ -272,22 +295,11 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
     })
 }
 
-/// Gives memory back of bins with more than their share. Few of them may keep more than a chunk needs: neighbouring chunks fill
-/// the same bands, and what one has gathered fits the next.
-fn shrink(bins: &mut [Bins]) {
-    let most = BINS_BYTES / bins.len().max(1);
-    bins.iter_mut().for_each(|bins| bins.shrink(most));
-}
-
-/// Bins the chunks of a round. What has not found room in a chunk is left of it.
+/// Bins some chunks of a round. What has not found room in a chunk is left of it.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
-fn bin(work: &Binning, round: &mut [Range<u32>], bins: &mut Vec<Bins>, progress: &Progress) -> Result<()> {
-    if bins.len() < round.len() {
-        bins.resize_with(round.len(), Bins::default);
-    }
-    shrink(bins);
-    bins.par_iter_mut().zip(round).try_for_each(|(bins, chunk)| {
+fn bin(work: &Binning, chunks: &mut [Range<u32>], bins: &mut [Bins], progress: &Progress) -> Result<()> {
+    bins.par_iter_mut().zip(chunks).try_for_each(|(bins, chunk)| {
         progress.check()?;
         chunk.start = fill(work, bins, chunk.clone());
         Ok::<_, Error>(())

@@ -279,24 +279,26 @@ fn read_with<L: Lanes>(lanes: L, grid: &Grid, columns: u64, area: BandArea, dept
             let nothing = lanes.float(f32::NEG_INFINITY);
             let (mut most, mut of_rest) = ([nothing; 2], f32::NEG_INFINITY);
             for row in rows.chunks_exact(stride) {
-                let (pairs, rest) = row[first..end].as_chunks::<{ 2 * LANES }>();
-                for pair in pairs {
-                    let (left, right) = pair.split_at(LANES);
-                    most = [lanes.larger(most[0], of(lanes, left)), lanes.larger(most[1], of(lanes, right))];
+                let row = &row[first..end];
+                // Nearly all tiles are as wide as that.
+                if let Ok(pair) = row.try_into() {
+                    most = larger_of(lanes, most, pair);
+                    continue;
                 }
-                for &z in rest {
-                    of_rest = larger(of_rest, z);
-                }
+                let (pairs, rest) = row.as_chunks();
+                most = pairs.iter().fold(most, |most, pair| larger_of(lanes, most, pair));
+                of_rest = rest.iter().fold(of_rest, |most, z| larger(most, *z));
             }
             *tile = lanes.to_floats(lanes.larger(most[0], most[1])).into_iter().fold(of_rest, larger);
         }
     }
 }
 
-/// Some neighbouring pixels.
+/// The larger of some depths and those of neighbouring pixels.
 #[inline(always)]
-fn of<L: Lanes>(lanes: L, pixels: &[f32]) -> L::Float {
-    lanes.floats(*pixels.first_chunk().expect("as many as there are lanes"))
+fn larger_of<L: Lanes>(lanes: L, most: [L::Float; 2], pixels: &[f32; 2 * LANES]) -> [L::Float; 2] {
+    let half = |k: usize| lanes.floats(std::array::from_fn(|l| pixels[k * LANES + l]));
+    [lanes.larger(most[0], half(0)), lanes.larger(most[1], half(1))]
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use glam::DMat4;
 
+use super::projection::Projection;
 use super::simd::LANES;
-use super::vertices::Projection;
 use crate::render::Volume;
 use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::render::cpu::kept::Kept;

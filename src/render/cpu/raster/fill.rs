@@ -195,8 +195,9 @@ mod tests {
     use super::super::bins::Bands;
     use super::super::pixels::{DepthPixels, IdPixels, LayerPixels};
     use super::super::plain::Plain;
+    use super::super::projection::project_all;
     use super::super::triangle_setup::{SMALL, box_of, pixels_in_box};
-    use super::super::vertices::{Viewport, project_all};
+    use super::super::vertices::Viewport;
     use super::*;
 
     /// Vertices from a small generator (Knuth's MMIX constants): some triangles tiny, some over the whole image.

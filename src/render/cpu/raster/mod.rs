@@ -17,6 +17,7 @@ mod pieces;
 mod pixels;
 mod plain;
 mod projected;
+mod projection;
 mod run;
 mod simd;
 mod tested;

@@ -25,6 +25,24 @@ macro_rules! dispatch {
 }
 pub(crate) use dispatch;
 
+/// Has the first kilobyte of an array brought to the cache while something else is done; the processor sees by itself what comes
+/// after that.
+#[inline(always)]
+pub fn prefetch<T>(values: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        const LINE: usize = 64;
+        let start = values.as_ptr().cast::<i8>();
+        for at in (0..size_of_val(values).min(16 * LINE)).step_by(LINE) {
+            // SAFETY: within the array.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(at)) };
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = values;
+}
+
 /// e to the power of -x for x of 0 or more, to a unit in the last place, without branches, for kernels: elsewhere fused
 /// products are slow. That of 700 for what is beyond.
 #[inline(always)]

@@ -244,7 +244,7 @@ impl PyScene {
     fn __add__(&self, other: PyRef<'_, Self>) -> PyResult<Self> {
         let (py, added) = (other.py(), &other.scene);
         let is_long = self.scene.instances().len() + added.instances().len() > SOON;
-        Ok(run_parallel(py, is_long, |progress| self.scene.joined(added, progress))?.into())
+        Ok(run_parallel(py, is_long, |progress| self.scene.joined_watched(added, progress))?.into())
     }
     fn __eq__(&self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<bool> {
         let (a, b) = (&self.scene, &other.scene);

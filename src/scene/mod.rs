@@ -18,7 +18,7 @@ mod view_volume;
 pub use alpha_test::{AlphaTest, AlphaTestParts, AlphaTexture, Presence, Wrap};
 pub(crate) use camera::unit;
 pub use camera::{Camera, PixelRay};
-pub(crate) use clusters::{CLUSTER, Cluster};
+pub(crate) use clusters::{BLOCK, CLUSTER, Clusters};
 pub use instance_tree::{Enter, InstanceTree, Met};
 pub use light::{DirectionalLight, EDGE_ON, Light, PointLight, SpotLight};
 pub use mesh::{Mesh, Stored};

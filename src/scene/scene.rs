@@ -135,10 +135,14 @@ impl Scene {
         Self::new(vec![Arc::new(mesh)], vec![Instance { mesh: 0, world_from_mesh: DAffine3::IDENTITY }])
     }
     /// Both scenes in one; meshes stay shared.
+    pub fn joined(&self, other: &Self) -> Result<Self> {
+        self.joined_watched(other, &Progress::new())
+    }
+    /// The same, stopped where `progress` says so.
     ///
     /// # Errors
     /// As [`Scene::watched`].
-    pub fn joined(&self, other: &Self, progress: &Progress) -> Result<Self> {
+    pub fn joined_watched(&self, other: &Self, progress: &Progress) -> Result<Self> {
         let offset = self.meshes().len() as u32;
         let meshes = self.meshes().iter().chain(other.meshes()).cloned().collect();
         let mut instances = with_room("instances", self.instances().len() + other.instances().len())?;

@@ -70,8 +70,7 @@ mod tests {
         let one = leaves();
         let moved = one.transformed(&DAffine3::from_translation(DVec3::new(0.3, 0.5, -0.2))).unwrap();
         // The last one's triangles are all met in pairs, and rays of a bundle differ in speed by more than is bounded together.
-        let scenes =
-            [one.clone(), one.joined(&moved, &Progress::new()).unwrap(), one.joined(&one, &Progress::new()).unwrap()];
+        let scenes = [one.clone(), one.joined(&moved).unwrap(), one.joined(&one).unwrap()];
         let speeds = [[1.0; 4], [1.0, 3.0, 0.2, 40.0], [1.0, 1e-9, 1e12, 0.5]];
         for (scene, speeds) in scenes.iter().flat_map(|scene| speeds.map(|speeds| (scene, speeds))) {
             let tracer = Tracer::new(scene, &Progress::new()).unwrap();

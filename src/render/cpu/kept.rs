@@ -6,7 +6,10 @@ use std::ops::Range;
 use glam::{DMat4, Vec3};
 
 use crate::render::{PlacedVolume, Volume};
-use crate::scene::{CLUSTER, Cluster, Mesh};
+use crate::scene::{BLOCK, CLUSTER, Clusters, Mesh};
+
+/// Vertices of a run, whose blocks have a bit each in a word.
+pub const RUN: usize = u64::BITS as usize * BLOCK;
 
 /// The clusters that are not outside.
 #[derive(Debug, Clone)]
@@ -18,7 +21,7 @@ pub struct Kept<'a> {
     /// Their numbers in the mesh; empty where that is the order of the mesh.
     pub numbers: &'a [u32],
     /// None where all of the mesh is looked at.
-    boxes: &'a [Cluster],
+    found: &'a Clusters,
     /// The box around the mesh.
     whole: [Vec3; 2],
     /// A bit for each cluster.
@@ -37,14 +40,14 @@ impl<'a> Kept<'a> {
         // Of f32 vertices, so exact.
         let whole = [mesh.bounds_local().min.as_vec3(), mesh.bounds_local().max.as_vec3()];
         if boxes.is_empty() {
-            return Self { positions, triangles, numbers, boxes, whole, clusters: Vec::new() };
+            return Self { positions, triangles, numbers, found, whole, clusters: Vec::new() };
         }
         let volume = PlacedVolume::new(volume, clip_from_local);
         let mut clusters = vec![0; boxes.len().div_ceil(64)];
         for (i, cluster) in boxes.iter().enumerate() {
             clusters[i / 64] |= u64::from(!volume.excludes(cluster.min, cluster.max)) << (i % 64);
         }
-        Self { positions, triangles, numbers, boxes, whole, clusters }
+        Self { positions, triangles, numbers, found, whole, clusters }
     }
 
     /// The number in the mesh of the triangle at a place.
@@ -56,7 +59,7 @@ impl<'a> Kept<'a> {
     /// What is left of a range of places in [`Kept::triangles`], cluster by cluster.
     #[inline]
     pub fn runs(&self, places: Range<u32>) -> impl Iterator<Item = Range<u32>> {
-        let whole = self.boxes.is_empty();
+        let whole = !self.has_clusters();
         let size = if whole { u32::MAX } else { CLUSTER as u32 };
         let clusters = places.start / size..places.end.div_ceil(size);
         clusters.filter(move |&i| whole || self.has(i as usize)).map(move |i| {
@@ -72,31 +75,57 @@ impl<'a> Kept<'a> {
 
     /// Whether pieces are clusters of a large mesh.
     pub fn has_clusters(&self) -> bool {
-        !self.boxes.is_empty()
+        !self.found.boxes().is_empty()
     }
 
     /// The box around the piece that begins at a place.
     pub fn bounds(&self, place: u32) -> [Vec3; 2] {
-        match self.boxes.get(place as usize / CLUSTER) {
+        match self.found.boxes().get(place as usize / CLUSTER) {
             Some(cluster) => [cluster.min, cluster.max],
             None => self.whole,
         }
     }
 
-    /// For each of some runs of so many vertices whether one of them may belong to a triangle that is left.
-    pub fn vertices(&self, run: usize) -> Vec<bool> {
-        let mut needed = vec![self.boxes.is_empty(); self.positions.len().div_ceil(run)];
-        for (_, cluster) in self.boxes.iter().enumerate().filter(|(i, _)| self.has(*i)) {
-            let vertices = cluster.vertices();
-            needed[vertices.start / run..vertices.end.div_ceil(run)].fill(true);
+    /// How many runs of [`RUN`] vertices there are.
+    pub fn vertex_runs(&self) -> usize {
+        self.positions.len().div_ceil(RUN)
+    }
+
+    /// Sets the bits of the blocks of vertices that the piece that begins at a place needs, in a word for each run.
+    pub fn need(&self, place: u32, runs: &mut [u64]) {
+        if !self.has_clusters() {
+            runs.fill(u64::MAX);
+            return;
         }
-        needed
+        for &block in self.found.blocks(place as usize / CLUSTER) {
+            let block = block as usize;
+            runs[block / u64::BITS as usize] |= 1 << (block % u64::BITS as usize);
+        }
+    }
+
+    /// The bits of the blocks that all pieces need.
+    pub fn needed(&self) -> Vec<u64> {
+        let mut runs = vec![0; self.vertex_runs()];
+        self.pieces().for_each(|piece| self.need(piece.start, &mut runs));
+        runs
     }
 
     #[inline(always)]
     fn has(&self, cluster: usize) -> bool {
         self.clusters[cluster / 64] >> (cluster % 64) & 1 == 1
     }
+}
+
+/// The vertices of the blocks of a run that have bits set, as ranges in the run, of which so many vertices exist.
+pub fn vertices_of(mut bits: u64, count: usize) -> impl Iterator<Item = Range<usize>> {
+    std::iter::from_fn(move || {
+        let first = bits.trailing_zeros();
+        let after = bits.checked_shr(first)?.trailing_ones();
+        let end = first + after;
+        bits = bits.checked_shr(end).unwrap_or(0).checked_shl(end).unwrap_or(0);
+        Some(first as usize * BLOCK..count.min(end as usize * BLOCK))
+    })
+    .filter(|vertices| !vertices.is_empty())
 }
 
 #[cfg(test)]
@@ -127,12 +156,19 @@ mod tests {
                 assert!(!is_left || x(i) < 0.3, "{i} of {range:?} is kept");
             }
         }
-        let needed = kept.vertices(10);
-        assert!(needed[..100].iter().all(|n| *n) && !needed[130] && needed.len() == 201);
+        let needed = |kept: &Kept, first: u32| {
+            let mut runs = vec![0; kept.vertex_runs()];
+            kept.need(first, &mut runs);
+            let mut ranges = vertices_of(runs[0], kept.positions.len());
+            (ranges.next(), ranges.next())
+        };
+        // A cluster of the strip has 130 vertices, in blocks of 64.
+        for (first, vertices) in [(0, 0..192), (128, 128..320), (1920, 1920..2002)] {
+            assert_eq!(needed(&kept, first), (Some(vertices), None));
+        }
         let all = Volume::new(&clip_from_local, [glam::DVec4::W; 6]);
         let kept = Kept::new(&mesh, &clip_from_local, &all);
         assert_eq!(kept.runs(5..2000).map(|r| r.len()).sum::<usize>(), 1995);
-        assert!(kept.vertices(10).iter().all(|n| *n));
     }
 
     #[test]
@@ -141,6 +177,19 @@ mod tests {
         let far = DMat4::from_translation(DVec3::X * 9.0);
         let kept = Kept::new(&mesh, &far, &Volume::of_clip(&far, 0.0));
         assert!(kept.runs(0..1).eq(std::iter::once(0..1)));
-        assert_eq!((kept.runs(0..0).count(), kept.vertices(4)), (0, vec![true]));
+        let mut runs = [0];
+        kept.need(0, &mut runs);
+        assert_eq!((kept.runs(0..0).count(), runs, kept.vertex_runs()), (0, [u64::MAX], 1));
+        assert!(vertices_of(u64::MAX, 3).eq(std::iter::once(0..3)));
+    }
+
+    #[test]
+    fn blocks_side_by_side_are_one_range() {
+        let of = |bits: u64, count: usize| vertices_of(bits, count).collect::<Vec<_>>();
+        assert_eq!(of(0, RUN), []);
+        assert!(vertices_of(u64::MAX, RUN).eq(std::iter::once(0..RUN)));
+        assert_eq!(of(0b1_0110, 300), [64..192, 256..300]);
+        assert_eq!(of(1 << 63 | 1, RUN), [0..64, RUN - 64..RUN]);
+        assert_eq!(of(1 << 63, 64), [], "beyond the last vertex");
     }
 }

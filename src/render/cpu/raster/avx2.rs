@@ -155,6 +155,11 @@ impl Lanes for Avx2 {
         unsafe { _mm256_mul_ps(a, b) }
     }
     #[inline(always)]
+    fn fused(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float {
+        // SAFETY: as above, and `self` proves FMA, too.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
     fn div_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
         // SAFETY: as above.
         unsafe { _mm256_div_ps(a, b) }

@@ -6,16 +6,18 @@ use glam::DMat4;
 use rayon::prelude::*;
 
 use super::binning::{Binning, fill};
-use super::bins::{Bands, Bins};
+use super::bins::{Bands, Bins, CHUNK_BYTES};
 use super::cover::{Cover, Grid};
 use super::drawn_mesh::Draw;
 use super::pieces::Pieces;
+use super::projected::Projected;
 use super::vertices::{ScreenVertex, Viewport};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::render::cpu::faces::Faces;
 use crate::render::{Keep, Volume};
 use crate::scene::Scene;
+use crate::simd::prefetch;
 
 /// Vertices and triangles after which a batch ends. Its vertices take 16 bytes each, 16 MB. One instance is never split, so
 /// a mesh beyond this size is a batch of its own.
@@ -23,8 +25,11 @@ const BATCH: usize = 1 << 20;
 /// Triangles that one thread bins at once: what it writes stays in a level-2 cache.
 const CHUNK: u32 = 1 << 12;
 /// Chunks that are binned before the bands are drawn: enough for many threads, and for meshes of half a million triangles one
-/// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most 32 MB whatever the scene.
+/// round. What they leave is bounded in bytes, chunk by chunk ([`fill`]), so a round takes at most [`BINS_BYTES`] whatever the
+/// scene.
 pub const ROUND: usize = 128;
+/// Bytes that all bins may keep: 32 MB.
+const BINS_BYTES: usize = 2 * ROUND * CHUNK_BYTES;
 /// Chunks of a round of a small image: what is drawn hides triangles of later rounds before they are binned. A large one would
 /// leave the cache between two rounds.
 const SHORT_ROUND: usize = 16;
@@ -32,10 +37,10 @@ const SHORT_ROUND: usize = 16;
 const SMALL_IMAGE: u64 = 1 << 20;
 /// Chunks of a slab of depth, whose triangles hide those of the next.
 pub const SLAB: usize = 16;
-/// Vertices that are projected at once.
-const VERTICES: usize = 1 << 12;
 /// Matrices that one thread forms at once: some 50 µs of work.
 const MATRICES: usize = 1 << 8;
+/// Instances from the one whose matrix is formed to the one that is brought to the cache.
+const AHEAD: usize = 8;
 
 /// Memory for one batch, kept from one call to the next: fresh pages cost more than the work on them.
 #[derive(Debug, Default)]
@@ -57,8 +62,21 @@ impl Scratch {
     pub fn shrink(&mut self) {
         self.vertices.truncate(2 * BATCH);
         self.vertices.shrink_to(2 * BATCH);
-        self.bins.iter_mut().for_each(Bins::shrink);
+        self.shrink_bins();
         self.chunks = 0;
+    }
+    /// Begins a round of so many chunks.
+    fn start(&mut self, chunks: usize) {
+        if self.bins.len() < chunks {
+            self.bins.resize_with(chunks, Bins::default);
+        }
+        self.shrink_bins();
+        self.chunks = chunks;
+    }
+    /// Gives memory back of bins that have gathered more than their share, which is more than a chunk needs where they are few.
+    fn shrink_bins(&mut self) {
+        let most = BINS_BYTES / self.bins.len().max(1);
+        self.bins.iter_mut().for_each(|bins| bins.shrink(most));
     }
 }
 
@@ -154,7 +172,7 @@ impl<'a> Batches<'a> {
         for (instances, is_tested) in self.instances.iter().zip([false, true]) {
             for batch in batches(self.scene, instances, BATCH) {
                 let draws = &self.draws(batch);
-                project(draws, viewport, scratch, progress)?;
+                let mut projected = Projected::new(draws, &mut scratch.vertices);
                 let mut pieces = Pieces::new(draws);
                 let of_batch = batch.iter().map(triangles).sum::<u64>();
                 rest -= of_batch;
@@ -168,19 +186,30 @@ impl<'a> Batches<'a> {
                 let mut pending = chunks_of(pieces.triangles);
                 while !pending.is_empty() {
                     let before = count(&pending);
-                    let work = Binning {
-                        draws,
-                        pieces: &pieces,
-                        cover: (hides && !is_first).then_some(&cover),
-                        grid,
-                        vertices: &scratch.vertices,
-                        viewport,
-                        bands,
-                        numbered: numbered || is_tested,
-                    };
-                    let bins = &mut scratch.bins;
-                    scratch.chunks =
-                        fill_bins(&mut pending, chunks, bins, progress, |bins, chunk| fill(&work, bins, chunk))?;
+                    let mut round = next_round(&mut pending, chunks);
+                    let cover_of_round = (hides && !is_first).then_some(&cover);
+                    scratch.start(round.len());
+                    for (some, bins) in round.chunks_mut(short_round).zip(scratch.bins.chunks_mut(short_round)) {
+                        for chunk in &*some {
+                            if let Some(cover) = cover_of_round {
+                                pieces.hide(chunk, cover);
+                            }
+                            projected.need(draws, pieces.of(chunk));
+                        }
+                        projected.project(draws, viewport, &mut scratch.vertices, progress)?;
+                        let work = Binning {
+                            draws,
+                            pieces: &pieces,
+                            cover: cover_of_round,
+                            grid,
+                            vertices: &scratch.vertices,
+                            viewport,
+                            bands,
+                            numbered: numbered || is_tested,
+                        };
+                        fill_bins(bins, some, progress, |bins, chunk| fill(&work, bins, chunk))?;
+                    }
+                    put_back(&mut pending, round);
                     let is_last = rest == 0 && pending.is_empty();
                     let tested = is_tested.then_some(&draws[..]);
                     draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
@@ -202,14 +231,19 @@ impl<'a> Batches<'a> {
     /// The draws of a batch.
     fn draws(&self, instances: &[u32]) -> Vec<Draw<'a>> {
         let scene = self.scene;
-        let draw = |&i: &u32| {
+        let draw = |(k, &i): (usize, &u32)| {
+            // They lie all over a large scene.
+            if let Some(&next) = instances.get(k + AHEAD) {
+                prefetch(std::slice::from_ref(&scene.instances()[next as usize]));
+                prefetch(std::slice::from_ref(&scene.first_triangles()[next as usize]));
+            }
             let mesh = scene.mesh_of(i as usize);
             let clip_from_local = scene.clip_from_local(&self.clip_from_world, i as usize);
             // All numbers are below 2^32, see `new`.
             let first_id = scene.first_triangles()[i as usize] as u32;
             Draw::new(mesh, &clip_from_local, &self.volume, self.faces, first_id)
         };
-        let mut draws: Vec<Draw> = instances.par_iter().with_min_len(MATRICES).map(draw).collect();
+        let mut draws: Vec<Draw> = instances.par_iter().enumerate().with_min_len(MATRICES).map(draw).collect();
         let mut vertices = 0;
         for draw in &mut draws {
             draw.first_vertex = vertices;
@@ -254,59 +288,33 @@ pub fn batches<'a>(scene: &'a Scene, instances: &'a [u32], most: usize) -> impl 
     })
 }
 
-/// Projects the vertices of a batch.
-fn project(draws: &[Draw], viewport: &Viewport, scratch: &mut Scratch, progress: &Progress) -> Result<()> {
-    let count = |draw: &Draw| draw.kept.positions.len();
-    let Some(last) = draws.last() else { return Ok(()) };
-    let vertex_count = last.first_vertex as usize + count(last);
-    if scratch.vertices.len() < vertex_count {
-        scratch.vertices.resize(vertex_count, ScreenVertex::default());
-    }
-    let mut rest = &mut scratch.vertices[..];
-    let mut work = Vec::with_capacity(draws.len());
-    for draw in draws {
-        let (own, after) = rest.split_at_mut(count(draw));
-        work.push((draw, own));
-        rest = after;
-    }
-    work.into_par_iter().try_for_each(|(draw, out)| {
-        let positions = draw.kept.positions.par_chunks(VERTICES);
-        let needed = draw.kept.vertices(VERTICES);
-        positions.zip(out.par_chunks_mut(VERTICES)).zip(needed).try_for_each(|((positions, out), needed)| {
-            progress.check()?;
-            if needed {
-                draw.projection.project(viewport, positions, out);
-            }
-            Ok(())
-        })
-    })
-}
-
-/// Fills bins with at most so many chunks, those at the end of `pending` first; how many. `fill` bins the triangles of a chunk, or
-/// the first of them where they write too much, and says which is the first that is not binned: what has not found room stays pending.
+/// Fills bins with a chunk each. `fill` bins its triangles, or the first of them where they write too much, and says which is the
+/// first that is not binned: what has not found room is left of the chunk.
 ///
 /// The order of triangles has no say in what is drawn: of equal depths the smaller number wins.
-pub fn fill_bins<B: Default + Send>(
-    pending: &mut Vec<Range<u32>>,
-    chunks: usize,
-    bins: &mut Vec<B>,
+pub fn fill_bins<B: Send>(
+    bins: &mut [B],
+    chunks: &mut [Range<u32>],
     progress: &Progress,
     fill: impl Fn(&mut B, Range<u32>) -> u32 + Sync,
-) -> Result<usize> {
-    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
-    // Nearest first.
-    round.reverse();
-    let count = round.len();
-    if bins.len() < count {
-        bins.resize_with(count, B::default);
-    }
-    bins[..count].par_iter_mut().zip(&mut round).try_for_each(|(bins, chunk)| {
+) -> Result<()> {
+    bins.par_iter_mut().zip(chunks).try_for_each(|(bins, chunk)| {
         progress.check()?;
         chunk.start = fill(bins, chunk.clone());
         Ok::<_, Error>(())
-    })?;
+    })
+}
+
+/// At most so many chunks at the end of `pending`, the next one first.
+pub fn next_round(pending: &mut Vec<Range<u32>>, chunks: usize) -> Vec<Range<u32>> {
+    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
+    round.reverse();
+    round
+}
+
+/// Puts back what is left of a round.
+pub fn put_back(pending: &mut Vec<Range<u32>>, round: Vec<Range<u32>>) {
     pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
-    Ok(count)
 }
 
 /// So many triangles in chunks, the next one last.
@@ -345,7 +353,7 @@ mod tests {
                 |q: usize| [[0, 1, N as i64 + 2], [0, N as i64 + 2, N as i64 + 1]].map(|t| t.map(|i| corner(q) + i));
             let mesh = Mesh::new(&vertices, &(0..N * N).flat_map(pair).collect::<Vec<_>>()).unwrap();
             let one = Scene::from_mesh(mesh).unwrap();
-            all = Some(all.map_or(one.clone(), |all| all.joined(&one, &Progress::new()).unwrap()));
+            all = Some(all.map_or(one.clone(), |all| all.joined(&one).unwrap()));
         }
         all.expect("some sheets")
     }
@@ -357,8 +365,10 @@ mod tests {
         let batches = Batches::new(scene, m, &viewport, Faces::All, Keep::All).unwrap();
         let draws = &batches.draws(&batches.instances[0]);
         let (mut scratch, progress) = (Scratch::default(), Progress::new());
-        project(draws, &viewport, &mut scratch, &progress).unwrap();
         let pieces = &Pieces::new(draws);
+        let mut projected = Projected::new(draws, &mut scratch.vertices);
+        projected.need(draws, pieces.of(&(0..pieces.triangles)));
+        projected.project(draws, &viewport, &mut scratch.vertices, &progress).unwrap();
         let (vertices, grid) = (&scratch.vertices[..], Grid::new(size, bands));
         let (cover, numbered, viewport) = (None, true, &viewport);
         let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };

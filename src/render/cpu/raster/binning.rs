@@ -29,7 +29,7 @@ const SLICE: u32 = 1 << 8;
 pub struct Binning<'a> {
     pub draws: &'a [Draw<'a>],
     pub pieces: &'a Pieces,
-    /// What has been drawn, where that may hide something.
+    /// What has been drawn, where that may hide something; the pieces have been held against it.
     pub cover: Option<&'a Cover>,
     /// The tiles of the image.
     pub grid: Grid,
@@ -64,9 +64,8 @@ fn fill_with<L: Lanes>(lanes: L, work: &Binning, bins: &mut Bins, range: Range<u
         }
         let draw = &draws[piece.draw as usize];
         let first = piece.first + (start - piece.start);
-        let hidden = cover.map_or(Hidden::None, |cover| cover.of(&piece.footprint));
-        if hidden != Hidden::All {
-            let cover = cover.filter(|_| hidden == Hidden::Some);
+        if piece.hidden != Hidden::All {
+            let cover = cover.filter(|_| piece.hidden == Hidden::Some);
             bins.bin_draw(lanes, work, cover, draw, first..first + (end - start));
         }
         start = end;
@@ -81,17 +80,17 @@ impl Bins {
     fn bin_draw<L: Lanes>(&mut self, lanes: L, work: &Binning, cover: Option<&Cover>, draw: &Draw, places: Range<u32>) {
         let own = &work.vertices[draw.first_vertex as usize..][..draw.kept.positions.len()];
         let mut first = places.start;
-        while first < places.end {
-            let count = (LANES as u32).min(places.end - first);
-            let (mut group, mut number) = ([[0; 3]; LANES], [0; LANES]);
-            for l in 0..LANES {
-                // The last one again where there are fewer.
-                let place = first + (l as u32).min(count - 1);
-                number[l] = draw.first_id + draw.kept.number(place);
-                group[l] = draw.kept.triangles[place as usize];
-            }
-            self.bin_group(lanes, work, cover, draw, &group, &number, count, own);
-            first += count;
+        let (groups, rest) = draw.kept.triangles[places.start as usize..places.end as usize].as_chunks::<LANES>();
+        for group in groups {
+            let number = if work.numbered { draw.numbers(first, LANES as u32) } else { [0; LANES] };
+            self.bin_group(lanes, work, cover, draw, group, &number, LANES as u32, own);
+            first += LANES as u32;
+        }
+        if let Some(last) = rest.last() {
+            // The last one again where there are fewer.
+            let group = std::array::from_fn(|l| *rest.get(l).unwrap_or(last));
+            let count = rest.len() as u32;
+            self.bin_group(lanes, work, cover, draw, &group, &draw.numbers(first, count), count, own);
         }
     }
 
@@ -297,6 +296,9 @@ mod tests {
         });
         let mut drawn = Vec::new();
         for (numbered, cover) in [(false, None), (true, None), (false, Some(&cover)), (true, Some(&cover))] {
+            if let Some(cover) = cover {
+                pieces.hide(&(0..count), cover);
+            }
             let pieces = &pieces;
             let work = Binning { draws, pieces, cover, grid, vertices, viewport, bands, numbered };
             let (mut best, mut plain) = (Bins::default(), Bins::default());

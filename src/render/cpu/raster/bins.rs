@@ -7,7 +7,7 @@ use super::vertices::ScreenVertex;
 
 /// Pixels in a cache line.
 const LINE: u32 = 16;
-/// Bytes after which a chunk ends early; a slice more may be written.
+/// Bytes after which a chunk ends early; a slice more may be written, and lists that grow have up to twice the room.
 pub const CHUNK_BYTES: usize = 1 << 17;
 
 /// A triangle that may touch a band.
@@ -128,7 +128,6 @@ impl Bins {
 
     /// Begins a chunk of an image with these bands.
     pub fn start(&mut self, bands: Bands) {
-        self.shrink();
         self.extra.clear();
         self.large.clear();
         self.spare.extend(self.bands.iter_mut().filter(|bin| bin.has_room()).map(Bin::cleared));
@@ -147,9 +146,9 @@ impl Bins {
             + self.large.len() * size_of::<LargeSetup>()
     }
 
-    /// Gives memory back where bands that are full by turns have gathered more than a chunk needs.
-    pub fn shrink(&mut self) {
-        if self.bytes(Vec::capacity, Vec::capacity) > 2 * CHUNK_BYTES {
+    /// Gives memory back where bands that are full by turns have gathered more than so many bytes.
+    pub fn shrink(&mut self, most: usize) {
+        if self.bytes(Vec::capacity, Vec::capacity) > most {
             self.bands.iter_mut().for_each(|bin| *bin = Bin::default());
             self.spare.clear();
         }

@@ -17,8 +17,10 @@ use rayon::slice::ChunksExactMut;
 use super::bins::{BandArea, Bands};
 use super::drawn_mesh::Draw;
 use super::lanes::Lanes;
+use super::simd::LANES;
 use super::triangle_setup::{larger, smaller};
 use super::vertices::Viewport;
+use super::with_lanes::with_lanes;
 use crate::simd::dispatch;
 
 /// Tiles along a side, at most: their numbers take a quarter of a megabyte and stay in a level-2 cache.
@@ -259,12 +261,12 @@ impl Grid {
     }
 }
 
-dispatch! {
-    fn read(grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &mut [f32]) = read_body
+with_lanes! {
+    fn read(grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &mut [f32]) = read_with
 }
 
 #[inline(always)]
-fn read_body(grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &mut [f32]) {
+fn read_with<L: Lanes>(lanes: L, grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &mut [f32]) {
     let (width, stride) = (area.size[0] as usize, area.stride);
     let high = 1 << grid.log2[1];
     for (rows, tiles) in depth.chunks(stride * high).zip(tiles.chunks_exact_mut(grid.tiles[0] as usize)) {
@@ -274,25 +276,29 @@ fn read_body(grid: &Grid, columns: u64, area: BandArea, depth: &[f32], tiles: &m
             }
             let first = column << grid.log2[0];
             let end = width.min(first + (1 << grid.log2[0]));
-            let mut most = [f32::NEG_INFINITY; 8];
+            let nothing = lanes.float(f32::NEG_INFINITY);
+            let (mut most, mut of_rest) = ([nothing; 2], f32::NEG_INFINITY);
             for row in rows.chunks_exact(stride) {
-                let (blocks, rest) = row[first..end].as_chunks::<8>();
-                for block in blocks {
-                    for l in 0..8 {
-                        most[l] = larger(most[l], block[l]);
-                    }
+                let row = &row[first..end];
+                // Nearly all tiles are as wide as that.
+                if let Ok(pair) = row.try_into() {
+                    most = larger_of(lanes, most, pair);
+                    continue;
                 }
-                for &z in rest {
-                    most[0] = larger(most[0], z);
-                }
+                let (pairs, rest) = row.as_chunks();
+                most = pairs.iter().fold(most, |most, pair| larger_of(lanes, most, pair));
+                of_rest = rest.iter().fold(of_rest, |most, z| larger(most, *z));
             }
-            let mut farthest = most[0];
-            for l in 1..8 {
-                farthest = larger(farthest, most[l]);
-            }
-            *tile = farthest;
+            *tile = lanes.to_floats(lanes.larger(most[0], most[1])).into_iter().fold(of_rest, larger);
         }
     }
+}
+
+/// The larger of some depths and those of neighbouring pixels.
+#[inline(always)]
+fn larger_of<L: Lanes>(lanes: L, most: [L::Float; 2], pixels: &[f32; 2 * LANES]) -> [L::Float; 2] {
+    let half = |k: usize| lanes.floats(std::array::from_fn(|l| pixels[k * LANES + l]));
+    [lanes.larger(most[0], half(0)), lanes.larger(most[1], half(1))]
 }
 
 #[cfg(test)]

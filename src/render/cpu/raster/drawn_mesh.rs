@@ -2,7 +2,8 @@
 
 use glam::DMat4;
 
-use super::vertices::Projection;
+use super::projection::Projection;
+use super::simd::LANES;
 use crate::render::Volume;
 use crate::render::cpu::faces::{FaceTest, Faces};
 use crate::render::cpu::kept::Kept;
@@ -34,5 +35,11 @@ impl<'a> Draw<'a> {
             first_vertex: 0,
             first_id,
         }
+    }
+
+    /// The scene-wide numbers of some triangles from a place on, the last one again where there are fewer than [`LANES`].
+    #[inline(always)]
+    pub fn numbers(&self, first: u32, count: u32) -> [u32; LANES] {
+        std::array::from_fn(|l| self.first_id + self.kept.number(first + (l as u32).min(count - 1)))
     }
 }

@@ -3,7 +3,6 @@
 use std::mem::MaybeUninit;
 
 use super::pixels::{Fragment, Pixels};
-use super::simd::LANES;
 
 /// Covered pixels of a band, in no order that matters.
 #[derive(Debug, Default)]
@@ -35,12 +34,15 @@ impl Fragments {
     }
     /// Room for so many more.
     #[inline(always)]
-    pub fn room(&mut self, most: usize, numbered: bool) -> Room<'_> {
+    pub fn room<const MOST: usize>(&mut self, numbered: bool) -> Room<'_, MOST> {
+        Room { at: behind(&mut self.at), z: behind(&mut self.z), id: numbered.then(|| behind(&mut self.id)) }
+    }
+    /// Room for so many more places and depths, without numbers.
+    #[inline(always)]
+    pub fn room_of(&mut self, most: usize) -> (&mut [MaybeUninit<u32>], &mut [MaybeUninit<f32>]) {
         self.at.reserve(most);
         self.z.reserve(most);
-        self.id.reserve(if numbered { most } else { 0 });
-        let id = if numbered { self.id.spare_capacity_mut() } else { &mut [] };
-        Room { at: self.at.spare_capacity_mut(), z: self.z.spare_capacity_mut(), id }
+        (self.at.spare_capacity_mut(), self.z.spare_capacity_mut())
     }
     /// Takes in what has been written to the beginning of its room.
     ///
@@ -59,17 +61,18 @@ impl Fragments {
     }
 }
 
-/// Where fragments are appended.
+/// Where fragments are appended. As arrays: places in them need no test.
 #[derive(Debug)]
-pub struct Room<'a> {
-    pub at: &'a mut [MaybeUninit<u32>],
-    pub z: &'a mut [MaybeUninit<f32>],
-    /// Empty where nobody asks for numbers.
-    pub id: &'a mut [MaybeUninit<u32>],
+pub struct Room<'a, const MOST: usize> {
+    pub at: &'a mut [MaybeUninit<u32>; MOST],
+    pub z: &'a mut [MaybeUninit<f32>; MOST],
+    /// None where nobody asks for numbers.
+    pub id: Option<&'a mut [MaybeUninit<u32>; MOST]>,
 }
 
-/// Room for [`LANES`] values from index `at`.
+/// The room behind a list.
 #[inline(always)]
-pub fn lanes_of<T>(room: &mut [T], at: usize) -> &mut [T; LANES] {
-    room[at..].first_chunk_mut().expect("room for a group")
+fn behind<T, const MOST: usize>(list: &mut Vec<T>) -> &mut [MaybeUninit<T>; MOST] {
+    list.reserve(MOST);
+    list.spare_capacity_mut().first_chunk_mut().expect("reserved")
 }

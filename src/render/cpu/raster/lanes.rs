@@ -86,6 +86,8 @@ pub trait Lanes: Copy {
     fn sub_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
     /// Products.
     fn mul_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// a b + c, rounded once.
+    fn fused(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
     /// Quotients.
     fn div_floats(self, a: Self::Float, b: Self::Float) -> Self::Float;
     /// The smaller of numbers that are no NaN.

@@ -16,6 +16,8 @@ mod lanes;
 mod pieces;
 mod pixels;
 mod plain;
+mod projected;
+mod projection;
 mod run;
 mod simd;
 mod tested;
@@ -26,12 +28,14 @@ mod with_lanes;
 
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
-pub use batch::{Batches, ROUND, Round, SLAB, Scratch, batches, by_test, chunks_of, fill_bins, is_small};
+pub use batch::{
+    Batches, ROUND, Round, SLAB, Scratch, batches, by_test, chunks_of, fill_bins, is_small, next_round, put_back,
+};
 pub use bins::{BandArea, Bands, Bins, CHUNK_BYTES};
 pub use cover::{Cover, Tiles};
 pub use drawn_mesh::Draw;
 pub use fill::{Entries, draw};
-pub use fragments::{Fragments, Room, lanes_of};
+pub use fragments::Fragments;
 pub use lanes::Lanes;
 #[cfg(test)]
 pub use lanes::two_nearest;

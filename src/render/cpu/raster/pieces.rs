@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::cover::{Footprint, Footprints, Grid};
+use super::cover::{Cover, Footprint, Footprints, Grid, Hidden};
 use super::drawn_mesh::Draw;
 use super::vertices::Viewport;
 
@@ -28,6 +28,8 @@ pub struct Piece {
     pub first: u32,
     pub count: u32,
     pub footprint: Footprint,
+    /// What becomes of it behind what is drawn already.
+    pub hidden: Hidden,
 }
 
 /// What is drawn of a batch.
@@ -45,7 +47,8 @@ impl Pieces {
         for (draw, i) in draws.iter().zip(0..) {
             for Range { start: first, end } in draw.kept.pieces() {
                 let (start, count) = (all.triangles, end - first);
-                all.list.push(Piece { start, draw: i, first, count, footprint: Footprint::default() });
+                let (footprint, hidden) = (Footprint::default(), Hidden::None);
+                all.list.push(Piece { start, draw: i, first, count, footprint, hidden });
                 all.triangles += count;
             }
         }
@@ -65,21 +68,52 @@ impl Pieces {
             // Casts saturate.
             ((from_near * SLABS as f32) as usize).min(SLABS - 1)
         };
-        let mut counts = [0; SLABS];
-        self.list.iter().for_each(|piece| counts[slab_of(piece)] += piece.count);
-        // Slabs whose first triangles fall into the same round are one.
-        let (mut before, mut round_of) = (0u32, [0; SLABS]);
-        for (round, count) in round_of.iter_mut().zip(counts) {
-            *round = before / slab;
-            before += count;
+        let (mut counts, mut pieces) = ([0; SLABS], [0; SLABS]);
+        for piece in &self.list {
+            counts[slab_of(piece)] += piece.count;
+            pieces[slab_of(piece)] += 1;
         }
-        // Stable.
-        self.list.sort_by_key(|piece| round_of[slab_of(piece)]);
+        // Slabs whose first triangles fall into the same round are one: their pieces lie behind those of all rounds before.
+        let (mut before, mut round, mut places, mut last) = (0, [0; SLABS], Vec::new(), None);
+        let mut placed = 0;
+        for s in 0..SLABS {
+            if last != Some(before / slab) {
+                last = Some(before / slab);
+                places.push(placed);
+            }
+            round[s] = places.len() - 1;
+            before += counts[s];
+            placed += pieces[s];
+        }
+        // In their order within a round.
+        let unsorted = self.list.clone();
+        for piece in unsorted {
+            let place = &mut places[round[slab_of(&piece)]];
+            self.list[*place] = piece;
+            *place += 1;
+        }
         let mut start = 0;
         for piece in &mut self.list {
             piece.start = start;
             start += piece.count;
         }
+    }
+
+    /// The pieces of some triangles.
+    pub fn of(&self, triangles: &Range<u32>) -> &[Piece] {
+        &self.list[self.places(triangles)]
+    }
+
+    /// Looks which pieces of some triangles lie behind what is drawn.
+    pub fn hide(&mut self, triangles: &Range<u32>, cover: &Cover) {
+        let places = self.places(triangles);
+        self.list[places].par_iter_mut().with_min_len(FOOTPRINTS).for_each(|piece| {
+            piece.hidden = cover.of(&piece.footprint);
+        });
+    }
+
+    fn places(&self, triangles: &Range<u32>) -> Range<usize> {
+        if triangles.is_empty() { 0..0 } else { self.at(triangles.start)..self.at(triangles.end - 1) + 1 }
     }
 
     /// The place in the list of the piece that a triangle belongs to.

@@ -116,6 +116,10 @@ impl Lanes for Plain {
         from_fn(|l| a[l] * b[l])
     }
     #[inline(always)]
+    fn fused(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float {
+        from_fn(|l| a[l].mul_add(b[l], c[l]))
+    }
+    #[inline(always)]
     fn div_floats(self, a: Self::Float, b: Self::Float) -> Self::Float {
         from_fn(|l| a[l] / b[l])
     }

@@ -9,7 +9,7 @@
 
 use super::bins::{Bands, Bin, Bins};
 use super::cover::Grid;
-use super::fragments::{Room, lanes_of};
+use super::fragments::Room;
 use super::lanes::Lanes;
 use super::simd::LANES;
 use super::triangle_setup::SmallSetup;
@@ -92,7 +92,7 @@ impl<L: Lanes> Tiny<'_, L> {
     ) {
         let s = self.setup;
         let out = &mut out.fragments;
-        let Room { at: at_room, z: z_room, id: id_room } = out.room(MOST, self.numbered);
+        let Room { at: at_room, z: z_room, id: mut id_room } = out.room::<MOST>(self.numbered);
         let id = lanes.unsigned(self.number);
         let (down, right) = (lanes.int(layout.stride as i32), lanes.int(1));
         let mut row_in_band = lanes.sub(self.boxes[1], lanes.int(band << layout.log2_rows));
@@ -121,7 +121,7 @@ impl<L: Lanes> Tiny<'_, L> {
                 let held = lanes.clamp(z, s.z_range[0], s.z_range[1]);
                 lanes.put_ints(lanes.ordered_ints(at, order), lanes_of(at_room, count));
                 lanes.put_floats(lanes.ordered_floats(held, order), lanes_of(z_room, count));
-                if self.numbered {
+                if let Some(id_room) = &mut id_room {
                     lanes.put_ints(lanes.ordered_ints(id, order), lanes_of(id_room, count));
                 }
                 count += covered.count_ones() as usize;
@@ -136,4 +136,13 @@ impl<L: Lanes> Tiny<'_, L> {
         // SAFETY: `count` values have been written at the beginning of each part of the room.
         unsafe { out.lengthen(count, self.numbered) };
     }
+}
+
+/// Room for [`LANES`] values behind those of so many pixels, which are not all that a group can have.
+#[inline(always)]
+fn lanes_of<T>(room: &mut [T; MOST], count: usize) -> &mut [T; LANES] {
+    const PIXELS: usize = MOST - LANES;
+    const { assert!(PIXELS.is_power_of_two()) };
+    debug_assert!(count < PIXELS);
+    room[count % PIXELS..].first_chunk_mut().expect("room for a group")
 }

@@ -16,13 +16,11 @@ use super::vertex::{EvenVertex, project, vertex_of};
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::render::cpu::faces::{FaceTest, Faces};
-use crate::render::cpu::kept::Kept;
+use crate::render::cpu::kept::{Kept, RUN, vertices_of};
 use crate::render::cpu::raster::{BandArea, Bands, Pixels};
 use crate::render::cpu::tested_triangle::TestedTriangle;
 use crate::scene::{Mesh, Scene};
 
-/// Vertices that are projected at once.
-const VERTICES: usize = 1 << 12;
 /// Triangles that are looked at before those that have texels are binned, and between two looks at the bytes written.
 const SLICE: usize = 1 << 8;
 
@@ -88,12 +86,13 @@ impl<'a> Batch<'a> {
             rest = after;
         }
         work.into_par_iter().try_for_each(|(draw, out)| {
-            let positions = draw.kept.positions.par_chunks(VERTICES);
-            let needed = draw.kept.vertices(VERTICES);
-            positions.zip(out.par_chunks_mut(VERTICES)).zip(needed).try_for_each(|((positions, out), needed)| {
+            let positions = draw.kept.positions.par_chunks(RUN);
+            let needed = draw.kept.needed();
+            positions.zip(out.par_chunks_mut(RUN)).zip(needed).try_for_each(|((positions, out), needed)| {
                 progress.check()?;
-                if needed {
+                for vertices in vertices_of(needed, out.len()) {
                     let (lattice, clip_from_local) = (self.lattice, &draw.clip_from_local);
+                    let (positions, out) = (&positions[vertices.clone()], &mut out[vertices]);
                     match &lattice.columns {
                         Columns::Even(columns) => project(lattice, columns, clip_from_local, positions, out),
                         Columns::Uneven(columns) => project(lattice, columns, clip_from_local, positions, out),

@@ -18,7 +18,8 @@ use crate::error::Result;
 use crate::progress::Progress;
 use crate::render::cpu::faces::Faces;
 use crate::render::cpu::raster::{
-    BandArea, Bands, DepthPixels, LayerPixels, Pixels, ROUND, batches, by_test, chunks_of, fill_bins,
+    BandArea, Bands, DepthPixels, LayerPixels, Pixels, ROUND, batches, by_test, chunks_of, fill_bins, next_round,
+    put_back,
 };
 use crate::render::cpu::rooms::{Rooms, Turn};
 use crate::render::{Keep, Volume};
@@ -168,9 +169,14 @@ impl Lattice {
                 let vertices = &vertices[..];
                 while !pending.is_empty() {
                     let before = left(&pending);
-                    let count =
-                        fill_bins(&mut pending, ROUND, bins, progress, |bins, chunk| batch.bin(bins, vertices, chunk))?;
-                    draw(Round { batch, vertices, bins: &bins[..count], is_first })?;
+                    let mut round = next_round(&mut pending, ROUND);
+                    if bins.len() < round.len() {
+                        bins.resize_with(round.len(), Bins::default);
+                    }
+                    let filled = &mut bins[..round.len()];
+                    fill_bins(filled, &mut round, progress, |bins, chunk| batch.bin(bins, vertices, chunk))?;
+                    put_back(&mut pending, round);
+                    draw(Round { batch, vertices, bins: filled, is_first })?;
                     progress.advance(before - left(&pending));
                     is_first = false;
                 }

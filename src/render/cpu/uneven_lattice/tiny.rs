@@ -11,7 +11,7 @@
 use super::lists::Bin;
 use super::places::Places;
 use super::triangle::{Corner, Edge, Triangle, depth};
-use crate::render::cpu::raster::{Bands, LANES, Lanes, Room, lanes_of, with_lanes};
+use crate::render::cpu::raster::{Bands, LANES, Lanes, with_lanes};
 
 /// Triangles side by side.
 const GROUP: usize = 32;
@@ -168,7 +168,7 @@ fn emit_row<L: Lanes, C: Places>(
         let here = lanes.signs(lanes.equal(band, lanes.int(this))) & rest;
         rest &= !here;
         let fragments = &mut bins[this as usize].fragments;
-        let Room { at: places, z: depths, .. } = fragments.room((most as usize + 1) * LANES, false);
+        let (places, depths) = fragments.room_of((most as usize + 1) * LANES);
         let mut listed = 0;
         for i in 0..most {
             let has = lanes.signs(lanes.less(lanes.int(i), count)) & here;
@@ -181,13 +181,19 @@ fn emit_row<L: Lanes, C: Places>(
             let z = lanes.clamp(lanes.floats(z), range[0], range[1]);
             let order = lanes.order(has);
             let at = lanes.add(at_first, lanes.int(i));
-            lanes.put_ints(lanes.ordered_ints(at, order), lanes_of(places, listed));
-            lanes.put_floats(lanes.ordered_floats(z, order), lanes_of(depths, listed));
+            lanes.put_ints(lanes.ordered_ints(at, order), group_from(places, listed));
+            lanes.put_floats(lanes.ordered_floats(z, order), group_from(depths, listed));
             listed += has.count_ones() as usize;
         }
         // SAFETY: so many have been written, one by one behind each other.
         unsafe { fragments.lengthen(listed, false) };
     }
+}
+
+/// Room for [`LANES`] values from index `at`.
+#[inline(always)]
+fn group_from<T>(room: &mut [T], at: usize) -> &mut [T; LANES] {
+    room[at..].first_chunk_mut().expect("room for a group")
 }
 
 #[inline(always)]

@@ -15,8 +15,7 @@ use pyo3::prelude::*;
 
 use super::alpha_states::{BorrowedTests, OF_TESTS, Tests, with_tests};
 use super::arrays::{borrowed, cut, uncounted};
-use super::convert::{image, run_parallel, run_sized};
-use super::mesh::SOON;
+use super::convert::{SOON, image, run_parallel, run_sized};
 use super::state::{Fault, OTHER_SEAL, Parts, Reduced, reduced, seal};
 use crate::digest::Digest;
 use crate::error::{Error, Result};

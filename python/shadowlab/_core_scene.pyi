@@ -5,7 +5,7 @@ from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self, disjoint_base
+from typing_extensions import Never, Self, disjoint_base
 
 from ._core_types import AlphaTestLike, Float
 
@@ -146,7 +146,7 @@ class Scene:
         (True, True, False)
         """
     def __add__(self, value: object, /) -> Scene: ...
-    def __radd__(self, value: object, /) -> Scene: ...
+    def __radd__(self, value: Never, /) -> Scene: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

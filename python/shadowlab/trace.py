@@ -96,11 +96,10 @@ def shadow_mask(
         step("truth")
         if isinstance(lights, tuple):
             masks = tuple(_core.trace_shadow_masks(scene, camera, lights, size=size))
-            _warn_of_undecided(scene, masks)
-            return masks
-        mask = _core.trace_shadow_mask(scene, camera, lights, size=size)
-    _warn_of_undecided(scene, [mask])
-    return mask
+        else:
+            masks = (_core.trace_shadow_mask(scene, camera, lights, size=size),)
+    _warn_of_undecided(scene, masks)
+    return masks if isinstance(lights, tuple) else masks[0]
 
 
 def _warn_of_undecided(scene: _core.Scene, masks: Iterable[npt.NDArray[np.int8]]) -> None:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+from ..trace import MUCH_UNDECIDED
+
 # The technique that the others are held against.
 BASELINE = "uniform"
 # Counts within this ratio are told as equal: less than one pixel in twenty is not what anybody chooses by.
@@ -27,7 +29,7 @@ LATTICE_SCATTER = 0.02
 CLOSE = 1.5
 # From this share on, visible pixels that are undecided or not compared are the first thing a verdict says: differences
 # between techniques are of this size.
-UNJUDGED = 0.01
+UNJUDGED = MUCH_UNDECIDED
 # With fewer wrong pixels than both of these in every run, a view has nothing to tell the runs apart by.
 FEW_PIXELS = 10
 FEW_SHARE = 1e-4

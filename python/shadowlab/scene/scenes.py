@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -231,7 +231,7 @@ class Scene(_core.Scene):
         transforms = self.transforms
         for first in range(0, len(transforms), _INSTANCES_AT_ONCE):
             transforms[first : first + _INSTANCES_AT_ONCE] = m @ transforms[first : first + _INSTANCES_AT_ONCE]
-        moved = type(self)._assemble(self.meshes, self.mesh_index, transforms)
+        moved = Scene(self.meshes, self.mesh_index, transforms)
         moved.source, moved.taken = self.source, self.taken
         moved.world_from_source = m @ self.world_from_source
         moved.recipe = f"{self.recipe}.transformed({m.tolist()})" if self.recipe else ""
@@ -325,10 +325,6 @@ class Scene(_core.Scene):
         attributes = dict(self.__dict__)
         geometry = super().__reduce__()[1]
         return restored_scene, (type(self), STATE_VERSION, geometry, attributes, checksum(attributes))
-
-    @staticmethod
-    def _assemble(meshes: Sequence[_core.Mesh], index: npt.ArrayLike, transforms: npt.ArrayLike) -> Scene:
-        return Scene(meshes, index, transforms)
 
     def __repr__(self) -> str:
         (x0, y0, z0), (x1, y1, z1) = self.bounds

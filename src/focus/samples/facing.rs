@@ -28,7 +28,7 @@ impl Samples {
     }
     /// Indices of the samples that a map for a part of a view has to answer for.
     pub(super) fn facing(&self, camera: &Camera, light: &Light, region: &Region) -> Vec<u32> {
-        // As above.
+        // Nothing stops it.
         self.facing_watched(camera, light, region, || Ok(())).unwrap_or_default()
     }
     /// The same, asking now and then whether to go on.

@@ -20,7 +20,7 @@ pub struct Kept<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Their numbers in the mesh; empty where that is the order of the mesh.
     pub numbers: &'a [u32],
-    /// None where all of the mesh is looked at.
+    /// Without boxes where all of the mesh is looked at.
     found: &'a Clusters,
     /// The box around the mesh.
     whole: [Vec3; 2],

@@ -160,7 +160,6 @@ impl<'a> Batches<'a> {
         let triangles = |i: &u32| self.scene.mesh_of(*i as usize).triangles().len() as u64;
         let total = self.instances.iter().flatten().map(triangles).sum();
         progress.set_total(total);
-        let count = |chunks: &[Range<u32>]| chunks.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
         let is_small = is_small(viewport.size);
         // A thread wants some chunks for itself.
         let short_round = SHORT_ROUND.max(4 * rayon::current_num_threads()).min(ROUND);
@@ -183,10 +182,10 @@ impl<'a> Batches<'a> {
                 if hides {
                     pieces.order(draws, viewport, grid, of_slab);
                 }
-                let mut pending = chunks_of(pieces.triangles);
+                let mut pending = Pending::new(pieces.triangles);
                 while !pending.is_empty() {
-                    let before = count(&pending);
-                    let mut round = next_round(&mut pending, chunks);
+                    let before = pending.triangles();
+                    let mut round = pending.next_round(chunks);
                     let cover_of_round = (hides && !is_first).then_some(&cover);
                     scratch.start(round.len());
                     for (some, bins) in round.chunks_mut(short_round).zip(scratch.bins.chunks_mut(short_round)) {
@@ -209,11 +208,11 @@ impl<'a> Batches<'a> {
                         };
                         fill_bins(bins, some, progress, |bins, chunk| fill(&work, bins, chunk))?;
                     }
-                    put_back(&mut pending, round);
+                    pending.put_back(round);
                     let is_last = rest == 0 && pending.is_empty();
                     let tested = is_tested.then_some(&draws[..]);
                     draw(Round { scratch, tested, grid, hides, is_first, is_last }, &mut cover)?;
-                    progress.advance(before - count(&pending));
+                    progress.advance(before - pending.triangles());
                     is_first = false;
                 }
             }
@@ -305,21 +304,32 @@ pub fn fill_bins<B: Send>(
     })
 }
 
-/// At most so many chunks at the end of `pending`, the next one first.
-pub fn next_round(pending: &mut Vec<Range<u32>>, chunks: usize) -> Vec<Range<u32>> {
-    let mut round = pending.split_off(pending.len().saturating_sub(chunks));
-    round.reverse();
-    round
-}
+/// Triangles of a batch that are not binned yet: chunks, the next one last.
+#[derive(Debug)]
+pub struct Pending(Vec<Range<u32>>);
 
-/// Puts back what is left of a round.
-pub fn put_back(pending: &mut Vec<Range<u32>>, round: Vec<Range<u32>>) {
-    pending.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
-}
-
-/// So many triangles in chunks, the next one last.
-pub fn chunks_of(triangles: u32) -> Vec<Range<u32>> {
-    (0..triangles).step_by(CHUNK as usize).map(|first| first..triangles.min(first + CHUNK)).rev().collect()
+impl Pending {
+    /// So many triangles.
+    pub fn new(triangles: u32) -> Self {
+        Self((0..triangles).step_by(CHUNK as usize).map(|first| first..triangles.min(first + CHUNK)).rev().collect())
+    }
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+    /// How many triangles there are.
+    pub fn triangles(&self) -> u64 {
+        self.0.iter().map(|chunk| chunk.len() as u64).sum()
+    }
+    /// Takes at most so many chunks, the next one first.
+    pub fn next_round(&mut self, chunks: usize) -> Vec<Range<u32>> {
+        let mut round = self.0.split_off(self.0.len().saturating_sub(chunks));
+        round.reverse();
+        round
+    }
+    /// Puts back what is left of a round.
+    pub fn put_back(&mut self, round: Vec<Range<u32>>) {
+        self.0.extend(round.into_iter().rev().filter(|chunk| !chunk.is_empty()));
+    }
 }
 
 #[cfg(test)]

@@ -28,9 +28,7 @@ mod with_lanes;
 
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
-pub use batch::{
-    Batches, ROUND, Round, SLAB, Scratch, batches, by_test, chunks_of, fill_bins, is_small, next_round, put_back,
-};
+pub use batch::{Batches, Pending, ROUND, Round, SLAB, Scratch, batches, by_test, fill_bins, is_small};
 pub use bins::{BandArea, Bands, Bins, CHUNK_BYTES};
 pub use cover::{Cover, Tiles};
 pub use drawn_mesh::Draw;

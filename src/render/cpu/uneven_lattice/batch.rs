@@ -180,11 +180,10 @@ impl<'a> Batch<'a> {
         // Most triangles have no row or no column. No branch depends on that, as it would be guessed wrongly.
         let (mut passed, mut count) = ([0; SLICE], 0);
         for place in places {
-            let [a, b, c] = draw.kept.triangles[place as usize].map(|i| own[i as usize].texel());
-            let (differ, any) = ((a ^ b) | (a ^ c), a | b | c);
-            let has_texels = ((differ >> 32 != 0) & (differ as u32 != 0)) | (any >> 63 != 0);
+            let texels = draw.kept.triangles[place as usize].map(|i| own[i as usize].texel());
+            let [a, b, c] = texels;
             passed[count] = place;
-            count += usize::from(has_texels);
+            count += usize::from(are_between(texels) | ((a | b | c) >> 63 != 0));
         }
         for &place in &passed[..count] {
             self.bin_triangle(bins, target, draw, own, place);
@@ -239,9 +238,7 @@ impl<'a> Batch<'a> {
         let number = self.is_tested.then(|| draw.number(place));
         for k in 2..bins.extra.len() - first {
             let fan = [first, first + k - 1, first + k];
-            let [a, b, c] = fan.map(|i| bins.extra[i].texel());
-            let differ = (a ^ b) | (a ^ c);
-            if differ >> 32 != 0 && differ as u32 != 0 {
+            if are_between(fan.map(|i| bins.extra[i].texel())) {
                 let [top, _, bottom] = from_top(fan.map(|i| &bins.extra[i]));
                 let (first, end) = (top.first_row, bottom.first_row);
                 bins.push(fan.map(|i| i as u32 | EXTRA), first, end, number, self.bands);
@@ -260,6 +257,13 @@ impl Draw<'_> {
         let positions = self.kept.positions;
         self.faces.takes(corners.map(|c| clip_of(&self.clip_from_local, positions[c as usize])))
     }
+}
+
+/// Whether some rows and some columns lie between corners with these texels.
+#[inline(always)]
+fn are_between([a, b, c]: [u64; 3]) -> bool {
+    let differ = (a ^ b) | (a ^ c);
+    (differ >> 32 != 0) & (differ as u32 != 0)
 }
 
 /// Clip coordinates of a local point.

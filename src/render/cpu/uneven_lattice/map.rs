@@ -4,7 +4,6 @@
 //! places are f64 and edges are evaluated row by row ([`triangle`](super::triangle)).
 
 use std::mem::MaybeUninit;
-use std::ops::Range;
 
 use glam::DVec4;
 use rayon::prelude::*;
@@ -18,8 +17,7 @@ use crate::error::Result;
 use crate::progress::Progress;
 use crate::render::cpu::faces::Faces;
 use crate::render::cpu::raster::{
-    BandArea, Bands, DepthPixels, LayerPixels, Pixels, ROUND, batches, by_test, chunks_of, fill_bins, next_round,
-    put_back,
+    BandArea, Bands, DepthPixels, LayerPixels, Pending, Pixels, ROUND, batches, by_test, fill_bins,
 };
 use crate::render::cpu::rooms::{Rooms, Turn};
 use crate::render::{Keep, Volume};
@@ -159,25 +157,24 @@ impl Lattice {
         let by_test = by_test(scene, keep.instances(scene, &self.volume()));
         let triangles = |i: &u32| scene.mesh_of(*i as usize).triangles().len() as u64;
         progress.set_total(by_test.iter().flatten().map(triangles).sum());
-        let left = |pending: &[Range<u32>]| pending.iter().map(|chunk| chunk.len() as u64).sum::<u64>();
         let Scratch { vertices, bins } = scratch;
         let mut is_first = true;
         for (instances, is_tested) in by_test.iter().zip([false, true]) {
             for instances in batches(scene, instances, BATCH) {
                 let batch = &Batch::new(self, scene, faces, instances, is_tested, less);
-                let mut pending = chunks_of(batch.project(vertices, progress)?);
+                let mut pending = Pending::new(batch.project(vertices, progress)?);
                 let vertices = &vertices[..];
                 while !pending.is_empty() {
-                    let before = left(&pending);
-                    let mut round = next_round(&mut pending, ROUND);
+                    let before = pending.triangles();
+                    let mut round = pending.next_round(ROUND);
                     if bins.len() < round.len() {
                         bins.resize_with(round.len(), Bins::default);
                     }
                     let filled = &mut bins[..round.len()];
                     fill_bins(filled, &mut round, progress, |bins, chunk| batch.bin(bins, vertices, chunk))?;
-                    put_back(&mut pending, round);
+                    pending.put_back(round);
                     draw(Round { batch, vertices, bins: filled, is_first })?;
-                    progress.advance(before - left(&pending));
+                    progress.advance(before - pending.triangles());
                     is_first = false;
                 }
             }
